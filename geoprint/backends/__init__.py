@@ -1,0 +1,1 @@
+"""Planning backends: each covers a surface with curves a constant distance apart, behind one interface."""

@@ -1,0 +1,91 @@
+"""The error tree: every refusal of geoprint is one of these, and each class owns its exit status.
+
+A message says what is wrong, where, what was found, what is allowed and what to do next; the numbers in it are
+attributes too, under the names given when the error is raised.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+Detail = float | int | str | tuple[float, ...] | None
+
+
+class GeoprintError(Exception):
+    """Base of every error that geoprint raises on purpose.
+
+    Args:
+        message: one plain sentence for the person who gave the input.
+        **details: the numbers of the message, kept as `details`.
+    """
+
+    exit_status: ClassVar[int] = 1
+
+    def __init__(self, message: str, **details: Detail) -> None:
+        super().__init__(message)
+        self.details: dict[str, Detail] = details
+
+
+@final
+class UsageError(GeoprintError):
+    """A command, job or cell file asks for something unclear or impossible."""
+
+    exit_status: ClassVar[int] = 2
+
+
+class InputError(GeoprintError, ValueError):
+    """A value or a file that was given cannot be used."""
+
+    exit_status: ClassVar[int] = 3
+
+
+@final
+class MeshError(InputError):
+    """A mesh is not an orientable manifold surface that can be planned on."""
+
+
+@final
+class FieldError(InputError):
+    """A distance field or its contours cannot be computed on this surface with these settings."""
+
+
+class PlanError(GeoprintError):
+    """No valid plan exists for this part in this cell."""
+
+    exit_status: ClassVar[int] = 4
+
+
+@final
+class ReachError(PlanError):
+    """A pose has no inverse kinematic solution on the branch of the program."""
+
+
+@final
+class LimitError(PlanError):
+    """A joint limit, speed or acceleration cannot be kept."""
+
+
+@final
+class ClearanceError(PlanError):
+    """The tool touches the part, its body or an obstacle, or comes closer than the cell allows."""
+
+
+@final
+class VerificationError(GeoprintError):
+    """What was written or computed disagrees with the plan when it is read back."""
+
+    exit_status: ClassVar[int] = 5
+
+
+@final
+class ResourceError(GeoprintError):
+    """A time or memory limit stopped the work."""
+
+    exit_status: ClassVar[int] = 6
+
+
+@final
+class ExportError(GeoprintError):
+    """The result cannot be written where it was asked for."""
+
+    exit_status: ClassVar[int] = 7

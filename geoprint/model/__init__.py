@@ -1,0 +1,44 @@
+"""The nouns of geoprint: frozen values that stages take and return. No algorithm lives here."""
+
+from geoprint.model.arrays import BoolArray, FloatArray, IntArray
+from geoprint.model.cell import (
+    Box,
+    Cell,
+    Placement,
+    Process,
+    Robot,
+    SignalMode,
+    Signals,
+    Tool,
+    TouchedPoints,
+)
+from geoprint.model.motion import Clearance, JointPath, Program, Trajectory
+from geoprint.model.path import PoseStream, Toolpath
+from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
+
+__all__ = [
+    "BoolArray",
+    "Box",
+    "Cell",
+    "Clearance",
+    "Contours",
+    "FloatArray",
+    "IntArray",
+    "JointPath",
+    "Placement",
+    "PoseStream",
+    "Process",
+    "Program",
+    "Robot",
+    "ScalarField",
+    "Seed",
+    "SignalMode",
+    "Signals",
+    "Surface",
+    "SurfaceCurves",
+    "SurfacePoints",
+    "Tool",
+    "Toolpath",
+    "TouchedPoints",
+    "Trajectory",
+]

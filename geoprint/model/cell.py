@@ -1,0 +1,225 @@
+"""The robot cell: arm, tool, process and where the part stands. Lengths in mm, angles in rad."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model.arrays import FloatArray, freeze_arrays
+
+SignalMode = Literal["io", "analog"]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Robot:
+    """The arm and what its joints may do.
+
+    Attributes:
+        model: name of the arm; its URDF is package data.
+        limits: (6, 2) lowest and highest angle of each joint [rad].
+        speeds: (6,) largest speed of each joint [rad/s].
+        accelerations: (6,) largest acceleration of each joint [rad/s2]; an assumption unless the maker states it.
+        home: (6,) joint angles where every program starts and ends [rad].
+    """
+
+    model: str
+    limits: FloatArray
+    speeds: FloatArray
+    accelerations: FloatArray
+    home: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, limits="float: 6 2", speeds="float: 6", accelerations="float: 6", home="float: 6")
+        if not (self.limits[:, 0] < self.limits[:, 1]).all():
+            raise InputError("Robot.limits must rise from lower to upper.")
+        if self.speeds.min() <= 0 or self.accelerations.min() <= 0:
+            raise InputError("Robot.speeds and Robot.accelerations must be positive.")
+        outside = (self.home < self.limits[:, 0]) | (self.home > self.limits[:, 1])
+        if outside.any():
+            joint = int(np.argmax(outside))
+            raise InputError(
+                f"home: joint {joint + 1} at {np.degrees(self.home[joint]):.1f} degrees is outside its "
+                f"limits {np.degrees(self.limits[joint]).round(1).tolist()}."
+            )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Tool:
+    """What the flange carries: the tool frame, the solids that may collide, and the load.
+
+    The nozzle is a solid of revolution about the tool's z axis: a needle, a cone that widens to the barrel, the
+    barrel. The bracket is a cylinder about the flange's z axis, from the flange to where the syringe is held.
+
+    Attributes:
+        T_flange_tool: (4, 4) tool frame in the flange frame; its z axis points out of the nozzle.
+        needle_length: [mm].
+        needle_diameter: outer [mm].
+        inner_diameter: bore of the needle [mm].
+        cone_half_angle: between needle and barrel [rad].
+        barrel_diameter: [mm].
+        barrel_top: distance of the barrel's far end from the tip [mm].
+        bracket_length: [mm].
+        bracket_diameter: [mm].
+        mass_kg: of everything behind the flange.
+        cog: (3,) centre of gravity in the flange frame [mm].
+        inertia_kg_m2: (3,) principal moments about the centre of gravity.
+    """
+
+    T_flange_tool: FloatArray
+    needle_length: float
+    needle_diameter: float
+    inner_diameter: float
+    cone_half_angle: float
+    barrel_diameter: float
+    barrel_top: float
+    bracket_length: float
+    bracket_diameter: float
+    mass_kg: float
+    cog: FloatArray
+    inertia_kg_m2: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, T_flange_tool="float: 4 4", cog="float: 3", inertia_kg_m2="float: 3")
+
+    @property
+    def cone_length(self) -> float:
+        """Length of the cone between needle and barrel [mm]."""
+        return float((self.barrel_diameter - self.needle_diameter) / 2 / np.tan(self.cone_half_angle))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Process:
+    """How the material is laid.
+
+    Attributes:
+        speed: of the tip on deposit [mm/s].
+        travel_speed: of the tip between runs [mm/s].
+        joint_speed_share: share of the joint speeds used on the way from and to home, in (0, 1].
+        standoff: height of the tip over the surface [mm].
+        clearance: smallest distance kept between tool and anything else, above the tip zone [mm].
+        retract: lift between runs along the normal [mm].
+        layer_height: [mm].
+    """
+
+    speed: float
+    travel_speed: float
+    joint_speed_share: float
+    standoff: float
+    clearance: float
+    retract: float
+    layer_height: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """The controller's outputs that a program switches.
+
+    Attributes:
+        mode: 'io' switches valve and lamp; 'analog' also lets the flow follow the speed.
+        dispenser: digital output that opens the valve.
+        uv_lamp: digital output that turns the lamp on.
+    """
+
+    mode: SignalMode
+    dispenser: str
+    uv_lamp: str
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Box:
+    """An obstacle: a box with its sides along the base axes.
+
+    Attributes:
+        name: what messages call it.
+        centre: (3,) in the base frame [mm].
+        size: (3,) edge lengths [mm].
+    """
+
+    name: str
+    centre: FloatArray
+    size: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, centre="float: 3", size="float: 3")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TouchedPoints:
+    """Points of the fixture that the tool touched, and where they are in the fixture's own frame.
+
+    Attributes:
+        model: (k, 3) in the fixture frame [mm].
+        touched: (k, 3) in the base frame [mm].
+        T_fixture_work: (4, 4) where the part stands on the fixture.
+    """
+
+    model: FloatArray
+    touched: FloatArray
+    T_fixture_work: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, model="float: k 3", touched="float: k 3", T_fixture_work="float: 4 4")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """Where the part stands: T_base_work = T_base_fixture @ T_fixture_work.
+
+    Attributes:
+        T_base_fixture: (4, 4) from touched points (RAPID uframe).
+        T_fixture_work: (4, 4) the part on its fixture (RAPID oframe).
+        calibrated: whether touched points stand behind it; if not, a program may only run dry.
+        residuals: (k,) distance left at each touched point [mm]; empty for a demonstration.
+    """
+
+    T_base_fixture: FloatArray
+    T_fixture_work: FloatArray
+    calibrated: bool
+    residuals: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, T_base_fixture="float: 4 4", T_fixture_work="float: 4 4", residuals="float: k")
+
+    @property
+    def T_base_work(self) -> FloatArray:
+        """(4, 4) part coordinates to base coordinates."""
+        return self.T_base_fixture @ self.T_fixture_work
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """Everything about the machine that a plan needs.
+
+    Attributes:
+        name: of the cell file.
+        robot: the arm.
+        tool: what it carries.
+        process: how the material is laid.
+        signals: outputs of the controller.
+        obstacles: boxes that stand in the cell.
+        demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
+        fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
+    """
+
+    name: str
+    robot: Robot
+    tool: Tool
+    process: Process
+    signals: Signals
+    obstacles: tuple[Box, ...]
+    demo_position: FloatArray
+    fixture: TouchedPoints | None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, demo_position="float: 3")

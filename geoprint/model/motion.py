@@ -1,0 +1,118 @@
+"""Motion: joint angles for every pose, the timed trajectory, and what was found clear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from geoprint.model.path import PoseStream
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class JointPath:
+    """Joint angles of every pose, all on one branch of the inverse kinematics.
+
+    Attributes:
+        poses: the stream as commanded: turned about the nozzle by `spin`.
+        joints: (p, 6) angles [rad], continuous from pose to pose, inside the limits.
+        configuration: (p, 4) RAPID configuration data cf1, cf4, cf6, cfx of each pose.
+        branch: index of the branch, 0 to 7.
+        spin: constant rotation about the nozzle's axis [rad] that was added to every pose.
+        T_base_work: (4, 4) where the part stands.
+    """
+
+    poses: PoseStream
+    joints: FloatArray
+    configuration: IntArray
+    branch: int
+    spin: float
+    T_base_work: FloatArray
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(self, joints="float: p 6", configuration="int: p 4", T_base_work="float: 4 4")
+        if sizes["p"] != self.poses.count:
+            raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
+
+    @property
+    def smallest_wrist_angle(self) -> float:
+        """Smallest |q5| over all poses [rad]: the distance from the wrist singularity."""
+        return float(np.abs(self.joints[:, 4]).min())
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """The whole motion in time, from home to home, a row each millisecond.
+
+    Attributes:
+        times: (k,) [s], evenly spaced from 0.
+        joints: (k, 6) [rad].
+        runs: (k,) run of the pose stream, -1 on the way from and to home.
+        deposit: (k,) whether material is laid.
+        pose_times: (p,) when each pose of the stream is reached [s].
+        stretched: runs that were slowed because the time parameterisation broke a limit between its grid points.
+        slowest_deposit: smallest tip speed on deposit, away from the ends of runs and their corners [mm/s].
+    """
+
+    times: FloatArray
+    joints: FloatArray
+    runs: IntArray
+    deposit: BoolArray
+    pose_times: FloatArray
+    stretched: int
+    slowest_deposit: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, times="float: k", joints="float: k 6", runs="int: k", deposit="bool: k", pose_times="float: p",
+        )  # fmt: skip
+
+    @property
+    def duration(self) -> float:
+        """Time from home to home [s]."""
+        return float(self.times[-1])
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Clearance:
+    """What the collision check found; it exists only where nothing was hit.
+
+    Attributes:
+        smallest: smallest distance found between the tool above its tip zone and part, body and obstacles [mm].
+        at: where that is, as text: run and place.
+        kept: distance that was proven at every pose and between poses [mm].
+        tip_margin: smallest room under the rim of the needle's tip on deposit [mm].
+        checks: number of tool placements tested.
+        checked: pairs that were tested.
+        not_checked: what was left out, said so that nobody takes it for clear.
+    """
+
+    smallest: float
+    at: str
+    kept: float
+    tip_margin: float
+    checks: int
+    checked: tuple[str, ...]
+    not_checked: tuple[str, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Program:
+    """RAPID modules ready to be written.
+
+    Attributes:
+        modules: file name to text, in the order in which a controller loads them.
+        targets: number of robtargets.
+        dry_run: whether it can only run without material.
+    """
+
+    modules: tuple[tuple[str, str], ...]
+    targets: int
+    dry_run: bool

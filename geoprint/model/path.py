@@ -1,0 +1,99 @@
+"""The path: ordered runs on the surface, and the stream of tool poses that prints them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from geoprint.model.surface import SurfaceCurves
+
+# Quaternions are normalised when made; beyond this they are something else.
+QUATERNION_TOLERANCE = 1e-9
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Toolpath:
+    """The runs in the order in which they are printed, each resampled along its arc.
+
+    Attributes:
+        curves: one curve a run; a closed one starts and ends at its seam.
+        levels: (c,) contour level of each run.
+        layers: (c,) layer of each run.
+        spacing: distance between neighbouring levels [mm].
+        dropped_runs: closed contours shorter than one spacing, left out.
+        dropped_length: their length [mm].
+    """
+
+    curves: SurfaceCurves
+    levels: IntArray
+    layers: IntArray
+    spacing: float
+    dropped_runs: int
+    dropped_length: float
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(self, levels="int: c", layers="int: c")
+        if sizes["c"] != self.curves.count:
+            raise InputError("a toolpath needs one level and one layer a run.")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseStream:
+    """Every pose of the tool in the work frame, deposit and travel, in the order of motion.
+
+    Between neighbouring rows the tool moves in a straight line and turns at a constant rate (slerp). The rows of the
+    travel that leads to run r carry r; the last retract carries the last run. Run 0 starts with its approach.
+
+    Attributes:
+        tips: (p, 3) tip of the nozzle [mm].
+        quaternions: (p, 4) attitude of the tool frame, w x y z; its z axis points out of the nozzle.
+        normals: (p, 3) outward unit normal of the surface below the tip (on travel: of the run's end nearby).
+        runs: (p,) run each pose belongs to, not falling.
+        levels: (p,) contour level, -1 on travel.
+        layers: (p,) layer.
+        deposit: (p,) whether material is laid from this pose to the next one of the same run.
+        stops: (p,) whether the tool comes to rest here: ends of runs, corners of travel, sharp corners of runs.
+        arcs: (p,) arc length from the start of the run [mm]; on travel from the start of the travel.
+        flow: (p,) volume to lay per length of path [mm3/mm], 0 on travel.
+        standoff: height of the tip over the surface on deposit [mm].
+    """
+
+    tips: FloatArray
+    quaternions: FloatArray
+    normals: FloatArray
+    runs: IntArray
+    levels: IntArray
+    layers: IntArray
+    deposit: BoolArray
+    stops: BoolArray
+    arcs: FloatArray
+    flow: FloatArray
+    standoff: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, tips="float: p 3", quaternions="float: p 4", normals="float: p 3", runs="int: p", levels="int: p",
+            layers="int: p", deposit="bool: p", stops="bool: p", arcs="float: p", flow="float: p",
+        )  # fmt: skip
+        for name in ("quaternions", "normals"):
+            lengths = np.linalg.norm(getattr(self, name), axis=1)
+            if np.abs(lengths - 1.0).max(initial=0.0) > QUATERNION_TOLERANCE:
+                raise InputError(f"PoseStream.{name} must have unit length.")
+        if self.runs.size and np.diff(self.runs).min(initial=0) < 0:
+            raise InputError("PoseStream.runs must not fall: runs are printed in their order.")
+
+    @property
+    def count(self) -> int:
+        """Number of poses p."""
+        return int(self.runs.size)
+
+    @property
+    def surface_points(self) -> FloatArray:
+        """(p, 3) point of the surface below each depositing tip; the tip itself on travel [mm]."""
+        return self.tips - np.where(self.deposit, self.standoff, 0.0)[:, None] * self.normals

@@ -1,0 +1,160 @@
+"""The surface and what lies on it: points, curves, seeds, distance fields and contours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+
+# Barycentric weights may miss the simplex by rounding only.
+WEIGHT_TOLERANCE = 1e-9
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Surface:
+    """A triangle mesh with consistent winding; counter-clockwise seen from outside.
+
+    Attributes:
+        vertices: (n, 3) positions [mm] in the part's own (work) frame.
+        faces: (m, 3) vertex indices.
+        name: what messages call it, usually the file's name.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    name: str = "surface"
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(self, vertices="float: n 3", faces="int: m 3")
+        if sizes["m"] == 0:
+            raise InputError(f"{self.name} has no faces; a surface needs at least one triangle.")
+        if self.faces.min() < 0 or self.faces.max() >= sizes["n"]:
+            raise InputError(
+                f"{self.name}: a face refers to vertex {self.faces.max()}, "
+                f"but there are {sizes['n']} vertices, numbered from 0."
+            )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfacePoints:
+    """Points on a surface: the hinge of the data flow. Positions and normals are derived in `surfaces.points`.
+
+    Attributes:
+        faces: (k,) index of the triangle each point lies in.
+        weights: (k, 3) barycentric weights, each in [0, 1], summing to 1.
+    """
+
+    faces: IntArray
+    weights: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, faces="int: k", weights="float: k 3")
+        if self.faces.size and self.faces.min() < 0:
+            raise InputError("SurfacePoints.faces must not be negative.")
+        if self.faces.size and (
+            self.weights.min() < -WEIGHT_TOLERANCE or np.abs(self.weights.sum(axis=1) - 1.0).max() > WEIGHT_TOLERANCE
+        ):
+            raise InputError("SurfacePoints.weights must lie in [0, 1] and sum to 1.")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfaceCurves:
+    """Polylines on a surface, stored end to end; a point seed is a curve of one point.
+
+    Consecutive points of a curve lie in one common triangle or are so close that the chord stands for the surface.
+
+    Attributes:
+        points: the k points of all curves.
+        offsets: (c + 1,) curve i is `points[offsets[i]:offsets[i + 1]]`; starts at 0, ends at k, no empty curve.
+        closed: (c,) whether the curve is closed; a closed one repeats its first point at its end.
+    """
+
+    points: SurfacePoints
+    offsets: IntArray
+    closed: BoolArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, offsets="int: o", closed="bool: c")
+        check_offsets(self.offsets, curves=self.closed.size, points=self.points.faces.size)
+
+    @property
+    def count(self) -> int:
+        """Number of curves c."""
+        return int(self.closed.size)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Seed:
+    """Where distance is zero.
+
+    Attributes:
+        curves: boundary loops, curves or points on the surface; at least one.
+    """
+
+    curves: SurfaceCurves
+
+    def __post_init__(self) -> None:
+        if self.curves.count == 0:
+            raise InputError("a seed needs at least one curve or point on the surface; this one is empty.")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ScalarField:
+    """A number at each vertex, linear in each triangle.
+
+    Attributes:
+        values: (n,) distances [mm] from the seed, not negative.
+    """
+
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, values="float: n")
+
+    @property
+    def maximum(self) -> float:
+        """Largest distance [mm]."""
+        return float(self.values.max())
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Contours:
+    """Level curves of a distance: level k lies at (k + 1/2) * spacing from the seed.
+
+    Attributes:
+        curves: c curves; the region of larger distance is on the left, seen from outside.
+        levels: (c,) level k of each curve, ascending.
+        spacing: distance between neighbouring levels [mm].
+        distance: the field they were traced on, at the vertices of the surface.
+    """
+
+    curves: SurfaceCurves
+    levels: IntArray
+    spacing: float
+    distance: ScalarField
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, levels="int: c")
+        if self.levels.size != self.curves.count:
+            raise InputError(f"Contours need one level a curve: {self.levels.size} levels, {self.curves.count} curves.")
+
+
+def check_offsets(offsets: IntArray, *, curves: int, points: int) -> None:
+    """Check that offsets cut `points` items into `curves` pieces, none of them empty.
+
+    Raises:
+        InputError: they do not.
+    """
+    whole = offsets.size == curves + 1 and offsets[0] == 0 and offsets[-1] == points
+    if not whole or (curves and np.diff(offsets).min() < 1):
+        raise InputError(f"offsets must rise strictly from 0 to {points} in {curves} steps.")

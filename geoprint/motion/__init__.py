@@ -1,0 +1,1 @@
+"""From poses to a checked trajectory: placement, kinematics, timing and clearance. Metres stay inside."""

@@ -1,0 +1,1 @@
+"""From contours to the pose stream: isolines, order, resampling, travel and attitude."""

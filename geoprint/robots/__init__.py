@@ -1,0 +1,1 @@
+"""Package data: the arms as URDF and the cells as TOML."""

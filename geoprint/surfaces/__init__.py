@@ -1,0 +1,1 @@
+"""A mesh worth planning on: reading, preparing, topology, operators and refinement."""
