@@ -12,7 +12,7 @@ from geoprint.model.cell import (
     Tool,
     TouchedPoints,
 )
-from geoprint.model.motion import Clearance, JointPath, Program, Trajectory
+from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
@@ -22,6 +22,7 @@ __all__ = [
     "Cell",
     "Clearance",
     "Contours",
+    "ControllerPath",
     "FloatArray",
     "IntArray",
     "JointPath",
@@ -37,6 +38,7 @@ __all__ = [
     "Surface",
     "SurfaceCurves",
     "SurfacePoints",
+    "Targets",
     "Tool",
     "Toolpath",
     "TouchedPoints",

@@ -79,6 +79,48 @@ class Trajectory:
 
 
 @final
+@dataclass(frozen=True, slots=True, eq=False)
+class Targets:
+    """The poses that are written as robtargets; the controller joins them by straight lines.
+
+    Attributes:
+        poses: (t,) ascending indices into the pose stream; all stops and all changes of deposit are among them.
+        zones: (t,) radius in which the controller may round a target [mm]; 0 stops there (fine).
+        speeds: (t,) speed of the tip on the way to each target [mm/s].
+    """
+
+    poses: IntArray
+    zones: FloatArray
+    speeds: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, poses="int: t", zones="float: t", speeds="float: t")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerPath:
+    """The motion as the controller interpolates it: joint moves from and to home, straight lines between targets.
+
+    Sampled so finely that `step` bounds what happens between neighbouring rows.
+
+    Attributes:
+        joints: (k, 6) [rad], from home to home.
+        runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
+        deposit: (k,) whether material is laid from this row to the next.
+        step: largest movement of the tip between neighbouring rows [mm].
+    """
+
+    joints: FloatArray
+    runs: IntArray
+    deposit: BoolArray
+    step: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, joints="float: k 6", runs="int: k", deposit="bool: k")
+
+
+@final
 @dataclass(frozen=True, slots=True)
 class Clearance:
     """What the collision check found; it exists only where nothing was hit.
