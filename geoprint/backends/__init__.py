@@ -1,1 +1,14 @@
-"""Planning backends: each covers a surface with curves a constant distance apart, behind one interface."""
+"""Planning backends: each covers a surface with curves a constant distance apart, behind one interface.
+
+A new backend is one file beside these and one line in `BACKENDS`.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from geoprint.backends.heat import Heat
+from geoprint.backends.interface import Backend
+
+BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType({"heat": Heat})
+
+__all__ = ["BACKENDS", "Backend", "Heat"]

@@ -1,1 +1,6 @@
-"""From contours to the pose stream: isolines, order, resampling, travel and attitude."""
+"""From contours to the pose stream: order, resampling, attitude and travel."""
+
+from geoprint.paths.arrange import arrange
+from geoprint.paths.poses import largest_lean, poses
+
+__all__ = ["arrange", "largest_lean", "poses"]

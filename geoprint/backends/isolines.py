@@ -1,0 +1,127 @@
+"""Level curves of a function that is linear in each triangle, all levels in one pass, chained into oriented curves.
+
+A vertex whose value equals a level counts as above it. With that rule every triangle that a level crosses has exactly
+one edge where the boundary of the triangle, walked counter-clockwise, comes down through the level and one where it
+goes up; the piece of the level curve runs from the first to the second, so larger values lie on its left seen from
+outside, and pieces of neighbouring triangles join head to tail. Flat triangles at a level carry no piece of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
+from geoprint.surfaces import numbered_edges
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Pieces:
+    """Straight pieces of level curves, one a row: a triangle, and the crossings where it starts and ends."""
+
+    faces: IntArray
+    levels: IntArray
+    starts: IntArray
+    ends: IntArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Crossings:
+    """Points where a level crosses an edge: edge, level, and share of the way from the edge's first vertex."""
+
+    edges: IntArray
+    levels: IntArray
+    shares: FloatArray
+
+
+def isolines(surface: Surface, field: ScalarField, *, levels: FloatArray) -> tuple[SurfaceCurves, IntArray]:
+    """Trace level curves.
+
+    Args:
+        surface: n vertices, m faces.
+        field: (n,) values at the vertices.
+        levels: (l,) strictly rising values.
+
+    Returns:
+        The curves, sorted by level, larger values on their left seen from outside, closed unless they end at the
+        border; and (c,) the index of each curve's level. Where a level touches nothing it has no curve.
+    """
+    surface_edges, face_edges = numbered_edges(surface.faces)
+    pieces, crossings = _cut(surface, field.values, levels, surface_edges=surface_edges, face_edges=face_edges)
+    order, offsets, closed = _chain(pieces.starts, pieces.ends, count=crossings.edges.size)
+    outgoing = np.full(crossings.edges.size, -1)
+    outgoing[pieces.ends] = pieces.faces
+    outgoing[pieces.starts] = pieces.faces
+    points = _points_on(surface, surface_edges[crossings.edges[order]], crossings.shares[order], outgoing[order])
+    curve_levels = crossings.levels[order[offsets[:-1]]]
+    return _by_level(SurfaceCurves(points, offsets, closed), curve_levels)
+
+
+def _cut(
+    surface: Surface, values: FloatArray, levels: FloatArray, *, surface_edges: IntArray, face_edges: IntArray
+) -> tuple[_Pieces, _Crossings]:
+    """Cut every triangle by every level between its smallest and its largest value."""
+    ranks = np.searchsorted(levels, values, side="right")[surface.faces]
+    first = ranks.min(axis=1)
+    count = ranks.max(axis=1) - first
+    face: IntArray = np.repeat(np.arange(int(count.size)), count)
+    level = np.arange(face.size) - np.repeat(np.cumsum(count) - count - first, count)
+    above = ranks[face] > level[:, None]
+    following = np.roll(above, -1, axis=1)
+    down, up = np.argmax(above & ~following, axis=1), np.argmax(~above & following, axis=1)
+    key = np.concatenate([face_edges[face, down], face_edges[face, up]]) * levels.size + np.tile(level, 2)
+    crossing, where = np.unique(key, return_inverse=True)
+    edge, crossing_level = crossing // levels.size, crossing % levels.size
+    low, high = values[surface_edges[edge, 0]], values[surface_edges[edge, 1]]
+    shares = np.clip((levels[crossing_level] - low) / (high - low), 0.0, 1.0)
+    pieces = _Pieces(face, level, where[: face.size], where[face.size :])
+    return pieces, _Crossings(edge, crossing_level, shares)
+
+
+def _chain(starts: IntArray, ends: IntArray, *, count: int) -> tuple[IntArray, IntArray, BoolArray]:
+    """Order crossings along their curves by pointer doubling: about log2(count) passes over all of them at once.
+
+    Returns:
+        (k,) crossings in order, curve after curve, closed ones with their first crossing repeated; (c + 1,) offsets;
+        (c,) closed. A closed curve starts at its lowest-numbered crossing.
+    """
+    itself = np.arange(count)
+    following = itself.copy()
+    following[starts] = ends
+    lowest, jump = itself, following
+    for _ in range(max(count, 1).bit_length()):
+        lowest, jump = np.minimum(lowest, lowest[jump]), jump[jump]
+    closed_crossing = following[jump] != jump
+    cut = closed_crossing & (following == lowest)
+    following[cut] = itself[cut]
+    left, jump = (following != itself).astype(np.int64), following
+    for _ in range(max(count, 1).bit_length()):
+        left, jump = left + left[jump], jump[jump]
+    order = np.lexsort((-left, jump))
+    last = jump[order]
+    heads = np.flatnonzero(np.diff(last, prepend=-1))
+    closed = closed_crossing[order[heads]]
+    lengths = np.diff(np.append(heads, count)) + closed
+    offsets = np.concatenate([[0], np.cumsum(lengths)])
+    repeated = np.insert(order, np.append(heads, count)[1:][closed], order[heads[closed]])
+    return repeated, offsets, closed
+
+
+def _points_on(surface: Surface, ends: IntArray, shares: FloatArray, faces: IntArray) -> SurfacePoints:
+    """Express points on edges, given by their ends and shares, in the faces that they belong to."""
+    corners = surface.faces[faces]
+    weights = np.where(corners == ends[:, :1], 1.0 - shares[:, None], 0.0)
+    weights += np.where(corners == ends[:, 1:], shares[:, None], 0.0)
+    return SurfacePoints(faces, weights)
+
+
+def _by_level(curves: SurfaceCurves, levels: IntArray) -> tuple[SurfaceCurves, IntArray]:
+    """Sort curves by level, keeping the order inside a level."""
+    order = np.argsort(levels, kind="stable")
+    lengths = np.diff(curves.offsets)
+    sorted_lengths = lengths[order]
+    offsets = np.concatenate([[0], np.cumsum(sorted_lengths)])
+    pick: IntArray = np.arange(int(offsets[-1])) + np.repeat(curves.offsets[order] - offsets[:-1], sorted_lengths)
+    points = SurfacePoints(curves.points.faces[pick], curves.points.weights[pick])
+    return SurfaceCurves(points, offsets, curves.closed[order]), levels[order]

@@ -1,0 +1,145 @@
+"""Contours put into printing order: outside to inside, seams next to each other, resampled along the arc."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geoprint.errors import FieldError
+from geoprint.model import Contours, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, Toolpath
+from geoprint.paths.resample import arc_lengths, resample
+from geoprint.surfaces import positions
+
+# Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
+STEP_SHARE = 0.5
+CHORD_ERROR_SHARE = 1.0 / 500.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Run:
+    """One contour on its way into the toolpath: its points, where they are, and whether it is closed."""
+
+    points: SurfacePoints
+    places: FloatArray
+    closed: bool
+    level: int
+
+
+def arrange(contours: Contours, surface: Surface) -> Toolpath:
+    """Order, orient and resample the contours.
+
+    Runs go from the seed inwards, level by level; inside a level the next run is the one nearest to where the tool
+    is. A closed run starts at its point nearest to the end of the run before, so that seams lie side by side and
+    travel is short; it keeps its direction. An open run starts at its nearer end. Closed runs shorter than one
+    spacing would be a blob rather than a bead: they are dropped and counted.
+
+    Args:
+        contours: c curves.
+        surface: what they were traced on.
+
+    Returns:
+        The toolpath; steps at most half a spacing, chord error at most a 500th of it.
+
+    Raises:
+        FieldError: nothing is left to print.
+    """
+    runs, dropped = _worth_printing(_runs_of(contours, surface), spacing=contours.spacing)
+    if not runs:
+        raise FieldError(
+            f"at a spacing of {contours.spacing:g} mm every contour of the part is shorter than one spacing: choose a "
+            "smaller spacing."
+        )
+    ordered = _in_order(runs)
+    sampled = [
+        resample(
+            surface,
+            run.points,
+            step=STEP_SHARE * contours.spacing,
+            chord_error=CHORD_ERROR_SHARE * contours.spacing,
+        )
+        for run in ordered
+    ]
+    points = SurfacePoints(
+        np.concatenate([points.faces for points in sampled]), np.concatenate([points.weights for points in sampled])
+    )
+    offsets = np.concatenate([[0], np.cumsum([points.faces.size for points in sampled])])
+    return Toolpath(
+        curves=SurfaceCurves(points, offsets, np.array([run.closed for run in ordered])),
+        levels=np.array([run.level for run in ordered]),
+        layers=np.zeros(len(ordered), dtype=np.int64),
+        spacing=contours.spacing,
+        dropped_runs=len(dropped),
+        dropped_length=float(sum(_length(run) for run in dropped)),
+    )
+
+
+def _runs_of(contours: Contours, surface: Surface) -> list[_Run]:
+    curves = contours.curves
+    places = positions(surface, curves.points)
+    slices = [slice(*curves.offsets[i : i + 2]) for i in range(curves.count)]
+    return [
+        _Run(
+            points=SurfacePoints(curves.points.faces[piece], curves.points.weights[piece]),
+            places=places[piece],
+            closed=bool(closed),
+            level=int(level),
+        )
+        for piece, closed, level in zip(slices, curves.closed, contours.levels, strict=True)
+    ]
+
+
+def _length(run: _Run) -> float:
+    return float(arc_lengths(run.places)[-1])
+
+
+def _worth_printing(runs: list[_Run], *, spacing: float) -> tuple[list[_Run], list[_Run]]:
+    """Part runs into those to print and those to drop; an open run too short to have two points is dropped too."""
+    long_enough = [_length(run) >= (spacing if run.closed else spacing / 100) for run in runs]
+    kept = [run for run, keep in zip(runs, long_enough, strict=True) if keep]
+    return kept, [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+
+
+def _in_order(runs: list[_Run]) -> list[_Run]:
+    """Go level by level, always to the nearest run, each turned so that it starts near the tool."""
+    waiting = sorted(runs, key=lambda run: run.level)
+    here = _first_start(waiting)
+    ordered: list[_Run] = []
+    while waiting:
+        candidates = [run for run in waiting if run.level == waiting[0].level]
+        distances = [_nearest_start(run, here)[1] for run in candidates]
+        chosen = candidates[int(np.argmin(distances))]
+        waiting.remove(chosen)
+        turned = _started_near(chosen, here)
+        ordered.append(turned)
+        here = turned.places[-1]
+    return ordered
+
+
+def _first_start(runs: list[_Run]) -> FloatArray:
+    """Start where the first level is nearest to the last one, so that the row of seams runs inwards the short way."""
+    outer = np.concatenate([run.places for run in runs if run.level == runs[0].level])
+    inner = np.concatenate([run.places for run in runs if run.level == runs[-1].level])
+    return outer[int(np.argmin(np.linalg.norm(outer - inner.mean(axis=0), axis=1)))]
+
+
+def _nearest_start(run: _Run, here: FloatArray) -> tuple[int, float]:
+    """Return the index of the best starting point of a run and its distance from here [mm]."""
+    size = int(run.places.shape[0])
+    starts: IntArray = np.arange(size - 1) if run.closed else np.array([0, size - 1])
+    distances = np.linalg.norm(run.places[starts] - here, axis=1)
+    best = int(np.argmin(distances))
+    return int(starts[best]), float(distances[best])
+
+
+def _started_near(run: _Run, here: FloatArray) -> _Run:
+    start, _ = _nearest_start(run, here)
+    forward: IntArray = np.arange(int(run.places.shape[0]))
+    if run.closed:
+        return _reordered(run, np.append(np.roll(forward[:-1], -start), start))
+    return run if start == 0 else _reordered(run, forward[::-1])
+
+
+def _reordered(run: _Run, order: IntArray) -> _Run:
+    points = SurfacePoints(run.points.faces[order], run.points.weights[order])
+    return _Run(points, run.places[order], closed=run.closed, level=run.level)

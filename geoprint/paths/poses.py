@@ -1,0 +1,177 @@
+"""The pose stream: runs lifted to the stand-off, attitudes along them, and the travel between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.model import BoolArray, FloatArray, PoseStream, Surface, SurfacePoints, Toolpath
+from geoprint.paths.attitude import same_sign, slerp, smoothed_axes, tool_quaternions
+from geoprint.paths.resample import arc_lengths
+from geoprint.paths.travel import crossing, sampled_polyline
+from geoprint.surfaces import normals, positions
+from geoprint.transforms import rotation_of
+
+# A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
+# stops there for an instant.
+CORNER_ANGLE = np.radians(30.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Stretch:
+    """Rows of the stream that belong together: one run, or the travel to it."""
+
+    tips: FloatArray
+    quaternions: FloatArray
+    normals: FloatArray
+    stops: BoolArray
+    deposit: bool
+    run: int
+
+
+def poses(
+    toolpath: Toolpath,
+    surface: Surface,
+    *,
+    R_base_work: FloatArray,
+    standoff: float,
+    retract: float,
+    layer_height: float,
+) -> PoseStream:
+    """Orient the tool along a toolpath and join the runs by travel.
+
+    On deposit the tip stands `standoff` above the surface along its normal; the nozzle points against the smoothed
+    normal. Between runs the tool lifts off along the nozzle, crosses in a straight line, or over everything where
+    that would come near the part, and comes down along the nozzle of the next run.
+
+    Args:
+        toolpath: runs in printing order.
+        surface: what they lie on.
+        R_base_work: (3, 3) how the part stands; `tool_quaternions` says what depends on it.
+        standoff: height of the tip over the surface on deposit [mm].
+        retract: lift between runs [mm].
+        layer_height: bead height that sets the flow: spacing times layer height [mm].
+
+    Returns:
+        The stream in the work frame; it starts and ends lifted.
+    """
+    up = R_base_work[2]
+    tree = KDTree(surface.vertices)
+    top = float((surface.vertices @ up).max())
+    runs = [
+        _run_stretch(toolpath, surface, run, R_base_work=R_base_work, standoff=standoff)
+        for run in range(toolpath.curves.count)
+    ]
+    stretches = [_approach(runs[0], retract=retract)]
+    for run, following in pairwise(runs):
+        start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
+        way = crossing(start, end, up=up, retract=retract, vertices=tree, top=top)
+        stretches += [run, _travel(run, following, way)]
+    stretches += [runs[-1], _retreat(runs[-1], retract=retract)]
+    return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacing * layer_height)
+
+
+def largest_lean(stream: PoseStream) -> float:
+    """Return the largest angle between nozzle and surface normal on deposit [rad]."""
+    axes = -rotation_of(stream.quaternions[stream.deposit])[:, :, 2]
+    cosine = np.einsum("ij,ij->i", axes, stream.normals[stream.deposit])
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)).max(initial=0.0))
+
+
+def _run_stretch(
+    toolpath: Toolpath, surface: Surface, run: int, *, R_base_work: FloatArray, standoff: float
+) -> _Stretch:
+    piece = slice(*toolpath.curves.offsets[run : run + 2])
+    points = SurfacePoints(toolpath.curves.points.faces[piece], toolpath.curves.points.weights[piece])
+    places, outward = positions(surface, points), normals(surface, points)
+    axes = smoothed_axes(outward, arc_lengths(places), closed=bool(toolpath.curves.closed[run]))
+    tips = places + standoff * outward
+    return _Stretch(
+        tips=tips,
+        quaternions=tool_quaternions(axes, R_base_work=R_base_work),
+        normals=outward,
+        stops=_corners(tips),
+        deposit=True,
+        run=run,
+    )
+
+
+def _corners(points: FloatArray) -> BoolArray:
+    """Tell where a polyline bends sharply; its ends always count."""
+    directions = np.diff(points, axis=0)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    bend = np.einsum("ij,ij->i", directions[1:], directions[:-1]) < np.cos(CORNER_ANGLE)
+    return np.concatenate([[True], bend, [True]])
+
+
+def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
+    """Return the tip's place above one row, moved back along the nozzle."""
+    return stretch.tips[row] - retract * rotation_of(stretch.quaternions[row])[:, 2]
+
+
+def _travel(run: _Stretch, following: _Stretch, way: FloatArray) -> _Stretch:
+    """Lift off, cross, come down; the ends themselves are rows of the runs. The tool turns while it crosses."""
+    tips, corners = sampled_polyline(np.vstack([run.tips[-1:], way, following.tips[:1]]))
+    arcs = arc_lengths(tips)
+    lifted, lowering = arcs[corners[1]], arcs[corners[-2]]
+    shares = np.clip((arcs - lifted) / max(lowering - lifted, 1e-9), 0.0, 1.0)
+    stops = np.zeros(arcs.size, dtype=np.bool_)
+    stops[corners] = True
+    before: BoolArray = shares[:, None] < 0.5
+    inner = slice(1, -1)
+    return _Stretch(
+        tips=tips[inner],
+        quaternions=slerp(run.quaternions[-1], following.quaternions[0], shares)[inner],
+        normals=np.where(before, run.normals[-1], following.normals[0])[inner],
+        stops=stops[inner],
+        deposit=False,
+        run=following.run,
+    )
+
+
+def _approach(run: _Stretch, *, retract: float) -> _Stretch:
+    """Come down to the first run from where the robot arrives."""
+    tips, _ = sampled_polyline(np.stack([_lifted(run, 0, retract=retract), run.tips[0]]))
+    return _straight(run, 0, tips[:-1], stop=0)
+
+
+def _retreat(run: _Stretch, *, retract: float) -> _Stretch:
+    """Lift off from the last run."""
+    tips, _ = sampled_polyline(np.stack([run.tips[-1], _lifted(run, -1, retract=retract)]))
+    return _straight(run, -1, tips[1:], stop=-1)
+
+
+def _straight(run: _Stretch, row: int, tips: FloatArray, *, stop: int) -> _Stretch:
+    count = tips.shape[0]
+    stops = np.zeros(count, dtype=np.bool_)
+    stops[stop] = True
+    return _Stretch(
+        tips=tips,
+        quaternions=np.tile(run.quaternions[row], (count, 1)),
+        normals=np.tile(run.normals[row], (count, 1)),
+        stops=stops,
+        deposit=False,
+        run=run.run,
+    )
+
+
+def _joined(stretches: list[_Stretch], toolpath: Toolpath, *, standoff: float, flow: float) -> PoseStream:
+    sizes = np.array([stretch.tips.shape[0] for stretch in stretches])
+    runs = np.repeat([stretch.run for stretch in stretches], sizes)
+    deposit = np.repeat([stretch.deposit for stretch in stretches], sizes)
+    return PoseStream(
+        tips=np.concatenate([stretch.tips for stretch in stretches]),
+        quaternions=same_sign(np.concatenate([stretch.quaternions for stretch in stretches])),
+        normals=np.concatenate([stretch.normals for stretch in stretches]),
+        runs=runs,
+        levels=np.where(deposit, toolpath.levels[runs], -1),
+        layers=toolpath.layers[runs],
+        deposit=deposit,
+        stops=np.concatenate([stretch.stops for stretch in stretches]),
+        arcs=np.concatenate([arc_lengths(stretch.tips) for stretch in stretches]),
+        flow=np.where(deposit, flow, 0.0),
+        standoff=standoff,
+    )

@@ -1,0 +1,131 @@
+"""Curves on a surface resampled along their arc, with the step and the chord error both bounded."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.surfaces import closest, positions
+
+# An even sample this share of a step away from a kept corner is dropped: it would only make the gaps uneven.
+CROWDED_SHARE = 0.25
+# Pieces of a curve shorter than this [mm] are rounding, not path.
+SHORTEST_PIECE = 1e-9
+# Weights that miss a sum of 1 by more than this belong to a point outside the triangle.
+WHOLE = 1e-9
+
+
+def arc_lengths(points: FloatArray) -> FloatArray:
+    """Return (k,) length along a polyline of (k, 3) points from its start [mm].
+
+    Examples:
+        >>> arc_lengths(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0], [3.0, 4.0, 1.0]]))
+        array([0., 5., 6.])
+    """
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def resample(surface: Surface, points: SurfacePoints, *, step: float, chord_error: float) -> SurfacePoints:
+    """Resample one curve: even samples along the arc, and where the curve bends too fast its own points as well.
+
+    Args:
+        surface: what the curve lies on.
+        points: (k,) points of the curve, k >= 2; a closed one repeats its first point.
+        step: largest distance along the curve between neighbouring samples [mm].
+        chord_error: largest distance of the curve's points from the resampled polyline [mm].
+
+    Returns:
+        Points on the curve; the first and the last point are kept.
+    """
+    places = positions(surface, points)
+    arcs = arc_lengths(places)
+    real = np.concatenate([[True], np.diff(arcs) > SHORTEST_PIECE])
+    places, arcs, index = places[real], arcs[real], np.flatnonzero(real)
+    samples = _sample_arcs(places, arcs, step=step, chord_error=chord_error)
+    piece = np.clip(np.searchsorted(arcs, samples, side="right") - 1, 0, max(arcs.size - 2, 0))
+    share = (samples - arcs[piece]) / np.maximum(arcs[np.minimum(piece + 1, arcs.size - 1)] - arcs[piece], 1e-300)
+    following = index[np.minimum(piece + 1, arcs.size - 1)]
+    return interpolate(surface, points, index[piece], following, np.clip(share, 0.0, 1.0))
+
+
+def interpolate(
+    surface: Surface, points: SurfacePoints, first: IntArray, second: IntArray, shares: FloatArray
+) -> SurfacePoints:
+    """Return points on the way between pairs of surface points.
+
+    Inside a common triangle that is exact. Where a pair has none, the chord's point is projected to the surface.
+
+    Args:
+        surface: m faces.
+        points: (k,) points.
+        first: (j,) index of the point each result starts from.
+        second: (j,) index of the point it goes towards.
+        shares: (j,) share of the way, in [0, 1].
+
+    Returns:
+        (j,) points.
+    """
+    ahead, ahead_sum = _carried(surface, points, source=second, target=first)
+    back, back_sum = _carried(surface, points, source=first, target=second)
+    use_back = (ahead_sum < back_sum)[:, None]
+    start = np.where(use_back, back, points.weights[first])
+    end = np.where(use_back, points.weights[second], ahead)
+    faces = np.where(use_back[:, 0], points.faces[second], points.faces[first])
+    weights = (1.0 - shares)[:, None] * start + shares[:, None] * end
+    apart = (np.maximum(ahead_sum, back_sum) < 1.0 - WHOLE) & (shares > 0.0)
+    if apart.any():
+        places = positions(surface, points)
+        chord = places[first[apart]] + shares[apart, None] * (places[second[apart]] - places[first[apart]])
+        landed, _ = closest(surface, chord)
+        faces[apart], weights[apart] = landed.faces, landed.weights
+    return SurfacePoints(faces, weights / weights.sum(axis=1, keepdims=True))
+
+
+def _carried(
+    surface: Surface, points: SurfacePoints, *, source: IntArray, target: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Express source points by the corners of the target points' faces; the weights sum to 1 where they lie in it."""
+    corners, other_corners = surface.faces[points.faces[target]], surface.faces[points.faces[source]]
+    same = (corners[:, :, None] == other_corners[:, None, :]).astype(np.float64)
+    weights = np.einsum("jab,jb->ja", same, points.weights[source])
+    return weights, weights.sum(axis=1)
+
+
+def _sample_arcs(places: FloatArray, arcs: FloatArray, *, step: float, chord_error: float) -> FloatArray:
+    """Choose where to sample: even arcs first, then the farthest point of every piece whose chord errs too much."""
+    length = float(arcs[-1])
+    even: FloatArray = np.linspace(0.0, length, max(int(np.ceil(length / step)), 1) + 1)
+    kept = np.zeros(arcs.size, dtype=np.bool_)
+    kept[[0, -1]] = True
+    while True:
+        samples = _merge(even, arcs[kept], crowded=CROWDED_SHARE * step)
+        worst = _worst_points(places, arcs, samples, chord_error=chord_error)
+        worst = worst[~kept[worst]]
+        if worst.size == 0:
+            return samples
+        kept[worst] = True
+
+
+def _merge(even: FloatArray, kept: FloatArray, *, crowded: float) -> FloatArray:
+    """Join both sets, leaving out even samples too near to a kept one where the gap stays within one even step."""
+    right = np.clip(np.searchsorted(kept, even), 1, kept.size - 1)
+    gap = np.minimum(np.abs(even - kept[right - 1]), np.abs(kept[right] - even))
+    near = gap < crowded
+    step = even[1] - even[0]
+    samples = np.unique(np.concatenate([even[~near], kept]))
+    wide = np.diff(samples) > step * (1 + 1e-9)
+    middles = 0.5 * (samples[:-1] + samples[1:])[wide]
+    return np.sort(np.concatenate([samples, middles]))
+
+
+def _worst_points(places: FloatArray, arcs: FloatArray, samples: FloatArray, *, chord_error: float) -> IntArray:
+    """Return for every sampled piece that errs too much the index of the curve's point farthest from its chord."""
+    corners = np.column_stack([np.interp(samples, arcs, places[:, i]) for i in range(3)])
+    piece = np.clip(np.searchsorted(samples, arcs, side="right") - 1, 0, samples.size - 2)
+    start, along = corners[piece], corners[piece + 1] - corners[piece]
+    length_squared = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    share = np.clip(np.einsum("ij,ij->i", places - start, along) / length_squared, 0.0, 1.0)
+    error = np.linalg.norm(places - start - share[:, None] * along, axis=1)
+    order = np.lexsort((-error, piece))
+    first = order[np.flatnonzero(np.diff(piece[order], prepend=-1))]
+    return first[error[first] > chord_error]
