@@ -1,0 +1,114 @@
+"""What every backend promises, asked of each entry of the registry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from geoprint.backends import BACKENDS
+from geoprint.errors import FieldError, UsageError
+from geoprint.model import FloatArray, Surface
+from geoprint.surfaces import boundary_seed, positions
+from tests.meshes import cylinder_patch, plate, spherical_cap
+
+every_backend = pytest.mark.parametrize("name", sorted(BACKENDS))
+
+# Stated error of each backend where it is consistent, as a share of the spacing of 20 triangles a plate.
+STATED_ERROR = 0.06
+
+
+def distance(name: str, surface: Surface) -> FloatArray:
+    return BACKENDS[name](surface).distance(boundary_seed(surface)).values
+
+
+def plate_distance(surface: Surface, size: tuple[float, float]) -> FloatArray:
+    x, y = surface.vertices[:, 0], surface.vertices[:, 1]
+    return np.minimum(np.minimum(x, size[0] - x), np.minimum(y, size[1] - y))
+
+
+@every_backend
+def test_distance_is_zero_at_the_seed_and_nowhere_negative(name: str) -> None:
+    surface = spherical_cap(rings=12, jitter_seed=2)
+    values = distance(name, surface)
+    seed = boundary_seed(surface)
+    rim = np.unique(surface.faces[seed.curves.points.faces][seed.curves.points.weights > 0.5])
+    np.testing.assert_allclose(values[rim], 0.0, atol=1e-12)
+    assert values.min() >= 0.0
+    assert values.max() > 20.0
+
+
+@every_backend
+def test_distance_on_a_plate_is_that_to_the_nearest_edge(name: str) -> None:
+    size = (40.0, 30.0)
+    surface = plate(size, (80, 60), jitter_seed=5)
+    error = np.abs(distance(name, surface) - plate_distance(surface, size))
+    assert error.mean() < STATED_ERROR * 2.0
+    assert error.max() < 1.0
+
+
+@every_backend
+def test_rolling_a_plate_into_a_cylinder_changes_nothing(name: str) -> None:
+    angle, radius, length = 1.5, 30.0, 40.0
+    flat = plate((angle * radius, length), (60, 50), jitter_seed=5)
+    rolled = cylinder_patch(radius=radius, angle=angle, length=length, divisions=(60, 50), jitter_seed=5)
+    np.testing.assert_allclose(distance(name, rolled), distance(name, flat), atol=0.1)
+
+
+@every_backend
+def test_the_error_on_a_plate_falls_with_the_triangles(name: str) -> None:
+    size = (40.0, 30.0)
+    errors: list[float] = []
+    for cells in (20, 40, 80):
+        surface = plate(size, (cells, 3 * cells // 4), jitter_seed=3)
+        errors.append(float(np.abs(distance(name, surface) - plate_distance(surface, size)).mean()))
+    order = np.log2(errors[0] / errors[2]) / 2
+    assert order > 0.7
+
+
+@every_backend
+def test_rigid_motion_and_scale_leave_distances_as_they_are(name: str) -> None:
+    surface = spherical_cap(rings=10, jitter_seed=7)
+    turn = Rotation.from_euler("xyz", [20, 40, 60], degrees=True).as_matrix()
+    moved = Surface(3.0 * surface.vertices @ turn.T + [5.0, -70.0, 11.0], surface.faces)
+    np.testing.assert_allclose(distance(name, moved), 3.0 * distance(name, surface), atol=1e-8)
+
+
+@every_backend
+def test_renumbering_moves_no_distance_far(name: str) -> None:
+    surface = spherical_cap(rings=10, jitter_seed=7)
+    rng = np.random.default_rng(0)
+    order = rng.permutation(len(surface.vertices))
+    new_number = np.argsort(order)
+    renumbered = Surface(surface.vertices[order], rng.permutation(new_number[surface.faces]))
+    np.testing.assert_allclose(distance(name, renumbered), distance(name, surface)[order], atol=0.05)
+
+
+@every_backend
+def test_contours_lie_half_a_spacing_and_then_whole_spacings_from_the_seed(name: str) -> None:
+    size = (40.0, 30.0)
+    surface = plate(size, (80, 60), jitter_seed=5)
+    contours = BACKENDS[name](surface).contours(boundary_seed(surface), spacing=2.0)
+    places = positions(surface, contours.curves.points)
+    wanted = np.repeat((contours.levels + 0.5) * 2.0, np.diff(contours.curves.offsets))
+    found = np.minimum(
+        np.minimum(places[:, 0], size[0] - places[:, 0]), np.minimum(places[:, 1], size[1] - places[:, 1])
+    )
+    assert np.abs(found - wanted).mean() < STATED_ERROR * 2.0
+    assert sorted(set(contours.levels.tolist())) == list(range(int(contours.levels.max()) + 1))
+    assert contours.curves.closed.all()
+
+
+@every_backend
+@pytest.mark.parametrize("spacing", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_meaningless_spacing_is_refused(name: str, spacing: float) -> None:
+    surface = plate()
+    with pytest.raises(UsageError, match="spacing"):
+        BACKENDS[name](surface).contours(boundary_seed(surface), spacing=spacing)
+
+
+@every_backend
+def test_a_spacing_larger_than_the_part_names_one_that_fits(name: str) -> None:
+    surface = plate()
+    with pytest.raises(FieldError, match="choose a spacing below"):
+        BACKENDS[name](surface).contours(boundary_seed(surface), spacing=100.0)

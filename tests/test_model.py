@@ -1,0 +1,93 @@
+"""The nouns refuse what is meaningless and cannot be changed afterwards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geoprint.errors import GeoprintError, InputError, LimitError, PlanError, UsageError
+from geoprint.model import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
+from tests.cells import bent_cell
+
+TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+
+
+def points(count: int) -> SurfacePoints:
+    return SurfacePoints(np.zeros(count, dtype=np.int64), np.tile([1.0, 0.0, 0.0], (count, 1)))
+
+
+def test_a_surface_keeps_its_own_read_only_copy() -> None:
+    vertices = TRIANGLE.copy()
+    surface = Surface(vertices, np.array([[0, 1, 2]]))
+    vertices[0, 0] = 9.0
+    assert surface.vertices[0, 0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        surface.vertices[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "complaint"),
+    [
+        (TRIANGLE[:, :2], [[0, 1, 2]], "shape"),
+        (TRIANGLE * np.nan, [[0, 1, 2]], "NaN"),
+        (TRIANGLE, [[0, 1, 3]], "vertex 3"),
+        (TRIANGLE, [[0, 1, -1]], "refers to vertex"),
+        (TRIANGLE, np.zeros((0, 3), dtype=np.int64), "no faces"),
+        (TRIANGLE, [[0.0, 1.0, 2.0]], "array of int"),
+    ],
+)
+def test_a_surface_refuses_meaningless_arrays(vertices: object, faces: object, complaint: str) -> None:
+    with pytest.raises(InputError, match=complaint):
+        Surface(np.asarray(vertices), np.asarray(faces))
+
+
+@pytest.mark.parametrize("weights", [[0.5, 0.6, 0.0], [1.5, -0.5, 0.0]])
+def test_surface_points_refuse_weights_outside_the_triangle(weights: list[float]) -> None:
+    with pytest.raises(InputError, match="weights"):
+        SurfacePoints(np.array([0]), np.array([weights]))
+
+
+def test_surface_points_refuse_negative_faces() -> None:
+    with pytest.raises(InputError, match="negative"):
+        SurfacePoints(np.array([-1]), np.array([[1.0, 0, 0]]))
+
+
+@pytest.mark.parametrize("offsets", [[0, 2], [0, 2, 2, 3], [1, 2, 3], [0, 1, 4]])
+def test_curves_refuse_offsets_that_do_not_cut_the_points(offsets: list[int]) -> None:
+    with pytest.raises(InputError, match="offsets"):
+        SurfaceCurves(points(3), np.array(offsets), np.array([False, False]))
+
+
+def test_an_empty_seed_is_refused() -> None:
+    with pytest.raises(InputError, match="seed"):
+        Seed(SurfaceCurves(points(0), np.array([0]), np.zeros(0, dtype=np.bool_)))
+
+
+def test_contours_need_a_level_a_curve() -> None:
+    curves = SurfaceCurves(points(2), np.array([0, 2]), np.array([False]))
+    with pytest.raises(InputError, match="one level"):
+        Contours(curves, np.array([0, 1]), 1.0, ScalarField(np.zeros(3)))
+
+
+def test_a_robot_refuses_a_home_outside_its_limits() -> None:
+    robot = bent_cell().robot
+    home = robot.home.copy()
+    home[2] = np.radians(80.0)
+    with pytest.raises(InputError, match="joint 3 at 80"):
+        type(robot)(robot.model, robot.limits, robot.speeds, robot.accelerations, home)
+
+
+def test_every_error_class_owns_an_exit_status_and_keeps_its_numbers() -> None:
+    def family(cls: type[GeoprintError]) -> list[type[GeoprintError]]:
+        return [cls, *(found for sub in cls.__subclasses__() for found in family(sub))]
+
+    statuses = {cls.__name__: cls.exit_status for cls in family(GeoprintError)}
+    assert statuses["UsageError"] == 2
+    assert statuses["MeshError"] == statuses["FieldError"] == statuses["InputError"] == 3
+    assert statuses["ReachError"] == statuses["LimitError"] == statuses["ClearanceError"] == 4
+    assert (statuses["VerificationError"], statuses["ResourceError"], statuses["ExportError"]) == (5, 6, 7)
+    error = LimitError("joint 3 is too fast", joint=3, found=1.2)
+    assert error.details == {"joint": 3, "found": 1.2}
+    assert isinstance(error, PlanError)
+    assert not isinstance(UsageError("x"), ValueError)
+    assert isinstance(InputError("x"), ValueError)
