@@ -89,7 +89,7 @@ def test_the_solver_solves() -> None:
     surface = plate((40.0, 40.0), (20, 20), jitter_seed=1)
     matrix = csc_array(cotangent_laplacian(surface) + 0.1 * eye_array(len(surface.vertices)))
     wanted = np.random.default_rng(0).normal(size=len(surface.vertices))
-    found = SymmetricSolver(matrix, coordinates=surface.vertices).solve(matrix @ wanted)
+    found = SymmetricSolver(matrix, coordinates=surface.vertices).solve(np.asarray(matrix @ wanted))
     np.testing.assert_allclose(found, wanted, atol=1e-10)
 
 
