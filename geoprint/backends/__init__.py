@@ -8,7 +8,8 @@ from types import MappingProxyType
 
 from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend
+from geoprint.backends.lscm import Lscm
 
-BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType({"heat": Heat})
+BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType({"heat": Heat, "lscm": Lscm})
 
-__all__ = ["BACKENDS", "Backend", "Heat"]
+__all__ = ["BACKENDS", "Backend", "Heat", "Lscm"]
