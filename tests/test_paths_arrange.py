@@ -92,10 +92,12 @@ def test_travel_lifts_off_and_comes_down_along_the_nozzle_and_stops_at_its_corne
     surface = spherical_cap(radius=30.0, angle=0.8, rings=30)
     _, stream = planned(surface, spacing=2.0)
     first, last = np.flatnonzero(stream.deposit)[[0, -1]]
-    for end, on_run, lifted in ((0, first, 0), (-1, last, stream.count - 1)):
+    corners = np.flatnonzero(stream.stops & ~stream.deposit)
+    for end, on_run, lifted in ((0, first, corners[1]), (-1, last, corners[-2])):
         axis = -rotation_of(stream.quaternions[on_run])[:, 2]
         np.testing.assert_allclose(stream.tips[lifted] - stream.tips[on_run], RETRACT * axis, atol=1e-9)
         assert stream.stops[end]
+        assert stream.tips[end, 2] == pytest.approx(30.0 + 2 * RETRACT)
     edges = np.flatnonzero(stream.deposit[1:] != stream.deposit[:-1])
     on_run = np.where(stream.deposit[edges], edges, edges + 1)
     assert stream.stops[on_run].all()

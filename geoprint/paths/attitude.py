@@ -17,6 +17,10 @@ from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotatio
 SMOOTHING_LENGTH = 1.0
 # ... and never more than this share of the run, so that small loops keep leaning with the surface.
 SMOOTHING_SHARE = 0.05
+# The smoothing gives way where the nozzle would lean more than this from the normal [rad] ...
+LARGEST_LEAN = np.radians(10.0)
+# ... down to a standard deviation [mm] that no longer smooths anything.
+SHORTEST_SMOOTHING = 0.05
 # Even samples per standard deviation on which the filter works.
 SAMPLES_PER_DEVIATION = 8
 
@@ -25,7 +29,10 @@ STRAIGHT_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
 def smoothed_axes(normals: FloatArray, arcs: FloatArray, *, closed: bool) -> FloatArray:
-    """Smooth unit normals along one run with a Gaussian window.
+    """Smooth unit normals along one run with a Gaussian window, as wide as the lean allows.
+
+    The window starts at a millimetre and is halved until no axis leans more than 10 degrees from its normal, so that
+    a sharp bend of the part is followed rather than cut.
 
     Args:
         normals: (k, 3) unit normals.
@@ -35,19 +42,13 @@ def smoothed_axes(normals: FloatArray, arcs: FloatArray, *, closed: bool) -> Flo
     Returns:
         (k, 3) unit vectors.
     """
-    length = float(arcs[-1])
-    deviation = min(SMOOTHING_LENGTH, SMOOTHING_SHARE * length)
-    count = int(np.ceil(length / deviation * SAMPLES_PER_DEVIATION))
-    even: FloatArray = np.linspace(0.0, length, count + 1)
-    sampled = np.column_stack([np.interp(even, arcs, normals[:, i]) for i in range(3)])
-    sigma = deviation / (length / count)
-    if closed:
-        around = gaussian_filter1d(sampled[:-1], sigma, axis=0, mode="wrap")
-        smooth = np.vstack([around, around[:1]])
-    else:
-        smooth = gaussian_filter1d(sampled, sigma, axis=0, mode="nearest")
-    axes = np.column_stack([np.interp(arcs, even, smooth[:, i]) for i in range(3)])
-    return axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    deviation = min(SMOOTHING_LENGTH, SMOOTHING_SHARE * float(arcs[-1]))
+    while True:
+        axes = _filtered(normals, arcs, deviation=deviation, closed=closed)
+        cosine = np.einsum("ij,ij->i", axes, normals).min()
+        if cosine >= np.cos(LARGEST_LEAN) or deviation < SHORTEST_SMOOTHING:
+            return axes
+        deviation /= 2.0
 
 
 def tool_quaternions(axes: FloatArray, *, R_base_work: FloatArray) -> FloatArray:
@@ -87,3 +88,19 @@ def slerp(start: FloatArray, end: FloatArray, shares: FloatArray) -> FloatArray:
     T_start, T_end = (rigid(rotation_of(quaternion), np.zeros(3)) for quaternion in (start, end))
     poses = np.broadcast_to(T_start, (shares.size, 4, 4)), np.broadcast_to(T_end, (shares.size, 4, 4))
     return same_sign(quaternion_of(interpolate_poses(*poses, shares)[:, :3, :3]))
+
+
+def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed: bool) -> FloatArray:
+    """Return unit normals after a Gaussian filter of one standard deviation [mm] along the arc."""
+    length = float(arcs[-1])
+    count = int(np.ceil(length / deviation * SAMPLES_PER_DEVIATION))
+    even: FloatArray = np.linspace(0.0, length, count + 1)
+    sampled = np.column_stack([np.interp(even, arcs, normals[:, i]) for i in range(3)])
+    sigma = deviation / (length / count)
+    if closed:
+        around = gaussian_filter1d(sampled[:-1], sigma, axis=0, mode="wrap")
+        smooth = np.vstack([around, around[:1]])
+    else:
+        smooth = gaussian_filter1d(sampled, sigma, axis=0, mode="nearest")
+    axes = np.column_stack([np.interp(arcs, even, smooth[:, i]) for i in range(3)])
+    return axes / np.linalg.norm(axes, axis=1, keepdims=True)

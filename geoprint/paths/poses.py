@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import BoolArray, FloatArray, PoseStream, Surface, SurfacePoints, Toolpath
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, SurfacePoints, Toolpath
 from geoprint.paths.attitude import same_sign, slerp, smoothed_axes, tool_quaternions
 from geoprint.paths.resample import arc_lengths
-from geoprint.paths.travel import crossing, sampled_polyline
+from geoprint.paths.travel import crossing, over, sampled_polyline
 from geoprint.surfaces import normals, positions
 from geoprint.transforms import rotation_of
 
@@ -56,7 +56,7 @@ def poses(
         layer_height: bead height that sets the flow: spacing times layer height [mm].
 
     Returns:
-        The stream in the work frame; it starts and ends lifted.
+        The stream in the work frame; it starts and ends above the whole part.
     """
     up = R_base_work[2]
     tree = KDTree(surface.vertices)
@@ -65,12 +65,12 @@ def poses(
         _run_stretch(toolpath, surface, run, R_base_work=R_base_work, standoff=standoff)
         for run in range(toolpath.curves.count)
     ]
-    stretches = [_approach(runs[0], retract=retract)]
+    stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
     for run, following in pairwise(runs):
         start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
         way = crossing(start, end, up=up, retract=retract, vertices=tree, top=top)
         stretches += [run, _travel(run, following, way)]
-    stretches += [runs[-1], _retreat(runs[-1], retract=retract)]
+    stretches += [runs[-1], _retreat(runs[-1], up=up, retract=retract, top=top)]
     return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacing * layer_height)
 
 
@@ -125,34 +125,36 @@ def _travel(run: _Stretch, following: _Stretch, way: FloatArray) -> _Stretch:
     return _Stretch(
         tips=tips[inner],
         quaternions=slerp(run.quaternions[-1], following.quaternions[0], shares)[inner],
-        normals=np.where(before, run.normals[-1], following.normals[0])[inner],
+        normals=np.where(before, run.normals[-1:], following.normals[:1])[inner],
         stops=stops[inner],
         deposit=False,
         run=following.run,
     )
 
 
-def _approach(run: _Stretch, *, retract: float) -> _Stretch:
-    """Come down to the first run from where the robot arrives."""
-    tips, _ = sampled_polyline(np.stack([_lifted(run, 0, retract=retract), run.tips[0]]))
-    return _straight(run, 0, tips[:-1], stop=0)
+def _approach(run: _Stretch, *, up: FloatArray, retract: float, top: float) -> _Stretch:
+    """Come down to the first run from over the whole part, where the robot arrives from home."""
+    lifted = _lifted(run, 0, retract=retract)
+    tips, corners = sampled_polyline(np.stack([over(lifted, up=up, retract=retract, top=top), lifted, run.tips[0]]))
+    return _straight(run, 0, tips[:-1], stops=corners[:-1])
 
 
-def _retreat(run: _Stretch, *, retract: float) -> _Stretch:
-    """Lift off from the last run."""
-    tips, _ = sampled_polyline(np.stack([run.tips[-1], _lifted(run, -1, retract=retract)]))
-    return _straight(run, -1, tips[1:], stop=-1)
+def _retreat(run: _Stretch, *, up: FloatArray, retract: float, top: float) -> _Stretch:
+    """Lift off from the last run and rise over the whole part, where the robot leaves for home."""
+    lifted = _lifted(run, -1, retract=retract)
+    tips, corners = sampled_polyline(np.stack([run.tips[-1], lifted, over(lifted, up=up, retract=retract, top=top)]))
+    return _straight(run, -1, tips[1:], stops=corners[1:] - 1)
 
 
-def _straight(run: _Stretch, row: int, tips: FloatArray, *, stop: int) -> _Stretch:
+def _straight(run: _Stretch, row: int, tips: FloatArray, *, stops: IntArray) -> _Stretch:
     count = tips.shape[0]
-    stops = np.zeros(count, dtype=np.bool_)
-    stops[stop] = True
+    at_rest = np.zeros(count, dtype=np.bool_)
+    at_rest[stops] = True
     return _Stretch(
         tips=tips,
         quaternions=np.tile(run.quaternions[row], (count, 1)),
         normals=np.tile(run.normals[row], (count, 1)),
-        stops=stops,
+        stops=at_rest,
         deposit=False,
         run=run.run,
     )

@@ -37,9 +37,13 @@ def crossing(
     nearest, _ = vertices.query(line)
     if float(np.min(nearest)) >= FREE_SHARE * retract:
         return direct
-    height = top + 2.0 * retract
-    rise = np.maximum(height - direct @ up, 0.0)[:, None] * up
-    return np.stack([start, start + rise[0], end + rise[1], end])
+    raised = [over(point, up=up, retract=retract, top=top) for point in direct]
+    return np.stack([start, *raised, end])
+
+
+def over(point: FloatArray, *, up: FloatArray, retract: float, top: float) -> FloatArray:
+    """Return the (3,) place straight above a point from where everything is below by two retract heights [mm]."""
+    return point + max(top + 2.0 * retract - float(point @ up), 0.0) * up
 
 
 def sampled_polyline(corners: FloatArray, *, step: float = TRAVEL_STEP) -> tuple[FloatArray, IntArray]:

@@ -1,0 +1,2 @@
+from toppra import algorithm as algorithm
+from toppra import constraint as constraint

@@ -1,0 +1,228 @@
+"""How files land: all of them, verified, or none.
+
+A bundle is written into a temporary folder beside its place, brought to the disk, verified there, and renamed. A killed
+run leaves at most hidden folders `.NAME.tmp-PID-*` (unfinished) and `.NAME.old-PID-*` (the bundle it was about to
+replace); the next run that writes the same bundle removes them, or puts the old bundle back where nothing stands.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
+from typing import TypeAlias
+
+from geoprint.errors import ExportError, UsageError, VerificationError
+
+Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
+
+# One of these in a folder says that geoprint wrote it.
+MARKERS = ("plan.json", "compare.json")
+
+
+def json_bytes(value: Json) -> bytes:
+    r"""Return JSON in the order of the mapping, indented by two, with a newline at its end.
+
+    Raises:
+        VerificationError: a number is NaN or infinite: what JSON cannot hold was not computed right.
+
+    Examples:
+        >>> json_bytes({"runs": 2})
+        b'{\n  "runs": 2\n}\n'
+    """
+    try:
+        return (json.dumps(value, indent=2, allow_nan=False) + "\n").encode("ascii")
+    except ValueError as error:
+        raise VerificationError(
+            f"a result is no finite number and is not written ({error}); look for NaN in the plan's figures."
+        ) from error
+
+
+def check_writable(directory: Path, *, overwrite: bool) -> None:
+    """Check that a bundle can be written, before the long work starts, and clear up after killed runs there.
+
+    Args:
+        directory: where the bundle shall stand.
+        overwrite: whether an existing bundle may be replaced.
+
+    Raises:
+        UsageError: the folder exists and may not or must not be replaced.
+        ExportError: nothing can be written there.
+    """
+    with _translated(directory):
+        place = _place(directory)
+        _sweep(place)
+        _check_place(place, overwrite=overwrite)
+        ancestor = next(folder for folder in place.parents if folder.exists())
+        if not ancestor.is_dir():
+            raise ExportError(f"{ancestor} is a file, so nothing can be written below it; choose another folder.")
+        trial = ancestor / _hidden_name(place, "tmp")
+        trial.mkdir()
+        trial.rmdir()
+
+
+def write_bundle(
+    directory: Path, files: Mapping[str, bytes], *, overwrite: bool, verify: Callable[[Path], None]
+) -> None:
+    """Write files as one folder that appears complete and verified, or not at all.
+
+    Args:
+        directory: where the bundle shall stand; missing parents are made.
+        files: name (with `/` between folders) to content.
+        overwrite: whether an existing bundle may be replaced; it goes only after the new one stands.
+        verify: called with the temporary folder; what it raises ends the writing.
+
+    Raises:
+        UsageError: the folder exists and may not or must not be replaced.
+        ExportError: nothing can be written there.
+    """
+    contents = {_relative(name): content for name, content in files.items()}
+    if len(contents) != len(files):
+        raise ExportError("two files of the bundle have the same name; give each its own.")
+    check_writable(directory, overwrite=overwrite)
+    made: list[Path] = []
+    temporary: Path | None = None
+    try:
+        with _translated(directory):
+            place = _place(directory)
+            made += [folder for folder in place.parents if not folder.exists()]
+            place.parent.mkdir(parents=True, exist_ok=True)
+            temporary = place.parent / _hidden_name(place, "tmp")
+            _write_files(temporary, contents)
+        verify(temporary)
+        with _translated(directory):
+            _swap_in(temporary, place, overwrite=overwrite)
+    except BaseException:
+        _remove(temporary, made)
+        raise
+
+
+@contextmanager
+def _translated(directory: Path) -> Generator[None]:
+    """Turn what the system says into an error of geoprint that names the folder."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise ExportError(
+            f"cannot write {directory}: {reason} ({error.filename}); choose another place, or make room there."
+        ) from error
+
+
+def _check_place(place: Path, *, overwrite: bool) -> None:
+    if place.exists() and not place.is_dir():
+        raise ExportError(f"{place} is a file, not a folder; choose another place for the result.")
+    if place.exists() and not overwrite:
+        raise UsageError(f"{place} exists; choose another folder, or replace it with --overwrite.")
+    if place.exists() and any(place.iterdir()) and not any((place / marker).is_file() for marker in MARKERS):
+        raise UsageError(
+            f"{place} holds files but neither {' nor '.join(MARKERS)}: geoprint replaces only folders that it "
+            "wrote itself. Choose another folder, or empty this one."
+        )
+
+
+def _place(directory: Path) -> Path:
+    """Return the absolute path that is replaced: links are followed, so that a link stays one."""
+    try:
+        place = directory.resolve()
+    except (RuntimeError, ValueError) as error:
+        raise ExportError(f"{str(directory)!r} is no usable path ({error}); choose another folder.") from error
+    if not place.name:
+        raise ExportError(f"{directory} is the root of the file system; choose a folder below it.")
+    return place
+
+
+def _hidden_name(place: Path, kind: str) -> str:
+    return f".{place.name}.{kind}-{os.getpid()}-{secrets.token_hex(4)}"
+
+
+def _relative(name: str) -> PurePosixPath:
+    path = PurePosixPath(name)
+    if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in name or "\0" in name:
+        raise ExportError(f"{name!r} is no name of a file inside a bundle; allowed are names such as rapid/main.mod.")
+    return path
+
+
+def _write_files(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
+    folder.mkdir()
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
+    for path in (folder, *(path for path in folder.rglob("*") if path.is_dir())):
+        _sync_folder(path)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring a folder's entries to the disk, so that a power cut after the rename does not lose them."""
+    if os.name != "posix":  # Windows opens no folders
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _swap_in(temporary: Path, place: Path, *, overwrite: bool) -> None:
+    """Rename the new folder into place; an old one steps aside and is removed only then."""
+    _check_place(place, overwrite=overwrite)
+    if not place.exists():
+        temporary.rename(place)
+        _sync_folder(place.parent)
+        return
+    aside = place.parent / _hidden_name(place, "old")
+    place.rename(aside)
+    try:
+        temporary.rename(place)
+    except BaseException:
+        aside.rename(place)
+        raise
+    _sync_folder(place.parent)
+    # The result stands. What cannot be removed of the old one is swept by the next run.
+    shutil.rmtree(aside, ignore_errors=True)
+
+
+def _remove(temporary: Path | None, made: Sequence[Path]) -> None:
+    """Remove what a failed run made, innermost first; folders that somebody else uses meanwhile stay."""
+    if temporary is not None:
+        shutil.rmtree(temporary, ignore_errors=True)
+    for folder in made:
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def _sweep(place: Path) -> None:
+    """Clear up after killed runs: remove unfinished folders, put an old bundle back where nothing stands."""
+    pattern = re.compile(rf"\.{re.escape(place.name)}\.(tmp|old)-([0-9]+)-[0-9a-f]{{8}}")
+    if not place.parent.is_dir():
+        return
+    for folder in sorted(place.parent.iterdir()):
+        match = pattern.fullmatch(folder.name)
+        if match is None or _is_running(int(match[2])):
+            continue
+        if match[1] == "old" and not place.exists():
+            folder.rename(place)
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _is_running(process: int) -> bool:
+    """Whether a process lives; where that cannot be asked it may."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True

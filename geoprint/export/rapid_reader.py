@@ -1,0 +1,252 @@
+"""A reader of the RAPID that geoprint writes, made to distrust it: it shares no code with the writer.
+
+It knows a small part of the language, one statement a line, and refuses everything else by module, line and reason:
+what it does not understand, nobody has checked. Data literals are decoded by the JSON scanner, whose brackets and
+numbers are the same (`9E9` included); names are compared without regard to case, as RAPID does.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import NoReturn, cast, final
+
+from geoprint.export.rapid_text import (
+    Call,
+    Declaration,
+    EndGuard,
+    Guard,
+    Move,
+    MoveVerb,
+    Place,
+    RapidText,
+    Setting,
+    Statement,
+    Switch,
+    Value,
+    refuse,
+)
+
+# Limits of the RAPID kernel.
+NAME_LENGTH = 32
+STRING_LENGTH = 80
+# No limit is documented; public programs that load stay below this, and so does every line of geoprint.
+LINE_LENGTH = 250
+MODULE_LINES = 15000
+# A RAPID num is single precision.
+_LARGEST_NUM = 3.4e38
+
+_WORD = r"[A-Za-z_][A-Za-z0-9_]*"
+_MOVE = re.compile(rf"(MoveL|MoveJ|MoveAbsJ) (\[.*\]|{_WORD}),({_WORD}),({_WORD}),({_WORD})(?:\\WObj:=({_WORD}))?;")
+_SWITCH = re.compile(rf"SetDO ({_WORD}),([01]);")
+_SETTING = re.compile(r"(?:ConfJ|ConfL)\\(?:On|Off);|SingArea\\(?:Off|Wrist);")
+_CALL = re.compile(rf"({_WORD});")
+_GUARD = re.compile(rf"IF NOT ({_WORD}) THEN")
+_DECLARATION = re.compile(rf"(PERS|CONST) ({_WORD}) ({_WORD}):=(.*);")
+_PROCEDURE = re.compile(rf"PROC ({_WORD})\(\)")
+_MODULE = re.compile(rf"MODULE ({_WORD})")
+_TOKEN = re.compile(r'"[^"]*"|[A-Za-z_][A-Za-z0-9_]*')
+_ROBTARGET_SHAPE = [3, 4, 4, 6]
+
+
+def read_modules(modules: tuple[tuple[str, str], ...]) -> RapidText:
+    """Read module texts into data and procedures.
+
+    Args:
+        modules: file name and text of each module.
+
+    Raises:
+        VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
+    """
+    declarations: dict[str, Declaration] = {}
+    procedures: dict[str, tuple[Statement, ...]] = {}
+    comments: dict[str, tuple[str, ...]] = {}
+    for name, text in modules:
+        reader = _ModuleReader(name, text)
+        comments[name] = tuple(reader.comments)
+        for word, declaration in reader.declarations:
+            if word.lower() in declarations or word.lower() in procedures:
+                refuse(declaration.place, f"{word} is declared twice")
+            declarations[word.lower()] = declaration
+        for place, word, body in reader.procedures:
+            if word.lower() in declarations or word.lower() in procedures:
+                refuse(place, f"{word} is declared twice")
+            procedures[word.lower()] = tuple(body)
+    return RapidText(declarations=declarations, procedures=procedures, comments=comments)
+
+
+def read_program_file(name: str, text: str) -> tuple[str, ...]:
+    """Return the modules that a .pgf file lists.
+
+    Raises:
+        VerificationError: it is not the small XML that a controller reads.
+    """
+    lines = text.split("\n")
+    frame = [lines[0], *lines[1:2], *lines[-2:]]
+    if frame != ['<?xml version="1.0" encoding="ISO-8859-1" ?>', "<Program>", "</Program>", ""]:
+        refuse(Place(name, 1), "this is no list of modules")
+    listed: list[str] = []
+    for number, line in enumerate(lines[2:-2], start=3):
+        match = re.fullmatch(r"\t<Module>([A-Za-z0-9]+\.mod)</Module>", line)
+        if match is None:
+            refuse(Place(name, number), f"{line[:60]!r} names no module")
+        listed.append(match[1])
+    return tuple(listed)
+
+
+@final
+class _ModuleReader:
+    """Reads one module line by line: header, data, then procedures."""
+
+    def __init__(self, name: str, text: str) -> None:
+        self.declarations: list[tuple[str, Declaration]] = []
+        self.procedures: list[tuple[Place, str, list[Statement]]] = []
+        self.comments: list[str] = []
+        self._body: list[Statement] | None = None
+        self._guarded = False
+        lines = text.split("\n")
+        self._check_frame(name, lines)
+        for number, line in enumerate(lines[1:-2], start=2):
+            place = Place(name, number)
+            _check_characters(line, place)
+            code = line.strip(" ")
+            if code.startswith("!"):
+                self.comments.append(code)
+            elif self._body is None:
+                self._outside(code, place)
+            else:
+                self._inside(code, place, self._body)
+        if self._body is not None:
+            refuse(Place(name, len(lines) - 1), "ENDPROC is missing")
+
+    @staticmethod
+    def _check_frame(name: str, lines: list[str]) -> None:
+        if len(lines) - 1 > MODULE_LINES:
+            refuse(Place(name, MODULE_LINES + 1), f"a module has at most {MODULE_LINES} lines, found {len(lines) - 1}")
+        match = _MODULE.fullmatch(lines[0])
+        if match is None or f"{match[1]}.mod" != name:
+            refuse(Place(name, 1), f"a module begins with MODULE and the name of its file, found {lines[0][:60]!r}")
+        _check_name(match[1], Place(name, 1))
+        if lines[-2:] != ["ENDMODULE", ""]:
+            refuse(Place(name, len(lines)), "ENDMODULE is missing at the end")
+
+    def _outside(self, code: str, place: Place) -> None:
+        procedure = _PROCEDURE.fullmatch(code)
+        declaration = _DECLARATION.fullmatch(code)
+        if procedure:
+            _check_name(procedure[1], place)
+            self._body = []
+            self.procedures.append((place, procedure[1], self._body))
+        elif declaration is None:
+            refuse(place, _why(code))
+        elif self.procedures:
+            refuse(place, f"{declaration[3]} is declared after a procedure; RAPID wants data first")
+        else:
+            storage, kind, name, literal = declaration.groups()
+            _check_name(name, place)
+            value = _decode(_TOKEN.sub(lambda word: _json_word(word[0], place), literal), place)
+            self.declarations.append((name, Declaration(place, storage, kind, value)))
+
+    def _inside(self, code: str, place: Place, body: list[Statement]) -> None:
+        if code == "ENDPROC":
+            if self._guarded:
+                refuse(place, "ENDIF is missing")
+            self._body = None
+            return
+        statement = _statement(code, place)
+        if isinstance(statement, Guard | EndGuard):
+            opens = isinstance(statement, Guard)
+            if opens == self._guarded:
+                refuse(place, "IF and ENDIF do not pair")
+            self._guarded = opens
+        body.append(statement)
+
+
+def _statement(code: str, place: Place) -> Statement:
+    move = _MOVE.fullmatch(code)
+    if move:
+        verb, target, speed, zone, tool, work = move.groups(default="")
+        for name in (speed, zone, tool, work):
+            _check_name(name or tool, place)
+        data = _robtarget(target, place) if target.startswith("[") else target.lower()
+        return Move(place, cast("MoveVerb", verb), data, speed.lower(), zone.lower(), tool.lower(), work.lower())
+    switch = _SWITCH.fullmatch(code)
+    if switch:
+        _check_name(switch[1], place)
+        return Switch(place, switch[1], int(switch[2]))
+    if _SETTING.fullmatch(code):
+        return Setting(place, code)
+    guard = _GUARD.fullmatch(code)
+    if guard:
+        _check_name(guard[1], place)
+        return Guard(place, guard[1].lower())
+    if code == "ENDIF":
+        return EndGuard(place)
+    call = _CALL.fullmatch(code)
+    if call is None:
+        refuse(place, _why(code))
+    _check_name(call[1], place)
+    return Call(place, call[1].lower())
+
+
+def _robtarget(literal: str, place: Place) -> tuple[float, ...]:
+    """Return the 17 numbers of a robtarget: position, quaternion, configuration, external axes."""
+    value = _decode(literal, place)
+    parts = value if isinstance(value, list) else []
+    shape = [len(part) if isinstance(part, list) else 0 for part in parts]
+    if shape != _ROBTARGET_SHAPE:
+        refuse(place, f"a robtarget has groups of {_ROBTARGET_SHAPE} numbers, found {shape}")
+    numbers = [number for part in parts for number in cast("list[Value]", part)]
+    return tuple(_number(number, place) for number in numbers)
+
+
+def _number(value: Value, place: Place) -> float:
+    if type(value) not in {float, int} or abs(cast("float", value)) > _LARGEST_NUM:
+        refuse(place, f"{value!r} is no number that a controller can hold")
+    return cast("float", value)
+
+
+def _refuse_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no RAPID number")
+
+
+_DECODER = json.JSONDecoder(parse_constant=_refuse_constant)
+
+
+def _decode(literal: str, place: Place) -> Value:
+    try:
+        return cast("Value", _DECODER.decode(literal))
+    except ValueError as error:
+        refuse(place, f"broken literal {literal[:60]!r}: {error}")
+
+
+def _json_word(word: str, place: Place) -> str:
+    """Turn a word of a declaration's literal into JSON: only TRUE, FALSE, exponents and short strings occur."""
+    if word in {"TRUE", "FALSE"}:
+        return word.lower()
+    if word.startswith('"') and len(word) - 2 > STRING_LENGTH:
+        refuse(place, f"a string has at most {STRING_LENGTH} characters, found {len(word) - 2}")
+    if not word.startswith('"') and not re.fullmatch(r"E[0-9]+", word):
+        refuse(place, f"{word[:40]!r} is no literal")
+    return word
+
+
+def _check_characters(line: str, place: Place) -> None:
+    if len(line) > LINE_LENGTH:
+        refuse(place, f"a line has at most {LINE_LENGTH} characters, found {len(line)}")
+    if not line.isascii() or not line.isprintable():
+        refuse(place, "only printable ASCII is allowed")
+
+
+def _check_name(name: str, place: Place) -> None:
+    if len(name) > NAME_LENGTH:
+        refuse(place, f"a name has at most {NAME_LENGTH} characters, {name!r} has {len(name)}")
+
+
+def _why(code: str) -> str:
+    """Say what is wrong with a line that matched no statement."""
+    if not code:
+        return "an empty line, which geoprint never writes"
+    if not code.endswith(";") and not re.match(r"IF|PROC|MODULE|END", code):
+        return f"the semicolon is missing after {code[-30:]!r}"
+    return f"{code[:60]!r} is no statement of a geoprint program"

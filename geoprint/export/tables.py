@@ -1,0 +1,242 @@
+"""poses.csv and trajectory.csv: the plan as tables that anything can read, and readers that check them.
+
+Rows are formatted in blocks by one `%`, which is as fast as Python formats; the same values give the same bytes. The
+readers go through NumPy's parser and share with the writer nothing but the names of the columns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError, VerificationError
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Trajectory
+
+POSES_COLUMNS = (
+    "run", "layer", "level", "deposit", "x", "y", "z", "qw", "qx", "qy", "qz", "nx", "ny", "nz", "s", "flow",
+)  # fmt: skip
+TRAJECTORY_COLUMNS = ("t", "q1", "q2", "q3", "q4", "q5", "q6", "deposit", "run")
+
+# Decimals of each column. Joint angles need nine: fewer spoil the accelerations that are computed from them.
+_POSES_DECIMALS = (0, 0, 0, 0, 6, 6, 6, 9, 9, 9, 9, 9, 9, 9, 6, 9)
+_TRAJECTORY_DECIMALS = (3, 9, 9, 9, 9, 9, 9, 0, 0)
+# Rows that are formatted at once: large enough for speed, small enough for memory.
+_BLOCK_ROWS = 8192
+# Times are written in whole milliseconds; what is farther from one [s] would be changed by that.
+_MILLISECOND_TOLERANCE = 1e-6
+# Reading a decimal back is exact to a few ulp; the rest is half of the last decimal.
+_READING_SHARE = 1e-12
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PosesTable:
+    """poses.csv as arrays.
+
+    Attributes:
+        runs: (p,).
+        layers: (p,).
+        levels: (p,) -1 on travel.
+        deposit: (p,); consecutive rows of a run are the deposited polyline, its last point included.
+        points: (p, 3) point of the surface on deposit, tip of the nozzle on travel [mm].
+        quaternions: (p, 4) attitude of the tool, w x y z.
+        normals: (p, 3) outward normal.
+        arcs: (p,) arc length within the run [mm].
+        flow: (p,) [mm3/mm].
+    """
+
+    runs: IntArray
+    layers: IntArray
+    levels: IntArray
+    deposit: BoolArray
+    points: FloatArray
+    quaternions: FloatArray
+    normals: FloatArray
+    arcs: FloatArray
+    flow: FloatArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class TrajectoryTable:
+    """trajectory.csv as arrays.
+
+    Attributes:
+        times: (k,) [s].
+        joints: (k, 6) [rad].
+        deposit: (k,).
+        runs: (k,) -1 on the way from and to home.
+    """
+
+    times: FloatArray
+    joints: FloatArray
+    deposit: BoolArray
+    runs: IntArray
+
+
+def poses_table(poses: PoseStream) -> bytes:
+    """Return the text of poses.csv: one row a pose, in part coordinates."""
+    return _table(_pose_rows(poses), columns=POSES_COLUMNS, decimals=_POSES_DECIMALS)
+
+
+def trajectory_table(trajectory: Trajectory) -> bytes:
+    """Return the text of trajectory.csv: one row a millisecond.
+
+    Raises:
+        InputError: a time is no whole number of milliseconds.
+    """
+    off = np.abs(trajectory.times - np.round(trajectory.times, 3))
+    if off.max(initial=0.0) > _MILLISECOND_TOLERANCE:
+        row = int(np.argmax(off))
+        raise InputError(
+            f"trajectory row {row} is at {trajectory.times[row]!r} s; the table holds whole milliseconds: "
+            "sample the trajectory each millisecond."
+        )
+    return _table(_trajectory_rows(trajectory), columns=TRAJECTORY_COLUMNS, decimals=_TRAJECTORY_DECIMALS)
+
+
+def read_poses_table(path: Path) -> PosesTable:
+    """Read a poses.csv.
+
+    Args:
+        path: the file.
+
+    Raises:
+        VerificationError: columns or numbers are not those of such a table.
+    """
+    data = _read(path, columns=POSES_COLUMNS)
+    return PosesTable(
+        runs=_whole(data, 0, path=path, columns=POSES_COLUMNS),
+        layers=_whole(data, 1, path=path, columns=POSES_COLUMNS),
+        levels=_whole(data, 2, path=path, columns=POSES_COLUMNS),
+        deposit=_flag(data, 3, path=path, columns=POSES_COLUMNS),
+        points=data[:, 4:7],
+        quaternions=data[:, 7:11],
+        normals=data[:, 11:14],
+        arcs=data[:, 14],
+        flow=data[:, 15],
+    )
+
+
+def read_trajectory_table(path: Path) -> TrajectoryTable:
+    """Read a trajectory.csv.
+
+    Args:
+        path: the file.
+
+    Raises:
+        VerificationError: columns or numbers are not those of such a table.
+    """
+    data = _read(path, columns=TRAJECTORY_COLUMNS)
+    return TrajectoryTable(
+        times=data[:, 0],
+        joints=data[:, 1:7],
+        deposit=_flag(data, 7, path=path, columns=TRAJECTORY_COLUMNS),
+        runs=_whole(data, 8, path=path, columns=TRAJECTORY_COLUMNS),
+    )
+
+
+def verify_poses_table(path: Path, poses: PoseStream) -> None:
+    """Check that a poses.csv holds a pose stream, to the last decimal.
+
+    Raises:
+        VerificationError: it does not; file, row and column are named.
+    """
+    _verify(path, _pose_rows(poses), columns=POSES_COLUMNS, decimals=_POSES_DECIMALS)
+
+
+def verify_trajectory_table(path: Path, trajectory: Trajectory) -> None:
+    """Check that a trajectory.csv holds a trajectory, to the last decimal.
+
+    Raises:
+        VerificationError: it does not; file, row and column are named.
+    """
+    _verify(path, _trajectory_rows(trajectory), columns=TRAJECTORY_COLUMNS, decimals=_TRAJECTORY_DECIMALS)
+
+
+def _pose_rows(poses: PoseStream) -> FloatArray:
+    return np.column_stack(
+        [
+            poses.runs, poses.layers, poses.levels, poses.deposit, poses.surface_points, poses.quaternions,
+            poses.normals, poses.arcs, poses.flow,
+        ]
+    ).astype(np.float64)  # fmt: skip
+
+
+def _trajectory_rows(trajectory: Trajectory) -> FloatArray:
+    columns = [trajectory.times, trajectory.joints, trajectory.deposit, trajectory.runs]
+    return np.column_stack(columns).astype(np.float64)
+
+
+def _table(rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> bytes:
+    line = ",".join(f"%.{places}f" for places in decimals) + "\n"
+    blocks = [(",".join(columns) + "\n").encode("ascii")]
+    for start in range(0, len(rows), _BLOCK_ROWS):
+        block = rows[start : start + _BLOCK_ROWS].copy()
+        for column, places in enumerate(decimals):
+            # Rounded first, then plus zero: -0.0000000001 is written as 0, not as -0.
+            block[:, column] = np.round(block[:, column], places) + 0.0
+        blocks.append(((line * len(block)) % tuple(block.ravel().tolist())).encode("ascii"))
+    return b"".join(blocks)
+
+
+def _read(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
+    """Return the (rows, columns) numbers below a header."""
+    try:
+        text = path.read_bytes().decode("ascii", errors="replace")
+    except OSError as error:
+        raise VerificationError(f"{path} cannot be read: {error.strerror}; write the table again.") from error
+    header, _, body = text.partition("\n")
+    if header != ",".join(columns):
+        raise VerificationError(f"{path}: the columns are {header[:200]!r}, they must be {','.join(columns)!r}.")
+    if not body.endswith("\n"):
+        raise VerificationError(f"{path}: the last row is cut off or missing; write the table again.")
+    try:
+        data = np.loadtxt(body.splitlines(), delimiter=",", ndmin=2, comments=None)
+    except ValueError as error:
+        raise VerificationError(f"{path}: {error} (rows counted without the header); write the table again.") from error
+    rows = body.count("\n")
+    if data.shape != (rows, len(columns)):
+        raise VerificationError(f"{path}: {data.shape} numbers in {rows} rows of {len(columns)}; write it again.")
+    if not np.isfinite(data).all():
+        row, column = np.argwhere(~np.isfinite(data))[0]
+        raise VerificationError(f"{path}, row {row + 1}: {columns[column]} is not finite; write the table again.")
+    return data
+
+
+def _whole(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> IntArray:
+    wrong = data[:, column] != np.round(data[:, column])
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise VerificationError(
+            f"{path}, row {row + 1}: {columns[column]} is {data[row, column]}, allowed are whole numbers."
+        )
+    return data[:, column].astype(np.int64)
+
+
+def _flag(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> BoolArray:
+    wrong = (data[:, column] != 0.0) & (data[:, column] != 1.0)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise VerificationError(
+            f"{path}, row {row + 1}: {columns[column]} is {data[row, column]}, allowed are 0 and 1."
+        )
+    return data[:, column] == 1.0
+
+
+def _verify(path: Path, rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> None:
+    found = _read(path, columns=columns)
+    if len(found) != len(rows):
+        raise VerificationError(f"{path} has {len(found)} rows, the plan has {len(rows)}; write the table again.")
+    halves = 0.5 * 10.0 ** -np.array(decimals, dtype=np.float64) * np.array([places > 0 for places in decimals])
+    wrong = np.abs(found - rows) > halves * (1.0 + 1e-6) + _READING_SHARE * np.maximum(np.abs(rows), 1.0)
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        raise VerificationError(
+            f"{path}, row {row + 1}: {columns[column]} is {found[row, column]}, the plan has {rows[row, column]}; "
+            "write the table again.",
+            row=int(row) + 1,
+        )

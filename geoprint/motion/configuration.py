@@ -1,0 +1,97 @@
+"""Which of the eight ways to reach a pose the arm uses: branch numbers and RAPID configuration data.
+
+RAPID (technical reference, data type confdata; robots with a serial arm, the IRB 120 among them) tells the ways apart
+by the three singularities of the arm:
+
+| cfx | wrist centre relative to axis 1 | wrist centre relative to lower arm | axis 5 |
+|---|---|---|---|
+| 0 | in front of | in front of | positive |
+| 1 | in front of | in front of | negative |
+| 2 | in front of | behind | positive |
+| 3 | in front of | behind | negative |
+| 4 to 7 | behind | as 0 to 3 | as 0 to 3 |
+
+that is, cfx = 4 * shoulder + 2 * elbow + wrist, each 1 for the second word. The solver of `kinematics.Arm` numbers the
+same three choices as branch = 4 * wrist + 2 * shoulder + elbow; RobotComponents and py-opw-kinematics, which write for
+the same controllers, order them alike. The lower arm is the line through axes 2 and 3: the wrist centre is behind it
+where axis 3 has bent back past the stretched arm (below -77 degrees for the IRB 120).
+
+cf1, cf4 and cf6 count quarter turns: quadrant 0 is [0, 90) degrees, 1 is [90, 180), -1 is [-90, 0); axis 6 turns more
+than once, so that its quadrants go on (-5 to 4 within 400 degrees).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray
+from geoprint.motion.kinematics import Arm
+
+QUARTER_TURN = np.pi / 2.0
+
+# Rounding leaves an angle that is meant to be a multiple of 90 degrees this much [rad] below it at most: it then counts
+# as the quadrant that starts there, so that a zero that came out as -1e-17 is not written as quadrant -1.
+TIE = 1e-9
+
+
+def singularity_distances(joints: FloatArray, *, arm: Arm) -> FloatArray:
+    """Return how far the arm is from each of its three singularities, with the side as sign.
+
+    Args:
+        joints: (k, 6) [rad].
+        arm: whose lengths count.
+
+    Returns:
+        (k, 3): how far the wrist centre lies ahead of axis 1, seen in the plane of the arm [mm]; the angle [rad] in
+        (-pi, pi] by which the wrist centre has bent forward from the stretched arm (0 and pi are singular); the angle
+        of axis 5 [rad] in (-pi, pi] (0 and pi are singular).
+    """
+    lengths = arm.lengths
+    reach = np.hypot(lengths.a2, lengths.c3)
+    rest = np.arctan2(lengths.c3, -lengths.a2)
+    tilt, bend = joints[:, 1], joints[:, 2] + rest
+    ahead = lengths.a1 + lengths.c2 * np.sin(tilt) + reach * np.sin(tilt + bend)
+    return np.column_stack([ahead, _wrapped(bend), _wrapped(joints[:, 4])])
+
+
+def branch_of(joints: FloatArray, *, arm: Arm) -> IntArray:
+    """Return the branch of `Arm.solutions` that joint angles belong to.
+
+    On a singularity both sides meet; there the side in front, or the positive one, is returned.
+
+    Args:
+        joints: (k, 6) [rad].
+        arm: whose lengths count.
+
+    Returns:
+        (k,) 4 * wrist + 2 * shoulder + elbow.
+    """
+    shoulder, elbow, wrist = _sides(joints, arm=arm)
+    return 4 * wrist + 2 * shoulder + elbow
+
+
+def configuration_data(joints: FloatArray, *, arm: Arm) -> IntArray:
+    """Return the RAPID configuration data of joint angles.
+
+    Angles less than `TIE` below a multiple of 90 degrees count as that multiple, which opens the upper quadrant; an
+    axis 5 at zero counts as positive.
+
+    Args:
+        joints: (k, 6) [rad].
+        arm: whose lengths count.
+
+    Returns:
+        (k, 4) cf1, cf4, cf6, cfx.
+    """
+    quadrants = np.floor((joints[:, [0, 3, 5]] + TIE) / QUARTER_TURN).astype(np.int64)
+    shoulder, elbow, wrist = _sides(joints, arm=arm)
+    return np.column_stack([quadrants, 4 * shoulder + 2 * elbow + wrist])
+
+
+def _sides(joints: FloatArray, *, arm: Arm) -> tuple[IntArray, IntArray, IntArray]:
+    behind = (singularity_distances(joints, arm=arm) < -TIE).astype(np.int64)
+    return behind[:, 0], behind[:, 1], behind[:, 2]
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    return np.pi - (np.pi - angles) % (2.0 * np.pi)

@@ -1,0 +1,232 @@
+"""The arm: forward kinematics by Pinocchio and all eight closed-form inverse solutions.
+
+Pinocchio and the inverse solver work in metres; nothing outside this module sees them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from importlib import import_module, resources
+from types import ModuleType
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from geoprint import transforms
+from geoprint.errors import UsageError
+from geoprint.model import FloatArray, Robot
+
+if TYPE_CHECKING:
+    import pinocchio
+    import py_opw_kinematics
+
+JOINTS = 6
+BRANCHES = 8
+MILLIMETRES_PER_METRE = 1000.0
+FLANGE_FRAME = "tool0"
+
+# Forward and inverse kinematics are two closed forms of the same few lengths: they differ by rounding only, unless
+# the arm is of another kind [m, and the same number for entries of a rotation].
+AGREEMENT = 1e-9
+
+# Joint vectors [rad] on which both are compared: every joint moves, alone and together, away from singularities.
+_PROBES = np.array(
+    [
+        [0.0, 0.0, 0.0, 0.0, 0.5, 0.0],
+        [0.7, 0.4, -0.3, 0.0, 0.9, 0.0],
+        [-0.6, 0.9, -0.8, 0.8, -0.7, 1.1],
+        [1.9, -0.5, 0.3, -1.4, 1.2, -2.3],
+        [-2.4, 0.2, -1.1, 2.2, 0.6, 2.9],
+    ]
+)
+
+
+# The solver also computes how well conditioned each solution is, four fifths of its time, but not for solutions outside
+# the limits it is given: these [rad] exclude all of them, because joints are returned in (-pi, pi].
+_LIMITS_THAT_SKIP_CONDITIONING = np.tile([4.0, 5.0], (JOINTS, 1))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Lengths:
+    """The lengths of an arm with an ortho-parallel base and a spherical wrist, in the letters of [Brandstötter2014].
+
+    Attributes:
+        a1: from axis 1 to axis 2, ahead [mm].
+        a2: from the forearm's axis 4 up to axis 3 [mm]; negative where axis 4 runs above axis 3.
+        b: sideways offset of the wrist centre [mm].
+        c1: height of axis 2 [mm].
+        c2: length of the lower arm, axis 2 to axis 3 [mm].
+        c3: length of the forearm, axis 3 to the wrist centre along axis 4 [mm].
+        c4: from the wrist centre to the flange [mm].
+    """
+
+    a1: float
+    a2: float
+    b: float
+    c1: float
+    c2: float
+    c3: float
+    c4: float
+
+
+@final
+class Arm:
+    """A six-axis arm with a spherical wrist, and the tool on its flange.
+
+    The geometry is that of the URDF in the package data whose name is `robot.model`. The inverse is the closed form
+    of [Brandstötter2014] for arms with an ortho-parallel base and a spherical wrist; its lengths are read from the
+    origins of the URDF's joints, and the constructor compares both kinematics before anybody relies on them.
+
+    Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, see `configuration.branch_of`.
+
+    Args:
+        robot: the arm and its limits; the limits are not applied here.
+        T_flange_tool: (4, 4) tool frame in the flange frame [mm]; its z axis points out of the nozzle.
+
+    Attributes:
+        robot: as given.
+        T_flange_tool: as given, read-only.
+        lengths: read from the URDF.
+
+    Raises:
+        UsageError: the arm has no URDF, is of a kind that the closed form does not cover, or a package is missing.
+    """
+
+    __slots__ = ("T_flange_tool", "_T_tool_flange", "_flange", "_inverse", "_model", "_pinocchio", "lengths", "robot")
+
+    def __init__(self, robot: Robot, *, T_flange_tool: FloatArray) -> None:
+        self.robot = robot
+        self.T_flange_tool: FloatArray = T_flange_tool.copy()
+        self.T_flange_tool.setflags(write=False)
+        self._T_tool_flange = transforms.inverse(T_flange_tool)
+        self._pinocchio = _required("pinocchio", package="pin")
+        self._model: pinocchio.Model = self._pinocchio.buildModelFromXML(read_urdf(robot.model))
+        if self._model.nq != JOINTS or not self._model.existFrame(FLANGE_FRAME):
+            raise UsageError(
+                f"the arm {robot.model} has {self._model.nq} joints, flange frame '{FLANGE_FRAME}' "
+                f"{'present' if self._model.existFrame(FLANGE_FRAME) else 'absent'}; geoprint needs six joints and "
+                f"that frame: correct its URDF."
+            )
+        self._flange = self._model.getFrameId(FLANGE_FRAME)
+        self.lengths = self._lengths()
+        self._inverse = self._closed_form()
+        self._verify()
+
+    def flange_poses(self, joints: FloatArray) -> FloatArray:
+        """Return where the flange is, by Pinocchio.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 4, 4) T_base_flange [mm]; the flange's z axis points out of it.
+        """
+        data = self._model.createData()
+        poses = np.empty((len(joints), 4, 4))
+        for row, angles in enumerate(np.ascontiguousarray(joints, dtype=np.float64)):
+            self._pinocchio.framesForwardKinematics(self._model, data, angles)
+            poses[row] = data.oMf[self._flange].homogeneous
+        poses[:, :3, 3] *= MILLIMETRES_PER_METRE
+        return poses
+
+    def tool_poses(self, joints: FloatArray) -> FloatArray:
+        """Return where the tool is.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 4, 4) T_base_tool [mm].
+        """
+        return self.flange_poses(joints) @ self.T_flange_tool
+
+    def solutions(self, Ts_base_tool: FloatArray) -> FloatArray:
+        """Return the joint angles of all eight branches, limits not applied.
+
+        On a singularity of the wrist (joint 5 at zero) only the sum of joints 4 and 6 is determined; the solution
+        given there is one of many.
+
+        Args:
+            Ts_base_tool: (k, 4, 4) poses of the tool [mm].
+
+        Returns:
+            (k, 8, 6) angles [rad] in (-pi, pi]; NaN where a branch does not exist.
+        """
+        if len(Ts_base_tool) == 0:
+            return np.empty((0, BRANCHES, JOINTS))
+        Ts_base_flange = Ts_base_tool @ self._T_tool_flange
+        Ts_base_flange[:, :3, 3] /= MILLIMETRES_PER_METRE
+        found = self._inverse.reach(
+            RigidTransform.from_matrix(Ts_base_flange), joint_limits=_LIMITS_THAT_SKIP_CONDITIONING
+        )
+        return np.pi - (np.pi - found.joints) % (2.0 * np.pi)
+
+    def _lengths(self) -> Lengths:
+        """Read the lengths off the joint origins at zero angles, where the forearm points ahead along x."""
+        data = self._model.createData()
+        self._pinocchio.framesForwardKinematics(self._model, data, np.zeros(JOINTS))
+        origins = np.array([data.oMi[joint].translation for joint in range(1, JOINTS + 1)]) * MILLIMETRES_PER_METRE
+        flange = data.oMf[self._flange].translation * MILLIMETRES_PER_METRE
+        _, shoulder, elbow, forearm, wrist, _ = origins
+        return Lengths(
+            a1=float(shoulder[0]),
+            a2=float(elbow[2] - forearm[2]),
+            b=float(wrist[1]),
+            c1=float(shoulder[2]),
+            c2=float(elbow[2] - shoulder[2]),
+            c3=float(wrist[0] - elbow[0]),
+            c4=float(flange[0] - wrist[0]),
+        )
+
+    def _closed_form(self) -> py_opw_kinematics.Robot:
+        opw = _required("py_opw_kinematics", package="py-opw-kinematics")
+        metres = {letter: length / MILLIMETRES_PER_METRE for letter, length in asdict(self.lengths).items()}
+        # The closed form counts joint 3 from the stretched arm, the URDF from the forearm pointing ahead.
+        model = opw.KinematicModel(**metres, offsets=(0.0, 0.0, -np.pi / 2.0, 0.0, 0.0, 0.0))
+        return opw.Robot(model, degrees=False)
+
+    def _verify(self) -> None:
+        """Compare the inverse with Pinocchio: every branch found must lead back to the pose it was asked for."""
+        asked = self.tool_poses(_PROBES)
+        found = self.solutions(asked)
+        exists = np.isfinite(found).all(axis=2)
+        deviation = self.tool_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0)
+        deviation[:, :3, 3] /= MILLIMETRES_PER_METRE
+        largest = float(np.abs(deviation).max(initial=0.0))
+        miss = np.abs((found - _PROBES[:, None, :] + np.pi) % (2.0 * np.pi) - np.pi).max(axis=2)
+        astray = float(np.where(exists, miss, np.inf).min(axis=1).max())
+        if largest > AGREEMENT or astray > AGREEMENT:
+            raise UsageError(
+                f"the arm {self.robot.model} is not of the kind whose inverse kinematics geoprint knows (joint axes "
+                f"z y y x y x, spherical wrist): its closed form misses the URDF's pose by {largest:.3g} m and the "
+                f"joint angles by {astray:.3g} rad, allowed is {AGREEMENT:g}; use another arm or correct its URDF.",
+                position_m=largest,
+                joints_rad=astray,
+            )
+
+
+def read_urdf(model: str) -> str:
+    """Return the URDF text of an arm in the package data.
+
+    Raises:
+        UsageError: there is none of that name.
+    """
+    files = {entry.name: entry for entry in resources.files("geoprint.robots").iterdir()}
+    entry = files.get(f"{model}.urdf")
+    if entry is None:
+        known = ", ".join(sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf")))
+        raise UsageError(f"robot.model names the arm '{model}', which geoprint does not know; known are: {known}.")
+    return entry.read_text(encoding="utf-8")
+
+
+def _required(module: str, *, package: str) -> ModuleType:
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise UsageError(
+            f"the robot chain needs {module}, which is not installed ({error}); run 'pip install {package}', "
+            f"or leave the chain out with --no-robot.",
+            package=package,
+        ) from error

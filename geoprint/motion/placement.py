@@ -1,0 +1,163 @@
+"""Where the part stands in the robot's base frame: from touched points, or for a demonstration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import InputError, ReachError
+from geoprint.model import FloatArray, Placement, Surface, TouchedPoints
+from geoprint.surfaces.operators import face_areas, mean_normal
+
+# Points spread less than this share of their length across it are on a line: the turn about it is then measured by
+# less than the touch probe's own error (0.1 mm on 100 mm).
+COLLINEAR_SHARE = 1e-2
+
+# Points out of plane by less than this share of their extent cannot show by their distances whether they are mirrored.
+PLANAR_SHARE = 5e-2
+
+# A mirror image that fits this many times better than any rotation means that the points are listed mirrored.
+MIRROR_FACTOR = 2.0
+
+# A shorter mean of the unit normals says that the part faces so many ways that "its normal up" means nothing.
+SHORTEST_MEAN_NORMAL = 0.6
+
+# A touched point farther than this [mm] from where the fit puts it was swapped, mistyped or touched badly.
+LARGEST_RESIDUAL = 1.0
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def fit_touched_points(points: TouchedPoints) -> Placement:
+    """Fit the fixture's frame to touched points: the rigid motion with the least sum of squared distances.
+
+    Without scale, by singular values of the covariance [Kabsch1976]. Points that lie in a plane fit equally well when
+    they are listed in mirrored order, with the fixture upside down; that is why the fixture's z axis must point upwards
+    in the base frame then.
+
+    Args:
+        points: three or more, not on one line.
+
+    Returns:
+        The calibrated placement, with the distance left at each point.
+
+    Raises:
+        InputError: fewer than three points, points on a line, points listed mirrored, or one that does not fit.
+
+    Examples:
+        The paper touches the corners of a square pedestal of edge 100 mm, centred at (300, 0, 0):
+
+        >>> corners = np.array([[-50.0, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]])
+        >>> touched = np.array([[250.0, 50, 0], [350, 50, 0], [350, -50, 0], [250, -50, 0]])
+        >>> placement = fit_touched_points(TouchedPoints(model=corners, touched=touched, T_fixture_work=np.eye(4)))
+        >>> placement.T_base_work[:3, 3].round(9)
+        array([300.,   0.,   0.])
+        >>> float(placement.residuals.max()) < 1e-9
+        True
+    """
+    count = len(points.model)
+    if count < 3:
+        raise InputError(
+            f"the fixture has {count} touched points; at least 3 are needed: touch more corners.", count=count
+        )
+    centre_model, centre_touched = points.model.mean(axis=0), points.touched.mean(axis=0)
+    model, touched = points.model - centre_model, points.touched - centre_touched
+    extents = [_extents(model, name="model"), _extents(touched, name="touched")]
+    planar = bool(min(extent[2] / extent[0] for extent in extents) < PLANAR_SHARE)
+    rotation = _best_rotation(model, touched, planar=planar)
+    T_base_fixture = transforms.rigid(rotation, centre_touched - rotation @ centre_model)
+    residuals = np.linalg.norm(transforms.apply(T_base_fixture, points.model) - points.touched, axis=1)
+    worst = int(np.argmax(residuals))
+    if residuals[worst] > LARGEST_RESIDUAL:
+        raise InputError(
+            f"touched point {worst + 1} of {count} lies {residuals[worst]:.2f} mm from where the fixture's other points "
+            f"put it, allowed are {LARGEST_RESIDUAL:g} mm: check the order of the points, or touch it again.",
+            point=worst + 1,
+            residual_mm=float(residuals[worst]),
+        )
+    return Placement(
+        T_base_fixture=T_base_fixture, T_fixture_work=points.T_fixture_work, calibrated=True, residuals=residuals
+    )
+
+
+def demo_placement(surface: Surface, *, position: FloatArray) -> Placement:
+    """Put a part where a demonstration can reach it: its area's centroid at a position, its mean normal up.
+
+    The mean normal is turned up by the smallest rotation, so that nothing else turns the part (no yaw). Nobody has
+    measured where the part stands: the placement is marked as not calibrated, and a program may only run dry.
+
+    Args:
+        surface: the part.
+        position: (3,) where its centroid goes, in the base frame [mm].
+
+    Returns:
+        The placement, with the fixture's frame at the position and parallel to the base.
+
+    Raises:
+        ReachError: the part faces so many ways that its mean normal is undefined.
+    """
+    mean = mean_normal(surface)
+    length = float(np.linalg.norm(mean))
+    if not length >= SHORTEST_MEAN_NORMAL:
+        raise ReachError(
+            f"{surface.name} has no demonstration placement: the mean of its unit normals has length {length:.2f}, "
+            f"needed is {SHORTEST_MEAN_NORMAL}, because it faces too many ways to say which is up; "
+            f"calibrate the cell with touched points or plan a smaller patch.",
+            length=length,
+            needed=SHORTEST_MEAN_NORMAL,
+        )
+    rotation = transforms.smallest_rotation(mean / length, UP[None])[0]
+    areas = face_areas(surface)
+    centroid = areas @ surface.vertices[surface.faces].mean(axis=1) / areas.sum()
+    return Placement(
+        T_base_fixture=transforms.rigid(np.eye(3), position),
+        T_fixture_work=transforms.rigid(rotation, -rotation @ centroid),
+        calibrated=False,
+        residuals=np.empty(0),
+    )
+
+
+def _extents(centred: FloatArray, *, name: str) -> FloatArray:
+    """Return the three singular values of centred points [mm], largest first.
+
+    Raises:
+        InputError: the points lie on a line, or all in one place.
+    """
+    extents = np.zeros(3)
+    values = np.linalg.svd(centred, compute_uv=False)
+    extents[: values.size] = values
+    if extents[1] <= COLLINEAR_SHARE * extents[0]:
+        raise InputError(
+            f"the {name} points of the fixture lie on a line: they spread {extents[0]:.3g} mm along it and "
+            f"{extents[1]:.3g} mm across, needed is more than {COLLINEAR_SHARE:.0%} of it; touch a point aside.",
+            along_mm=float(extents[0]),
+            across_mm=float(extents[1]),
+        )
+    return extents
+
+
+def _best_rotation(model: FloatArray, touched: FloatArray, *, planar: bool) -> FloatArray:
+    """Return the rotation that takes centred model points nearest to centred touched points.
+
+    Raises:
+        InputError: the points are listed mirrored.
+    """
+    left, _, right = np.linalg.svd(touched.T @ model)
+    handedness = np.sign(np.linalg.det(left @ right))
+    rotation = (left * [1.0, 1.0, handedness]) @ right
+    mirror = (left * [1.0, 1.0, -handedness]) @ right
+    miss, mirrored_miss = (np.linalg.norm(touched - model @ fit.T) for fit in (rotation, mirror))
+    if not planar and mirrored_miss * MIRROR_FACTOR < miss:
+        raise InputError(
+            f"the touched points are a mirror image of the model points (a reflection leaves {mirrored_miss:.3g} mm, "
+            f"the best rotation {miss:.3g} mm): check their order and the signs of their coordinates.",
+            rotation_mm=float(miss),
+            reflection_mm=float(mirrored_miss),
+        )
+    if planar and rotation[2, 2] <= 0.0:
+        raise InputError(
+            "the touched points turn the fixture's z axis downwards, as they do when they are listed in mirrored "
+            "order: check their order, or turn the model points so that their z axis points up.",
+            z_up=float(rotation[2, 2]),
+        )
+    return rotation

@@ -1,0 +1,138 @@
+"""A small plan made by hand, which the tests of export share: two runs on a tilted plate, joined by a travel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.model import (
+    BoolArray,
+    Cell,
+    FloatArray,
+    IntArray,
+    JointPath,
+    Placement,
+    PoseStream,
+    Process,
+    Robot,
+    Signals,
+    Targets,
+    Tool,
+)
+
+CELL = Cell(
+    name="bench",
+    robot=Robot(
+        model="irb120",
+        limits=np.radians([(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)]),
+        speeds=np.radians([250.0, 250.0, 250.0, 320.0, 320.0, 420.0]),
+        accelerations=np.array([12.0, 12.0, 12.0, 20.0, 20.0, 25.0]),
+        home=np.radians([0.0, -10.0, 20.0, 0.0, 45.0, -30.0]),
+    ),
+    tool=Tool(
+        T_flange_tool=transforms.rigid(
+            Rotation.from_euler("y", 45, degrees=True).as_matrix(), np.array([84.8528, 0.0, 124.8528])
+        ),
+        needle_length=25.4,
+        needle_diameter=1.3,
+        inner_diameter=0.84,
+        cone_half_angle=float(np.radians(10.0)),
+        barrel_diameter=20.0,
+        barrel_top=120.0,
+        bracket_length=40.0,
+        bracket_diameter=30.0,
+        mass_kg=0.6,
+        cog=np.array([10.0, 0.0, 60.0]),
+        inertia_kg_m2=np.array([0.002, 0.002, 0.0005]),
+    ),
+    process=Process(
+        speed=20.0, travel_speed=60.0, joint_speed_share=0.25, standoff=0.3, clearance=0.5, retract=5.0,
+        layer_height=0.5,
+    ),
+    signals=Signals(mode="io", dispenser="doValve", uv_lamp="doUV"),
+    obstacles=(),
+    demo_position=np.array([300.0, 0.0, 50.0]),
+    fixture=None,
+)  # fmt: skip
+
+PLACEMENT = Placement(
+    T_base_fixture=transforms.rigid(
+        Rotation.from_euler("zyx", [30.0, 5.0, -3.0], degrees=True).as_matrix(), np.array([312.3456789, -20.5, 41.0])
+    ),
+    T_fixture_work=transforms.rigid(np.eye(3), np.array([1.25, 2.5, 10.0])),
+    calibrated=True,
+    residuals=np.array([0.05, 0.11, 0.08, 0.02]),
+)
+
+DEMONSTRATION = replace(PLACEMENT, calibrated=False, residuals=np.empty(0))
+
+
+def circle(*, radius: float, points: int) -> FloatArray:
+    """A closed circle about the z axis; the first point is repeated at its end."""
+    angles = np.linspace(0.0, 2.0 * np.pi, points + 1)
+    return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), np.zeros(points + 1)])
+
+
+def stream(*, runs: int = 2, points: int = 6) -> PoseStream:
+    """Approach, one circle, retract and travel to the next, ..., retract; the nozzle leans by up to 0.2 rad."""
+    parts: list[tuple[FloatArray, int, bool]] = []
+    up = np.array([[0.0, 0.0, 5.0]])
+    for run in range(runs):
+        ring = circle(radius=10.0 - 2.0 * run / max(runs - 1, 1), points=points) + 0.06 * up
+        before = [] if run == 0 else [parts[-1][0][-1:] + up]
+        parts += [(np.concatenate([*before, ring[:1] + up]), run, False), (ring, run, True)]
+    parts.append((parts[-1][0][-1:] + up, runs - 1, False))
+    tips = np.concatenate([part for part, _, _ in parts])
+    counts = [len(part) for part, _, _ in parts]
+    run_of = np.repeat([run for _, run, _ in parts], counts)
+    deposit = np.repeat([lays for _, _, lays in parts], counts)
+    return _stream(tips, run_of=run_of, deposit=deposit, ends=np.cumsum(counts) - 1)
+
+
+def _stream(tips: FloatArray, *, run_of: IntArray, deposit: BoolArray, ends: IntArray) -> PoseStream:
+    lean = Rotation.from_rotvec(np.column_stack([0.02 * tips[:, 1], -0.02 * tips[:, 0], np.zeros(len(tips))]))
+    turn = lean * Rotation.from_euler("x", 180, degrees=True)
+    stops = ~deposit
+    stops[ends] = True
+    stops[ends[:-1] + 1] = True
+    steps = np.insert(np.linalg.norm(np.diff(tips, axis=0), axis=1), 0, 0.0)
+    return PoseStream(
+        tips=tips,
+        quaternions=turn.as_quat(canonical=True, scalar_first=True),
+        normals=-turn.as_matrix()[:, :, 2],
+        runs=run_of,
+        levels=np.where(deposit, run_of, -1),
+        layers=np.zeros(len(tips), dtype=np.int64),
+        deposit=deposit,
+        stops=stops,
+        arcs=np.cumsum(steps),
+        flow=np.where(deposit, 0.5, 0.0),
+        standoff=0.3,
+    )
+
+
+def joint_path(poses: PoseStream, placement: Placement = PLACEMENT) -> JointPath:
+    """Joint angles that only look like some: export reads no more than the configuration."""
+    share = np.linspace(-1.0, 1.0, poses.count)
+    configuration = np.column_stack(
+        [np.floor(share), np.zeros(poses.count), np.floor(2 * share), np.full(poses.count, 4)]
+    )
+    return JointPath(
+        poses=poses,
+        joints=np.outer(share, np.ones(6)),
+        configuration=configuration.astype(np.int64),
+        branch=4,
+        spin=0.0,
+        T_base_work=placement.T_base_work,
+    )
+
+
+def targets(poses: PoseStream) -> Targets:
+    """Every pose a target; stops are fine, the others are rounded in two sizes and driven at two speeds."""
+    index = np.arange(poses.count)
+    zones = np.where(poses.stops, 0.0, np.where(index % 2, 0.1234, 0.3))
+    speeds = np.where(poses.deposit, np.where(index % 3, 20.0, 19.876), 60.0)
+    return Targets(poses=index, zones=zones, speeds=speeds)

@@ -1,0 +1,258 @@
+"""The RAPID writer: golden files, what names may not do, what is refused, and laws of what is written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.export import rapid
+from geoprint.export.rapid import rapid_program
+from geoprint.export.rapid_verify import verify_program
+from geoprint.model import Cell, Placement, PoseStream, Program, Signals, Targets
+from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, joint_path, stream, targets
+
+GOLDEN = Path(__file__).parent / "golden"
+
+
+def write(
+    poses: PoseStream | None = None,
+    *,
+    chosen: Targets | None = None,
+    cell: Cell = CELL,
+    placement: Placement = PLACEMENT,
+    part_name: str = "two rings",
+) -> Program:
+    poses = stream() if poses is None else poses
+    return rapid_program(
+        joint_path(poses, placement), targets(poses) if chosen is None else chosen, cell=cell, placement=placement,
+        part_name=part_name, spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
+    )  # fmt: skip
+
+
+def text_of(program: Program, module: str) -> str:
+    return dict(program.modules)[module]
+
+
+def code_of(program: Program) -> list[str]:
+    return [line for _, text in program.modules for line in text.split("\n") if not line.lstrip().startswith("!")]
+
+
+def golden_differences(program: Program) -> list[str]:
+    """Names of the modules that are not the golden ones, byte for byte (the version apart)."""
+    found = {
+        name: text.replace(f"geoprint {version('geoprint')}", "geoprint VERSION") for name, text in program.modules
+    }
+    kept = {path.name: path.read_bytes() for path in sorted(GOLDEN.iterdir())}
+    return sorted(name for name in found.keys() | kept.keys() if found.get(name, "").encode("ascii") != kept.get(name))
+
+
+def test_a_program_of_two_runs_is_the_golden_one_byte_for_byte() -> None:
+    assert golden_differences(write()) == []
+
+
+def test_the_golden_comparison_fails_when_one_decimal_moves() -> None:
+    poses = stream()
+    tips = poses.tips.copy()
+    tips[3, 1] += 0.0001
+    assert golden_differences(write(replace(poses, tips=tips))) == ["GeoPrint.mod"]
+
+
+def test_the_same_input_gives_the_same_bytes() -> None:
+    assert write().modules == write().modules
+
+
+def test_a_program_says_how_many_targets_it_has_and_that_it_may_deposit() -> None:
+    program = write()
+    moves = len(re.findall(r"Move[JL] ", text_of(program, "GeoPrint.mod")))
+    assert (program.targets, program.dry_run) == (moves, False) == (18, False)
+
+
+def test_every_program_starts_as_a_dry_run() -> None:
+    assert "PERS bool geoDryRun:=TRUE;" in text_of(write(), "GeoCell.mod")
+
+
+def test_without_calibration_no_line_switches_an_output_on() -> None:
+    program = write(placement=DEMONSTRATION)
+    assert program.dry_run
+    for name in ("GeoCell.mod", "GeoPrint.mod"):
+        assert "! PLACEMENT NOT CALIBRATED" in text_of(program, name)
+    assert not [line for line in code_of(program) if re.search(r"SetDO \w+,1", line)]
+    assert [line for line in code_of(write()) if re.search(r"SetDO \w+,1", line)]
+
+
+def test_speeds_and_zones_are_shared_and_never_above_the_plan() -> None:
+    text = text_of(write(), "GeoCell.mod")
+    assert re.findall(r"speeddata vGeo\d:=\[([\d.]+),", text) == ["19.8", "20", "60"]
+    assert re.findall(r"zonedata zGeo\d:=\[FALSE,([\d.]+),", text) == ["0.12", "0.3"]
+
+
+@pytest.mark.parametrize(("zone", "written"), [(0.0009, "fine"), (0.00199, "0.0019"), (0.0999, "0.099"), (12.34, "12")])
+def test_a_zone_is_rounded_down_and_below_a_micrometre_a_stop(zone: float, written: str) -> None:
+    poses = stream()
+    chosen = targets(poses)
+    cell = text_of(write(poses, chosen=replace(chosen, zones=np.where(chosen.zones > 0, zone, 0.0))), "GeoCell.mod")
+    assert re.findall(r"zonedata zGeo\d:=\[FALSE,([\d.]+),", cell) == ([] if written == "fine" else [written])
+
+
+def test_thinned_targets_are_written_and_the_rest_is_not() -> None:
+    poses = stream(points=12)
+    chosen = targets(poses)
+    kept = np.flatnonzero(poses.stops | (np.arange(poses.count) % 3 == 0))
+    thin = Targets(poses=kept, zones=chosen.zones[kept], speeds=chosen.speeds[kept])
+    program = write(poses, chosen=thin)
+    assert program.targets == kept.size < poses.count
+
+
+def test_runs_that_do_not_fit_one_module_are_spread_over_several(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rapid, "MODULE_LINES", 40)
+    program = write(stream(runs=5, points=9))
+    names = [name for name, _ in program.modules]
+    assert names == ["GeoCell.mod", "GeoPath1.mod", "GeoPath2.mod", "GeoPath3.mod", "GeoPrint.mod", "GeoPrint.pgf"]
+    assert all(text.count("\n") <= 40 for _, text in program.modules)
+    assert "<Module>GeoPath2.mod</Module>" in text_of(program, "GeoPrint.pgf")
+
+
+def test_a_run_longer_than_a_module_is_cut_into_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rapid, "MODULE_LINES", 40)
+    program = write(stream(runs=1, points=90))
+    assert "    GeoRun1Part3;" in text_of(program, "GeoPrint.mod")
+    assert all(text.count("\n") <= 40 for _, text in program.modules)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "heart\nENDMODULE", "heart\r\n  SetDO doUV,1;", "x\x00y", "h\u0435art \u2028SetDO doUV,1;", "\x85SetDO doUV,1;",
+        "", "  ", "a" * 100_000, "!", "*/", '"; SetDO doUV,1;', "</Module>", "\\On;",
+    ],
+)  # fmt: skip
+def test_no_part_name_changes_a_line_of_code(name: str) -> None:
+    assert code_of(write(part_name=name)) == code_of(write())
+    assert all(text.isascii() for _, text in write(part_name=name).modules)
+
+
+@given(st.text(max_size=300))
+@settings(max_examples=30, deadline=None)
+def test_no_text_at_all_changes_a_line_of_code(name: str) -> None:
+    assert code_of(write(part_name=name)) == code_of(write())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "", "do valve", "doUV,1;SetDO doX", "doUV\n", "1do", "_do", "d\u00f6", "do-UV", "a" * 33, "while", "MoveL",
+        "TRUE", "geoDryRun", "GEOON", "main", "tGeoNozzle", 'a"b', "do!",
+    ],
+)  # fmt: skip
+def test_an_output_that_is_no_free_rapid_name_is_refused(name: str) -> None:
+    for field in ("dispenser", "uv_lamp"):
+        signals = {"dispenser": "doValve", "uv_lamp": "doUV", field: name}
+        cell = replace(CELL, signals=Signals(mode="io", **signals))
+        with pytest.raises(UsageError, match=f"signals.{field}"):
+            write(cell=cell)
+
+
+def test_an_output_of_exactly_32_characters_is_taken() -> None:
+    cell = replace(CELL, signals=Signals(mode="io", dispenser="a" * 32, uv_lamp="doUV"))
+    assert f"SetDO {'a' * 32},1;" in text_of(write(cell=cell), "GeoCell.mod")
+
+
+def test_analog_flow_is_refused_because_the_cell_names_no_analog_output() -> None:
+    cell = replace(CELL, signals=replace(CELL.signals, mode="analog"))
+    with pytest.raises(UsageError, match="set mode to 'io'"):
+        write(cell=cell)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("mass_kg", 0.0), ("cog", np.zeros(3)), ("inertia_kg_m2", np.array([0.1, -0.1, 0.1]))],
+)
+def test_a_load_that_a_controller_refuses_is_refused_first(field: str, value: object) -> None:
+    cell = replace(CELL, tool=replace(CELL.tool, **{field: value}))  # pyright: ignore[reportArgumentType]
+    with pytest.raises(UsageError, match="centre of gravity"):
+        write(cell=cell)
+
+
+def test_a_number_that_is_not_finite_is_refused() -> None:
+    cell = replace(CELL, tool=replace(CELL.tool, mass_kg=float("nan")))
+    with pytest.raises(InputError, match="finite"):
+        write(cell=cell)
+
+
+def test_a_placement_that_is_not_the_one_of_the_joint_path_is_refused() -> None:
+    poses = stream()
+    moved = replace(PLACEMENT, T_fixture_work=np.eye(4))
+    with pytest.raises(InputError, match="another placement"):
+        rapid_program(
+            joint_path(poses), targets(poses), cell=CELL, placement=moved, part_name="x", spacing=1.0
+        )  # fmt: skip
+
+
+def broken_targets(**changes: object) -> Targets:
+    return replace(targets(stream()), **changes)  # pyright: ignore[reportArgumentType]
+
+
+def without(index: int) -> Targets:
+    chosen = targets(stream())
+    kept = np.delete(np.arange(chosen.poses.size), index)
+    return Targets(poses=chosen.poses[kept], zones=chosen.zones[kept], speeds=chosen.speeds[kept])
+
+
+@pytest.mark.parametrize(
+    ("chosen", "reason"),
+    [
+        (without(0), "first and the last"),
+        (without(17), "first and the last"),
+        (without(1), "pose 1 of run 0 begins or ends a deposit"),
+        (without(7), "pose 7 of run 0 begins or ends a deposit"),
+        (broken_targets(poses=np.zeros(18, dtype=np.int64)), "first and the last"),
+        (broken_targets(zones=np.full(18, 0.1)), "no target with zone 0"),
+        (broken_targets(zones=np.full(18, -0.1)), "at least 0 mm"),
+        (broken_targets(speeds=np.zeros(18)), "at least 0.01 mm/s"),
+    ],
+)
+def test_targets_that_would_drive_another_path_are_refused(chosen: Targets, reason: str) -> None:
+    with pytest.raises(InputError, match=reason):
+        write(chosen=chosen)
+
+
+def test_a_deposit_of_a_single_pose_is_refused() -> None:
+    poses = stream()
+    deposit = np.zeros(poses.count, dtype=np.bool_)
+    deposit[2] = True
+    with pytest.raises(InputError, match="only pose of its deposit"):
+        write(replace(poses, deposit=deposit), chosen=broken_targets(zones=np.zeros(18)))
+
+
+def test_a_writer_that_errs_is_caught_before_anything_is_returned(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rapid, "_ZONE_DIGITS", 0)
+    with pytest.raises(VerificationError, match="zone"):
+        write()
+
+
+angles = st.floats(-np.pi, np.pi)
+lengths = st.floats(-900.0, 900.0)
+
+
+@given(frame=st.tuples(angles, angles, angles, lengths, lengths, lengths), seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=25, deadline=None)
+def test_any_placement_and_any_poses_read_back_as_written(frame: tuple[float, ...], seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    rotation = Rotation.from_euler("zyx", frame[:3]).as_matrix()
+    placement = replace(PLACEMENT, T_base_fixture=transforms.rigid(rotation, np.array(frame[3:])))
+    poses = stream()
+    quaternions = Rotation.random(poses.count, random_state=generator).as_quat(scalar_first=True)
+    poses = replace(poses, tips=generator.uniform(-900, 900, (poses.count, 3)), quaternions=quaternions)
+    program = write(poses, placement=placement)
+    verify_program(program, joint_path(poses, placement), targets(poses), cell=CELL, placement=placement)
+    assert max(len(line) for line in code_of(program)) <= 220

@@ -1,0 +1,237 @@
+"""The RAPID reader against damaged programs: each damage is named by module, line and reason."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from geoprint.errors import VerificationError
+from geoprint.export.rapid import rapid_program
+from geoprint.export.rapid_verify import verify_program
+from geoprint.model import Placement, Program
+from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, joint_path, stream, targets
+
+POSES = stream()
+TARGETS = targets(POSES)
+
+
+def written(placement: Placement = PLACEMENT) -> Program:
+    return rapid_program(
+        joint_path(POSES, placement), TARGETS, cell=CELL, placement=placement, part_name="rings", spacing=2.0
+    )
+
+
+PROGRAM = written()
+
+
+def verify(program: Program, placement: Placement = PLACEMENT) -> None:
+    verify_program(program, joint_path(POSES, placement), TARGETS, cell=CELL, placement=placement)
+
+
+def damaged(module: str, change: Callable[[str], str], program: Program = PROGRAM) -> Program:
+    texts = tuple((name, change(text) if name == module else text) for name, text in program.modules)
+    assert texts != program.modules, "the damage must change something"
+    return replace(program, modules=texts)
+
+
+@dataclass(frozen=True)
+class Damage:
+    """Replaces the n-th occurrence of a pattern; `at` finds the line of the damaged text that must be named."""
+
+    module: str
+    pattern: str
+    by: str
+    reason: str
+    at: str
+    nth: int = 0
+
+    def __call__(self, text: str) -> str:
+        match = list(re.finditer(self.pattern, text))[self.nth]
+        return text[: match.start()] + match.expand(self.by) + text[match.end() :]
+
+
+P, C = "GeoPrint.mod", "GeoCell.mod"
+START = r"\[\[10\.0000,0\.0000,0\.3"
+LAST = r"MoveL.*\n  ENDPROC\nENDMODULE"
+LAST_OF_RUN_1 = r"MoveL.*\n    GeoOff;\n  ENDPROC\n  PROC"
+TAIL = r",vGeo2,zGeo2,tGeoNozzle\\WObj:=wGeoPart;"
+DAMAGES = {
+    "missing semicolon": Damage(P, r"wGeoPart;", "wGeoPart", "semicolon is missing", r"wGeoPart$"),
+    "swapped groups": Damage(
+        P, r"\[(\[5[^]]*\]),(\[[^]]*\])", r"[\2,\1", "groups of", r"MoveL \[\[[^]]*\],\[5\.0000,8"
+    ),
+    "swapped coordinates": Damage(P, r"\[\[5\.0000,8\.6603", "[[8.6603,5.0000", "position", r"\[\[8\.6603"),
+    "NaN": Damage(P, r"\[\[5\.0000,8\.6603", "[[NaN,8.6603", "NaN is no RAPID number", "NaN"),
+    "infinite number": Damage(P, r"\[\[5\.0000,8\.6603", "[[1e999,8.6603", "no number", "1e999"),
+    "text for a number": Damage(P, r"\[\[5\.0000,8\.6603", "[[true,8.6603", "no number", "true"),
+    "four coordinates": Damage(P, r"\[\[5\.0000,", "[[5.0000,1.0,", "groups of", "5.0000,1.0,"),
+    "33-character name": Damage(P, r"GeoRun2;", f"{'a' * 33};", "at most 32 characters", "aaaa"),
+    "33-character procedure": Damage(P, r"PROC GeoRun2", f"PROC {'a' * 33}", "at most 32 characters", "aaaa"),
+    "81-character string": Damage(C, "=TRUE", f'="{"x" * 81}"', "at most 80 characters", "xxxx"),
+    "other string": Damage(C, '""', '"T_ROB2"', "wobjdata", "T_ROB2"),
+    "wrong quaternion": Damage(P, r"0\.08645827,-0", "0.08745827,-0", "quaternion", "0.08745827"),
+    "quaternion of another attitude": Damage(P, r"\[0\.08645827,-0\.99500417", "[0.08645827,0.99500417",
+                                             "quaternion", r"\[0\.08645827,0\.99500417"),
+    "moved by half a micrometre": Damage(P, r"8\.6603", "8.6608", "position", "8.6608"),
+    "signal one move late": Damage(P, r"    GeoOn;\n(.*\n)", r"\1    GeoOn;\n", "after a rounded target", "no line"),
+    "signal one move early": Damage(P, r"(.*\n)    GeoOn;\n", r"    GeoOn;\n\1", "dovalve", START),
+    "on never given": Damage(P, r"    GeoOn;\n", "", "no output is on", r"\[\[5\.0000,8"),
+    "off never given": Damage(P, r"    GeoOff;\n(?=  ENDPROC)", "", "lays nothing", r"MoveL \[\[10\.0000,0\.0000,5"),
+    "off after a rounded target": Damage(
+        P, rf"({TAIL}\n)", r"\1    GeoOff;\n", "switches after a rounded target", "no line", nth=0
+    ),
+    "not off at the start": Damage(P, r"    GeoOff;\n    ConfJ", "    ConfJ", "switched off before", "MoveAbsJ"),
+    "dropped target": Damage(P, r"    MoveL \[\[5\.0000,8.*\n", "", "position", r"\[\[-5\.0000,8"),
+    "duplicated target": Damage(P, r"(    MoveL \[\[5\.0000,8.*\n)", r"\1\1", "position", "the second"),
+    "dropped last target": Damage(
+        P, r"    MoveL .*\n(?=  ENDPROC\nEND)", "", "17 targets, the plan has 18", r"MoveL.*\n    GeoOff;\n  ENDPROC\nE"
+    ),
+    "wrong zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo1", "zone", r"\[\[5\.0000,8"),
+    "rounded where it must stop": Damage(P, r"vGeo2,fine", "vGeo2,zGeo1", "switches after a rounded", "no line"),
+    "unknown zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo9", "none is declared", "zGeo9"),
+    "larger zone": Damage(C, r"FALSE,0\.3,0\.3", "FALSE,0.4,0.3", "zonedata", "FALSE,0.4"),
+    "wrong speed": Damage(P, r"vGeo2,zGeo2", "vGeo3,zGeo2", "speed", r"vGeo3,zGeo2"),
+    "faster": Damage(C, r"\[20,500", "[21,500", "speed", "no line"),
+    "slow turns": Damage(C, r"\[20,500", "[20,5", "speeddata", r"\[20,5,"),
+    "wrong configuration": Damage(P, r"\[-1,0,-2,4\]", "[-1,0,-2,0]", "configuration", r"\[-1,0,-2,0\]", nth=3),
+    "fractional configuration": Damage(P, r"\[-1,0,-2,4\]", "[-1,0.5,-2,4]", "configuration", r"-1,0\.5", nth=3),
+    "external axis": Damage(P, r"\[9E9,", "[0,", "external axes", r"\[0,9E9", nth=4),
+    "wrong tool": Damage(P, "tGeoNozzle", "tool0", "tool0", "tool0", nth=3),
+    "wrong work object": Damage(P, "wGeoPart", "wobj0", "wobj0", "wobj0", nth=3),
+    "no work object": Damage(P, r"\\WObj:=wGeoPart", "", "wobjdata", r"MoveL.*tGeoNozzle;", nth=3),
+    "tool shifted": Damage(C, r"84\.8528", "84.8538", "tool frame", "84.8538"),
+    "tool turned": Damage(C, r"0\.38268343", "-0.38268343", "tool frame", "-0.38268343"),
+    "tool not held": Damage(C, r"tGeoNozzle:=\[TRUE", "tGeoNozzle:=[FALSE", "no tool held", "tGeoNozzle"),
+    "tool heavier": Damage(C, r"\[0\.6000", "[0.7000", "load", "0.7000"),
+    "part shifted": Damage(C, r"312\.3457", "312.3467", "uframe", "312.3467"),
+    "part shifted on its fixture": Damage(C, r"\[1\.2500", "[1.2600", "oframe", "1.2600"),
+    "part turned": Damage(C, r"0\.25738118", "0.25738218", "uframe", "0.25738218"),
+    "constant tool": Damage(C, "PERS tooldata", "CONST tooldata", "not declared CONST", "tooldata"),
+    "home elsewhere": Damage(C, r"45\.00000", "45.00100", "home", "45.00100"),
+    "no way home": Damage(P, r"    MoveAbsJ.*\n(?=  ENDPROC)", "", "begin and end", LAST),
+    "joint move on the way": Damage(P, r"MoveL \[\[5", "MoveJ [[5", "MoveJ first, then MoveL", r"MoveJ \[\[5"),
+    "home on the way": Damage(P, "    GeoRun2;\n", "    MoveAbsJ jGeoHome,vGeo3,fine,tGeoNozzle;\n    GeoRun2;\n",
+                              "MoveAbsJ is not how", r"MoveAbsJ.*\n    GeoRun2"),
+    "unwatched configuration": Damage(P, r"ConfL\\On", r"ConfL\\Off", "main must set", "MODULE"),
+    "setting on the way": Damage(P, "    GeoRun2;\n", "    ConfL\\\\Off;\n    GeoRun2;\n", "on its way", r"ConfL\\Off"),
+    "run left out": Damage(P, "    GeoRun2;\n", "", "8 targets, the plan has 18", LAST_OF_RUN_1),
+    "run that does not exist": Damage(P, "    GeoRun2;\n", "    GeoRun3;\n", "no procedure", "GeoRun3"),
+    "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls itself", "no line"),
+    "deposits at once": Damage(C, "geoDryRun:=TRUE", "geoDryRun:=FALSE", "must be declared TRUE", "geoDryRun:="),
+    "no guard": Damage(C, r"    IF NOT geoDryRun THEN\n((?:.*\n){2})    ENDIF\n", r"\1", "in a dry run", "no line"),
+    "guard without end": Damage(C, r"    ENDIF\n", "", "ENDIF is missing", r"ENDPROC"),
+    "guard by something else": Damage(C, "IF NOT geoDryRun", "IF NOT tGeoNozzle", "no PERS bool", "IF NOT"),
+    "other output": Damage(C, "SetDO doUV,0", "SetDO doGripper,0", "no output of this cell", "doGripper"),
+    "third output": Damage(C, r"(    SetDO doUV,0;)", r"\1\n    SetDO doGripper,1;", "no output of", "doGripper"),
+    "lamp forgotten": Damage(C, r"      SetDO doUV,1;\n", "", "but the plan deposits", "no line"),
+    "unknown instruction": Damage(P, "    GeoRun2;", "    WaitTime 5;", "no statement", "WaitTime"),
+    "second statement in a line": Damage(P, "    GeoRun2;", "    GeoRun2; GeoOn;", "no statement", "GeoRun2; GeoOn"),
+    "empty line": Damage(P, "    GeoRun2;", "\n    GeoRun2;", "empty line", r"^$"),
+    "not ASCII": Damage(P, "rings", "r\u00efngs", "printable ASCII", "Part:"),
+    "tabulator": Damage(P, "    GeoRun2;", "\tGeoRun2;", "printable ASCII", "\t"),
+    "carriage return": Damage(P, "GeoRun2;", "GeoRun2;\r", "printable ASCII", "\r"),
+    "line too long": Damage(P, "! Part", f"! {'x' * 250} Part", "at most 250 characters", "xxxx"),
+    "declared twice": Damage(C, r"(  CONST speeddata vGeo1.*\n)", r"\1\1", "declared twice", "the second"),
+    "procedure twice": Damage(C, "PROC GeoOff", "PROC GeoOn", "declared twice", "the second"),
+    "data after procedures": Damage(
+        C, r"(  PROC GeoOn)", r"  PROC Nothing()\n  ENDPROC\n  CONST num n:=1;\n\1", "wants data first", "CONST num"
+    ),
+    "end of a procedure missing": Damage(P, r"  ENDPROC\n(?=  PROC GeoRun1)", "", "no statement", "PROC GeoRun1"),
+    "end of the last procedure missing": Damage(P, r"  ENDPROC\n(?=ENDMODULE)", "", "ENDPROC is missing", "ENDMODULE"),
+    "end of the module missing": Damage(P, r"ENDMODULE\n", "", "ENDMODULE is missing", "no line"),
+    "other module name": Damage(P, "MODULE GeoPrint", "MODULE GeoPrimt", "name of its file", "MODULE GeoPrimt"),
+    "module not listed": Damage("GeoPrint.pgf", r"\t<Module>GeoCell.mod</Module>\n", "", "does not list", "xml"),
+    "list broken": Damage("GeoPrint.pgf", "<Program>\n", "", "no list of modules", "xml"),
+    "list of something else": Damage("GeoPrint.pgf", "GeoCell.mod<", "../a.mod<", "names no module", "a.mod"),
+}  # fmt: skip
+
+
+def line_of(pattern: str, text: str, original: str) -> int | None:
+    """The line a message must name: that of the pattern, or of the second of two equal lines, or none in particular."""
+    if pattern == "no line":
+        return None
+    if pattern == "the second":
+        lines = text.split("\n")
+        return next(k for k, pair in enumerate(zip(lines, original.split("\n"), strict=False), 1) if pair[0] != pair[1])
+    match = next(re.finditer(pattern, text, re.MULTILINE))
+    return text.count("\n", 0, match.start()) + 1
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_a_damaged_program_is_refused_with_module_line_and_reason(name: str) -> None:
+    damage = DAMAGES[name]
+    program = damaged(damage.module, damage)
+    with pytest.raises(VerificationError) as caught:
+        verify(program)
+    message, details = str(caught.value), caught.value.details
+    assert damage.reason in message
+    assert message.startswith(f"{details['module']}, line {details['line']}: ")
+    line = line_of(damage.at, dict(program.modules)[damage.module], dict(PROGRAM.modules)[damage.module])
+    assert line is None or (details["module"], details["line"]) == (damage.module, line)
+
+
+def test_the_undamaged_programs_are_accepted() -> None:
+    verify(PROGRAM)
+    verify(written(DEMONSTRATION), DEMONSTRATION)
+
+
+def test_a_demonstration_that_could_deposit_is_refused() -> None:
+    program = damaged(
+        "GeoCell.mod",
+        lambda text: text.replace("    SetDO doUV,0;", "    SetDO doUV,0;\n    SetDO doUV,1;"),
+        written(DEMONSTRATION),
+    )
+    with pytest.raises(VerificationError, match="although the placement is not calibrated"):
+        verify(program, DEMONSTRATION)
+
+
+def test_a_demonstration_that_does_not_say_so_is_refused() -> None:
+    program = damaged("GeoPrint.mod", lambda text: text.replace("NOT CALIBRATED", "FINE"), written(DEMONSTRATION))
+    with pytest.raises(VerificationError, match="the header must say PLACEMENT NOT CALIBRATED"):
+        verify(program, DEMONSTRATION)
+
+
+def test_a_calibrated_program_is_not_accepted_for_a_demonstration() -> None:
+    with pytest.raises(VerificationError, match="not calibrated"):
+        verify(PROGRAM, DEMONSTRATION)
+
+
+def test_a_module_of_more_than_15000_lines_is_refused() -> None:
+    program = damaged("GeoPrint.mod", lambda text: text.replace("  PROC main", "  ! x\n" * 15000 + "  PROC main"))
+    with pytest.raises(VerificationError, match="at most 15000 lines"):
+        verify(program)
+
+
+CODE = [
+    (name, start + index)
+    for name, text in PROGRAM.modules[:2]
+    for start, line in ((match.start(), match[0]) for match in re.finditer(r"^(?! *!).+$", text, re.MULTILINE))
+    for index, character in enumerate(line)
+    if character not in " 0123456789"
+]
+
+
+@given(st.sampled_from(CODE))
+@settings(max_examples=150, deadline=None)
+def test_no_letter_sign_or_bracket_can_be_lost_unnoticed(place: tuple[str, int]) -> None:
+    module, index = place
+    with pytest.raises(VerificationError):
+        verify(damaged(module, lambda text: text[:index] + text[index + 1 :]))
+
+
+PATH = PROGRAM.modules[1][1]
+NUMBERS = [match.span() for match in re.finditer(r"-?\d+\.\d{4,}", PATH) if match.start() > PATH.index("PROC main")]
+
+
+@given(st.sampled_from(NUMBERS), st.integers(0, 9), st.data())
+@settings(max_examples=100, deadline=None)
+def test_no_digit_that_matters_can_change_unnoticed(span: tuple[int, int], digit: int, data: st.DataObject) -> None:
+    index = data.draw(st.integers(span[0], PATH.index(".", span[0]) + 3))
+    assume(PATH[index].isdigit() and PATH[index] != str(digit))
+    with pytest.raises(VerificationError):
+        verify(damaged("GeoPrint.mod", lambda text: text[:index] + str(digit) + text[index + 1 :]))

@@ -1,0 +1,120 @@
+"""Placement from touched points and for demonstrations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.errors import InputError, ReachError
+from geoprint.model import FloatArray, Surface, TouchedPoints
+from geoprint.motion.placement import demo_placement, fit_touched_points
+from tests.meshes import spherical_cap
+
+CORNERS = np.array([[-50.0, 50.0, 0.0], [50.0, 50.0, 0.0], [50.0, -50.0, 0.0], [-50.0, -50.0, 0.0]])
+TOUCHED = np.array([[250.0, 50.0, 0.0], [350.0, 50.0, 0.0], [350.0, -50.0, 0.0], [250.0, -50.0, 0.0]])
+SOLID = np.array([[0.0, 0.0, 0.0], [80.0, 0.0, 0.0], [0.0, 60.0, 0.0], [10.0, 0.0, 40.0]])
+
+
+def points(model: FloatArray, touched: FloatArray) -> TouchedPoints:
+    return TouchedPoints(model=model, touched=touched, T_fixture_work=np.eye(4))
+
+
+def dome(half_angle_deg: float) -> Surface:
+    """A spherical cap of radius 40 mm about the x axis, its rim at the half angle."""
+    cap = spherical_cap(radius=40.0, angle=np.radians(half_angle_deg))
+    return Surface(vertices=cap.vertices[:, [2, 0, 1]], faces=cap.faces, name="dome")
+
+
+def test_corners_of_the_paper_put_the_pedestal_where_the_paper_has_it() -> None:
+    T_fixture_work = transforms.rigid(np.eye(3), np.array([0.0, 0.0, 12.0]))
+    placement = fit_touched_points(TouchedPoints(model=CORNERS, touched=TOUCHED, T_fixture_work=T_fixture_work))
+    assert placement.calibrated
+    np.testing.assert_allclose(
+        placement.T_base_fixture, transforms.rigid(np.eye(3), np.array([300.0, 0, 0])), atol=1e-9
+    )
+    np.testing.assert_allclose(placement.T_base_work[:3, 3], [300.0, 0.0, 12.0], atol=1e-9)
+    np.testing.assert_allclose(placement.residuals, 0.0, atol=1e-9)
+
+
+def test_a_corner_touched_too_high_shows_in_the_residuals() -> None:
+    # The plane cannot follow a warp: of 0.4 mm at one corner of a square every corner keeps a quarter.
+    touched = TOUCHED.copy()
+    touched[0, 2] = 0.4
+    residuals = fit_touched_points(points(CORNERS, touched)).residuals
+    np.testing.assert_allclose(residuals, 0.1, atol=1e-3)
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    st.lists(st.floats(-3.0, 3.0), min_size=3, max_size=3),
+    st.lists(st.floats(-500.0, 500.0), min_size=3, max_size=3),
+)
+def test_any_rigid_motion_of_a_solid_fixture_is_recovered(turn: list[float], move: list[float]) -> None:
+    truth = transforms.rigid(Rotation.from_rotvec(turn).as_matrix(), np.array(move))
+    placement = fit_touched_points(points(SOLID, transforms.apply(truth, SOLID)))
+    np.testing.assert_allclose(placement.T_base_fixture, truth, atol=1e-8)
+
+
+def test_three_points_are_enough() -> None:
+    truth = transforms.rigid(Rotation.from_euler("z", 0.4).as_matrix(), np.array([300.0, 20.0, 5.0]))
+    placement = fit_touched_points(points(CORNERS[:3], transforms.apply(truth, CORNERS[:3])))
+    np.testing.assert_allclose(placement.T_base_fixture, truth, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_fewer_than_three_points_are_refused(count: int) -> None:
+    with pytest.raises(InputError, match=f"has {count} touched points; at least 3"):
+        fit_touched_points(points(CORNERS[:count], TOUCHED[:count]))
+
+
+LINE = np.array([[0.0, 0.0, 0.0], [50.0, 0.0, 0.0], [100.0, 0.2, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("model", "touched", "named"),
+    [
+        (LINE, TOUCHED[:3], "model points"),
+        (CORNERS[:3], LINE, "touched points"),
+        (np.ones((3, 3)), TOUCHED[:3], "model points"),
+    ],
+)
+def test_points_on_a_line_are_refused(model: FloatArray, touched: FloatArray, named: str) -> None:
+    with pytest.raises(InputError, match=f"{named}.* lie on a line"):
+        fit_touched_points(points(model, touched))
+
+
+def test_mirrored_solid_is_refused() -> None:
+    with pytest.raises(InputError, match="mirror image"):
+        fit_touched_points(points(SOLID, SOLID * [1.0, -1.0, 1.0] + [300.0, 0.0, 0.0]))
+
+
+def test_corners_touched_in_mirrored_order_are_refused() -> None:
+    with pytest.raises(InputError, match="mirrored order"):
+        fit_touched_points(points(CORNERS, TOUCHED[::-1]))
+
+
+def test_demonstration_puts_the_centroid_in_place_with_the_mean_normal_up() -> None:
+    surface = dome(60.0)
+    placement = demo_placement(surface, position=np.array([300.0, 0.0, 50.0]))
+    assert not placement.calibrated
+    assert placement.residuals.size == 0
+    # The cap looks along x, and its centroid lies on that axis at half the height of the cap (Archimedes).
+    T_base_work = placement.T_base_work
+    np.testing.assert_allclose(T_base_work[:3, :3] @ [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], atol=1e-9)
+    centroid = np.array([40.0 * (1.0 + np.cos(np.radians(60.0))) / 2.0, 0.0, 0.0])
+    np.testing.assert_allclose(transforms.apply(T_base_work, centroid[None])[0], [300.0, 0.0, 50.0], atol=0.2)
+
+
+def test_demonstration_turns_the_part_no_more_than_needed() -> None:
+    T_base_work = demo_placement(dome(60.0), position=np.zeros(3)).T_base_work
+    np.testing.assert_allclose(T_base_work[:3, :3] @ [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], atol=1e-9)
+
+
+def test_demonstration_of_a_part_that_faces_all_ways_is_refused() -> None:
+    # The mean normal of a cap has the length (1 + cos) / 2: 0.413 at 100 degrees, a little more with few faces.
+    with pytest.raises(ReachError, match=r"dome has no demonstration placement.*0\.42.*0\.6"):
+        demo_placement(dome(100.0), position=np.zeros(3))
