@@ -35,7 +35,9 @@ PACKAGED_CELLS = ("irb120-bent45", "irb120-straight160")
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
-SixRanges = Annotated[list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)]
+SixRanges = Annotated[
+    list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
+]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 
 
@@ -77,6 +79,20 @@ class Job(_Table):
         if self.spacing is not None and self.rounds is not None:
             raise ValueError("give either spacing or rounds, not both: each follows from the other")
         return self
+
+
+def job_of(**values: object) -> Job:
+    """Return the job with the given values.
+
+    Raises:
+        UsageError: a value is unknown, missing or meaningless; the sentence names it as the command line does.
+    """
+    if isinstance(values.get("seed"), tuple):
+        values["seed"] = list(values["seed"])  # pyright: ignore[reportArgumentType]
+    try:
+        return Job.model_validate(values)
+    except ValidationError as error:
+        raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error
 
 
 class _RobotTable(_Table):
@@ -272,7 +288,9 @@ def _fixture(work: _WorkTable) -> TouchedPoints | None:
     if work.source == "demo":
         return None
     return TouchedPoints(
-        model=np.array(work.model_mm), touched=np.array(work.touched_mm), T_fixture_work=_pose(work.part_mm, work.part_rpy_deg)
+        model=np.array(work.model_mm),
+        touched=np.array(work.touched_mm),
+        T_fixture_work=_pose(work.part_mm, work.part_rpy_deg),
     )
 
 

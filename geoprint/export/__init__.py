@@ -1,6 +1,6 @@
 """What leaves geoprint: RAPID modules, tables and the bundle on disk, each verified before it counts."""
 
-from geoprint.export.bundle import check_writable, json_bytes, write_bundle
+from geoprint.export.bundle import Json, check_writable, json_bytes, write_bundle
 from geoprint.export.rapid import rapid_program
 from geoprint.export.rapid_verify import verify_program
 from geoprint.export.tables import (
@@ -13,6 +13,7 @@ from geoprint.export.tables import (
 )
 
 __all__ = [
+    "Json",
     "check_writable",
     "json_bytes",
     "poses_table",

@@ -35,7 +35,8 @@ class Uniformity:
     """How even the spacing is; distances to the neighbouring level outside, over the spacing: 1 is ideal.
 
     Attributes:
-        places: (k, 3) samples along the runs of level 1 and higher [mm].
+        places: (k, 3) samples along the runs of level 1 and higher, run after run [mm].
+        offsets: (r + 1,) samples of run i are `places[offsets[i]:offsets[i + 1]]`.
         ratios: (k,) distance of each sample to the nearest run of the level before, over the spacing.
         uncovered: share of the area farther than 0.55 spacings from every run.
         fill: deposited length times spacing, over the area.
@@ -43,13 +44,14 @@ class Uniformity:
     """
 
     places: FloatArray
+    offsets: IntArray
     ratios: FloatArray
     uncovered: float
     fill: float
     length: float
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, places="float: k 3", ratios="float: k")
+        freeze_arrays(self, places="float: k 3", offsets="int: o", ratios="float: k")
 
     @property
     def mean(self) -> float:
@@ -92,19 +94,20 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float) -> Unifor
             f"uniformity needs two levels or more, the path has {len(levels)}: choose a spacing smaller than "
             f"{spacing:g} mm."
         )
-    places: list[FloatArray] = []
+    lines: list[FloatArray] = []
     ratios: list[FloatArray] = []
     for outer, inner in pairwise(levels):
-        samples = np.vstack([_evenly(line, spacing / SAMPLES_PER_SPACING) for level, line in runs if level == inner])
+        sampled = [_evenly(line, spacing / SAMPLES_PER_SPACING) for level, line in runs if level == inner]
         pieces = _Pieces([line for level, line in runs if level == outer], step=spacing / PIECES_PER_SPACING)
-        places.append(samples)
-        ratios.append(pieces.distance(samples) / spacing)
+        lines += sampled
+        ratios.append(pieces.distance(np.vstack(sampled)) / spacing)
     everything = _Pieces([line for _, line in runs], step=spacing / PIECES_PER_SPACING)
     length = float(sum(_length(line) for _, line in runs))
     areas = face_areas(surface)
     far = everything.distance(surface.vertices[surface.faces].mean(axis=1)) > UNCOVERED_SHARE * spacing
     return Uniformity(
-        places=np.vstack(places),
+        places=np.vstack(lines),
+        offsets=np.cumsum([0, *(len(line) for line in lines)]),
         ratios=np.concatenate(ratios),
         uncovered=float(areas[far].sum() / areas.sum()),
         fill=length * spacing / float(areas.sum()),

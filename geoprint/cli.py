@@ -1,0 +1,221 @@
+"""The command line: parse, call the API, print or write. Heavy imports wait until a command runs.
+
+A person reads stderr; stdout carries results only (`--json`). Every refusal is one sentence and an exit status.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+import traceback
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geoprint.errors import ExportError, GeoprintError, ResourceError, UsageError
+
+app = typer.Typer(
+    name="geoprint",
+    help="Plan evenly spaced print paths on a curved surface and write the robot program that prints them.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+# Stages faster than this [s] are not worth a line.
+QUICK_STAGE = 1.0
+STOPPED_BY_USER = 130
+
+
+def main() -> None:
+    """Run the command line and end the process with the exit status of the outcome."""
+    try:
+        app(standalone_mode=True)
+    except GeoprintError as error:
+        _say(f"geoprint: {error}")
+        sys.exit(error.exit_status)
+    except KeyboardInterrupt:
+        _say("geoprint: stopped; nothing was written.")
+        sys.exit(STOPPED_BY_USER)
+    except MemoryError:
+        _say("geoprint: out of memory; choose a larger spacing or a smaller part.")
+        sys.exit(ResourceError.exit_status)
+    except Exception:  # the one place where a defect may end: with its traceback
+        traceback.print_exc()
+        _say("geoprint: this is a defect of geoprint; please report it with the lines above.")
+        sys.exit(GeoprintError.exit_status)
+
+
+Part = Annotated[Path, typer.Argument(help="Mesh of the part: STL, OBJ, PLY or OFF.", show_default=False)]
+Out = Annotated[Path, typer.Option(help="Folder for the result.", show_default=False)]
+Unit = Annotated[str | None, typer.Option(help="Length unit of the file: mm, cm, m, um or in.")]
+Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouring paths in mm.")]
+Rounds = Annotated[int | None, typer.Option(help="Number of rounds from the seed inwards.")]
+Step = Annotated[str | None, typer.Option(help="Step of the normalised distance, 0.05 or 1/20 for 20 rounds.")]
+SeedPoint = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
+]
+Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
+CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
+Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
+Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
+NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
+
+
+@app.command()
+def plan(
+    surface: Part,
+    *,
+    out: Out,
+    unit: Unit = None,
+    backend: Annotated[str, typer.Option(help="Planning backend.")] = "heat",
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    seed: SeedPoint = None,
+    body: Body = None,
+    cell: CellPath = None,
+    place: Place = None,
+    flip: Flip = False,
+    no_robot: NoRobot = False,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Plan one part with one backend and write the program, the tables and plan.json."""
+    from geoprint.config import job_of
+    from geoprint.export import check_writable
+    from geoprint.pipeline import outcome_text, save_plan, summary
+    from geoprint.pipeline import plan as run
+
+    job = job_of(
+        surface=surface, unit=unit, flip=flip, backend=backend, spacing=spacing, rounds=_rounds(rounds, step),
+        seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+    )  # fmt: skip
+    check_writable(out, overwrite=overwrite)
+    with _watch() as observe:
+        planned = run(job, observe=observe)
+        observe("writing")
+        save_plan(planned, out, overwrite=overwrite)
+    if as_json:
+        typer.echo(json.dumps(summary(planned), indent=2))
+    _say(f"{outcome_text(planned)}\nwritten and verified: {out}")
+
+
+@app.command()
+def compare(
+    surface: Part,
+    *,
+    out: Out,
+    unit: Unit = None,
+    backends: Annotated[str, typer.Option(help="Backends to compare, with commas between them.")] = "lscm,heat",
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    body: Body = None,
+    cell: CellPath = None,
+    place: Place = None,
+    flip: Flip = False,
+    no_robot: NoRobot = False,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Plan one part with several backends and show which covers it more evenly, and whether it can be printed."""
+    from geoprint.config import job_of
+    from geoprint.export import check_writable
+    from geoprint.pipeline import compare as run
+    from geoprint.pipeline import comparison_summary, comparison_table, save_comparison
+
+    job = job_of(
+        surface=surface, unit=unit, flip=flip, spacing=spacing, rounds=_rounds(rounds, step), body=body, cell=cell,
+        place=place, robot=not no_robot,
+    )  # fmt: skip
+    check_writable(out, overwrite=overwrite)
+    with _watch() as observe:
+        compared = run(job, backends=[name.strip() for name in backends.split(",")], observe=observe)
+        observe("writing")
+        save_comparison(compared, out, overwrite=overwrite)
+    if as_json:
+        typer.echo(json.dumps(comparison_summary(compared), indent=2))
+    _say(f"{comparison_table(compared)}\nwritten and verified: {out}")
+
+
+@app.command()
+def init(
+    folder: Annotated[Path, typer.Argument(help="Where to write the cell files.")] = Path(),
+) -> None:
+    """Write the commented cell files that geoprint comes with, to be adapted to your cell."""
+    from geoprint.config import PACKAGED_CELLS, packaged_cell_text
+
+    paths = [folder / f"{name}.toml" for name in PACKAGED_CELLS]
+    for path in paths:
+        if path.exists():
+            raise UsageError(f"{path} exists already; remove it or choose another folder: `geoprint init FOLDER`.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, path in zip(PACKAGED_CELLS, paths, strict=True):
+            path.write_text(packaged_cell_text(name), encoding="utf-8")
+            _say(f"wrote {path}")
+    except OSError as error:
+        raise ExportError(f"the cell files cannot be written to {folder} ({error}); choose another folder.") from error
+
+
+@app.command()
+def doctor() -> None:
+    """Show versions and prove that kinematics and collision check work on this machine."""
+    from geoprint.pipeline import examine
+
+    for line in examine():
+        typer.echo(line)
+
+
+def _rounds(rounds: int | None, step: str | None) -> int | None:
+    """Turn the paper's step of the normalised distance into rounds."""
+    if step is None:
+        return rounds
+    if rounds is not None:
+        raise UsageError("give either `--rounds` or `--step`, not both: rounds are 1 / step.")
+    top, _, bottom = step.partition("/")
+    try:
+        value = float(top) / float(bottom or 1)
+        count = round(1.0 / value)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        count, value = 0, 0.0
+    if count < 1 or abs(count * value - 1.0) > 1e-6:
+        raise UsageError(f"`--step {step}` does not divide the distance into whole rounds; write 0.05 or 1/20.")
+    return count
+
+
+def _say(text: str) -> None:
+    typer.echo(text, err=True)
+
+
+@contextmanager
+def _watch() -> Generator[Callable[[str], None]]:
+    """Show the running stage on a terminal, and leave a line for each that took more than a second."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    with console.status("starting") as status:
+        running = ["starting"]
+        since = [time.perf_counter()]
+
+        def observe(name: str) -> None:
+            seconds = time.perf_counter() - since[0]
+            if seconds > QUICK_STAGE:
+                console.print(f"  {running[0]:<16}{seconds:6.1f} s", highlight=False)
+            running[0], since[0] = name, time.perf_counter()
+            status.update(name)
+
+        yield observe
+        observe("done")

@@ -1,0 +1,25 @@
+"""Where the stages meet: plan, compare, and how their results land on disk."""
+
+from geoprint.pipeline.comparison import COMPARED, Comparison, compare, comparison_summary, save_comparison
+from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.planning import Plan, RobotPlan, Workpiece, plan
+from geoprint.pipeline.saving import save_plan
+from geoprint.pipeline.summary import outcome_text, summary
+from geoprint.pipeline.table import comparison_table
+
+__all__ = [
+    "COMPARED",
+    "Comparison",
+    "Plan",
+    "RobotPlan",
+    "Workpiece",
+    "compare",
+    "comparison_summary",
+    "comparison_table",
+    "examine",
+    "outcome_text",
+    "plan",
+    "save_comparison",
+    "save_plan",
+    "summary",
+]

@@ -1,0 +1,187 @@
+"""What plan.json says of a plan, and the few lines that a person reads after it."""
+
+from __future__ import annotations
+
+import hashlib
+import resource
+from dataclasses import asdict
+from importlib.metadata import version
+
+import numpy as np
+
+from geoprint.export import Json
+from geoprint.model import Surface
+from geoprint.paths import largest_lean
+from geoprint.pipeline.planning import Plan, RobotPlan
+from geoprint.surfaces import describe, edge_lengths, face_areas
+
+# A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
+NOTABLE_LEAN = 15.0
+# Decimals of lengths [mm] and angles [degrees] in plan.json: finer than any machine, short enough to read.
+DECIMALS = 6
+
+
+def summary(plan: Plan) -> dict[str, Json]:
+    """Return the content of plan.json.
+
+    Lengths are mm, angles degrees, times s. `timings_s` and `peak_memory_mb` vary from run to run, nothing else does.
+    """
+    result: dict[str, Json] = {
+        "version": version("geoprint"),
+        "input": _input(plan),
+        "settings": _settings(plan),
+        "surface": _surface(plan),
+        "paths": _paths(plan),
+    }
+    if plan.robot is not None:
+        result |= {
+            "motion": _motion(plan.robot),
+            "clearance": _clearance(plan.robot),
+            "program": {
+                "modules": [name for name, _ in plan.robot.program.modules],
+                "targets": plan.robot.program.targets,
+                "dry_run_only": plan.robot.program.dry_run,
+            },
+        }
+    result["timings_s"] = {name: round(seconds, 3) for name, seconds in plan.timings}
+    result["peak_memory_mb"] = round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    result["warnings"] = list(_warnings(plan))
+    return result
+
+
+def outcome_text(plan: Plan) -> str:
+    """Return the lines that a person reads when a plan is done."""
+    paths = _paths(plan)
+    lines = [
+        (
+            f"{plan.job.surface.name}: {paths['runs']} runs, {paths['deposit_mm']:.0f} mm of path at "
+            f"{plan.contours.spacing:.3g} mm spacing ({plan.job.backend})"
+        )
+    ]
+    if plan.robot is not None:
+        motion, found = _motion(plan.robot), plan.robot.clearance
+        lines += [
+            (
+                f"motion: {motion['duration_s']:.0f} s, smallest wrist angle {motion['smallest_wrist_angle_deg']:.1f} "
+                f"degrees, {plan.robot.program.targets} targets"
+            ),
+            (
+                f"clearance: {found.smallest:.2f} mm at the closest ({found.at}); "
+                f"not checked: {', '.join(found.not_checked)}"
+            ),
+        ]
+    lines += [f"note: {warning}" for warning in _warnings(plan)]
+    return "\n".join(lines)
+
+
+def _input(plan: Plan) -> dict[str, Json]:
+    def of(path: str, digest: str) -> dict[str, Json]:
+        return {"name": path, "sha256": digest, "unit": plan.job.unit}
+
+    part = plan.job.surface
+    result = of(part.name, hashlib.sha256(part.read_bytes()).hexdigest())
+    if plan.job.body is not None:
+        result["body"] = of(plan.job.body.name, hashlib.sha256(plan.job.body.read_bytes()).hexdigest())
+    return result
+
+
+def _settings(plan: Plan) -> dict[str, Json]:
+    process = plan.workpiece.cell.process
+    return {
+        "backend": plan.job.backend,
+        "spacing_mm": plan.contours.spacing,
+        "rounds": plan.job.rounds,
+        "seed": plan.job.seed,
+        "flip": plan.job.flip,
+        "cell": plan.workpiece.cell.name,
+        "place": plan.job.place,
+        "robot": plan.job.robot,
+        "speed_mm_s": process.speed,
+        "travel_speed_mm_s": process.travel_speed,
+        "standoff_mm": process.standoff,
+        "clearance_mm": process.clearance,
+        "retract_mm": process.retract,
+        "layer_height_mm": process.layer_height,
+    }
+
+
+def _surface(plan: Plan) -> dict[str, Json]:
+    def of(surface: Surface) -> dict[str, Json]:
+        return {
+            "vertices": len(surface.vertices),
+            "faces": len(surface.faces),
+            "mean_edge_mm": _rounded(edge_lengths(surface).mean()),
+        }
+
+    return {
+        "topology": describe(plan.workpiece.part),
+        "area_mm2": _rounded(face_areas(plan.workpiece.part).sum()),
+        "size_mm": [_rounded(size) for size in np.ptp(plan.workpiece.part.vertices, axis=0)],
+        "prepared": of(plan.workpiece.part),
+        "refined": of(plan.workpiece.surface),
+        "preparation": asdict(plan.workpiece.preparation),
+    }
+
+
+def _paths(plan: Plan) -> dict[str, Json]:
+    poses = plan.poses
+    lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    laid = poses.deposit[1:] & poses.deposit[:-1] & (poses.runs[1:] == poses.runs[:-1])
+    return {
+        "runs": plan.toolpath.curves.count,
+        "levels": int(plan.toolpath.levels.max()) + 1,
+        "poses": poses.count,
+        "deposit_mm": _rounded(lengths[laid].sum()),
+        "travel_mm": _rounded(lengths[~laid].sum()),
+        "dropped_runs": plan.toolpath.dropped_runs,
+        "dropped_mm": _rounded(plan.toolpath.dropped_length),
+        "largest_distance_mm": _rounded(plan.contours.distance.maximum),
+        "largest_lean_deg": _rounded(np.degrees(largest_lean(poses))),
+    }
+
+
+def _motion(robot: RobotPlan) -> dict[str, Json]:
+    placement = robot.placement
+    return {
+        "duration_s": _rounded(robot.trajectory.duration),
+        "branch": robot.joint_path.branch,
+        "spin_deg": _rounded(np.degrees(robot.joint_path.spin)),
+        "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
+        "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
+        "stretched_pieces": robot.trajectory.stretched,
+        "placement_calibrated": placement.calibrated,
+        "placement_rms_mm": _rounded(np.sqrt(np.mean(placement.residuals**2))) if placement.calibrated else None,
+        "T_base_work": [[_rounded(value) for value in row] for row in placement.T_base_work],
+    }
+
+
+def _clearance(robot: RobotPlan) -> dict[str, Json]:
+    found = robot.clearance
+    return {
+        "smallest_mm": _rounded(found.smallest),
+        "at": found.at,
+        "kept_mm": found.kept,
+        "tip_margin_mm": _rounded(found.tip_margin),
+        "checks": found.checks,
+        "checked": list(found.checked),
+        "not_checked": list(found.not_checked),
+    }
+
+
+def _warnings(plan: Plan) -> tuple[str, ...]:
+    warnings: list[str] = []
+    if plan.robot is not None and not plan.robot.placement.calibrated:
+        warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
+    if plan.toolpath.dropped_runs:
+        warnings.append(
+            f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
+            f"({plan.toolpath.dropped_length:.2f} mm)."
+        )
+    lean = float(np.degrees(largest_lean(plan.poses)))
+    if lean > NOTABLE_LEAN:
+        warnings.append(f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast.")
+    return tuple(warnings)
+
+
+def _rounded(value: float | np.floating) -> float:
+    return round(float(value), DECIMALS)

@@ -1,0 +1,95 @@
+"""Cell files and jobs: what comes with geoprint is right, and every wrong key is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
+from geoprint.errors import UsageError
+from tests.cells import bent_cell, straight_cell
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "cell.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> None:
+    for name, wanted in zip(PACKAGED_CELLS, (bent_cell(), straight_cell()), strict=True):
+        found = load_cell(written(tmp_path, packaged_cell_text(name)))
+        np.testing.assert_allclose(found.tool.T_flange_tool, wanted.tool.T_flange_tool, atol=1e-6)
+        np.testing.assert_allclose(found.robot.limits, wanted.robot.limits)
+        np.testing.assert_allclose(found.robot.speeds, wanted.robot.speeds)
+        np.testing.assert_allclose(found.robot.accelerations, wanted.robot.accelerations, rtol=1e-4)
+        np.testing.assert_allclose(found.robot.home, wanted.robot.home)
+        np.testing.assert_allclose(found.demo_position, wanted.demo_position)
+        assert found.process == wanted.process
+        assert found.fixture is None
+
+
+def test_no_cell_file_means_the_first_packaged_cell() -> None:
+    assert load_cell(None).name == "irb120-bent45.toml"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("speed_mm_s = 20", "speed_mm_s = nan", r"process\.speed_mm_s: .*found nan"),
+        ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than 0"),
+        ("speed_mm_s = 20", 'speed_mm_s = "fast"', r"process\.speed_mm_s: .*found 'fast'"),
+        ("speed_mm_s = 20", "speed_mm_min = 20", r"process\.(speed_mm_s|speed_mm_min): .*1 more"),
+        ("tcp_mm = [84.8528137, 0, 124.8528137]", "tcp_mm = [1, 2]", r"tool\.tcp_mm: .*3 items"),
+        ('dispenser = "doValve"', 'dispenser = "do Valve; Stop"', r"signals\.dispenser"),
+        ("outer_diameter_mm = 1.3", "outer_diameter_mm = 0.5", "inner_diameter_mm must be smaller"),
+        ("barrel_top_mm = 120", "barrel_top_mm = 60", "leaves no barrel"),
+        ("barrel_diameter_mm = 20", "barrel_diameter_mm = 1", "must be larger"),
+        ('source = "demo"', 'source = "calibrated"', "needs the points that were touched"),
+        ('source = "demo"', 'source = "demo"\nmodel_mm = [[0, 0, 0]]', "must be pairs"),
+        ("joints_deg = [0, 28, 20, 0, 87, 180]", "joints_deg = [0, 28, 80, 0, 87, 180]", "joint 3 at 80"),
+        ("[robot]", "[robot", "not valid TOML"),
+    ],
+)
+def test_a_wrong_key_is_named_with_what_was_found(tmp_path: Path, old: str, new: str, complaint: str) -> None:
+    text = packaged_cell_text("irb120-bent45")
+    assert old in text
+    with pytest.raises(UsageError, match=complaint):
+        load_cell(written(tmp_path, text.replace(old, new, 1)))
+
+
+def test_a_calibrated_cell_keeps_its_touched_points(tmp_path: Path) -> None:
+    corners = "[[-50, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]]"
+    touched = "[[250, 50, 0], [350, 50, 0], [350, -50, 0], [250, -50, 0]]"
+    text = packaged_cell_text("irb120-bent45").replace(
+        'source = "demo"',
+        f'source = "calibrated"\nmodel_mm = {corners}\ntouched_mm = {touched}\npart_mm = [0, 0, 5]\n',
+    )
+    fixture = load_cell(written(tmp_path, text)).fixture
+    assert fixture is not None
+    assert fixture.touched.shape == (4, 3)
+    assert fixture.T_fixture_work[2, 3] == 5.0
+
+
+def test_a_missing_cell_file_says_how_to_get_one(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="geoprint init"):
+        load_cell(tmp_path / "nowhere.toml")
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"spacing": 1.0, "rounds": 10}, "not both"),
+        ({"spacing": 0.0}, "spacing: .*greater than 0"),
+        ({"spacing": float("nan")}, "spacing: .*finite|spacing: .*greater"),
+        ({"rounds": 0}, "rounds"),
+        ({"unit": "furlong"}, "unit: .*'mm'"),
+        ({"place": "somewhere"}, "place"),
+        ({"colour": "red"}, "colour: extra"),
+    ],
+)
+def test_a_meaningless_job_is_refused(values: dict[str, object], complaint: str) -> None:
+    with pytest.raises(UsageError, match=complaint):
+        job_of(surface=Path("part.stl"), **values)
