@@ -1,0 +1,254 @@
+"""The tool against the part, what it lies on, and the obstacles of the cell: the last question before a program.
+
+What is tested, at every placement of the path and between them: needle, cone, barrel and bracket keep the clearance of
+the process (`sweep`); the last millimetre of the needle touches nothing on travel; on deposit its rim has room over the
+surface (`tip_zone`); and the tool is outside every closed surface (`sides`). What is not tested is named in the result.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import ClearanceError, InputError, VerificationError
+from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
+from geoprint.motion.closest import smallest_distance, worst_hit
+from geoprint.motion.collision import CollisionWorld, Target, box_target, check_rigid, mesh_target
+from geoprint.motion.kinematics import Arm
+from geoprint.motion.sides import INSIDE, winding_numbers
+from geoprint.motion.sweep import ALLOWANCE, LARGEST_STEP, Hits, Placements, find_hits
+from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
+from geoprint.motion.tool_solids import Solid, movements, tool_solids
+
+# Parts of the machine that no check looks at.
+NOT_CHECKED = ("arm links", "UV lamp", "cables", "material already laid")
+# Steps are cut so that they stay below the largest allowed one by this factor: equal parts in joint angles are not
+# quite equal movements.
+STEP_MARGIN = 0.9
+# Placements besides the first at which the side of closed surfaces is tested.
+SIDE_PLACEMENTS = 4
+
+
+def clearance(
+    path: ControllerPath,
+    arm: Arm,
+    *,
+    tool: Tool,
+    process: Process,
+    T_base_work: FloatArray,
+    poses: PoseStream,
+    part: Surface,
+    body: Surface | None,
+    obstacles: tuple[Box, ...],
+) -> Clearance:
+    """Prove that the tool keeps clear on the whole path, from home to home.
+
+    Args:
+        path: the motion as the controller interpolates it.
+        arm: kinematics with this tool.
+        tool: its solids.
+        process: clearance to keep.
+        T_base_work: (4, 4) where the part stands [mm].
+        poses: the stream that the path prints; its stand-off is that of the tip over the surface.
+        part: the surface that is printed on.
+        body: what the part lies on, in the same coordinates, or None where that is unknown.
+        obstacles: boxes in the base frame.
+
+    Returns:
+        What was found, and what was not checked.
+
+    Raises:
+        ClearanceError: the tool touches something, comes too close, or is inside a closed surface.
+        InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
+        VerificationError: the check fails on what is known, or part and path do not belong together.
+    """
+    check_rigid(T_base_work[None])
+    T_work_base = transforms.inverse(T_base_work)
+    placements = _placements(path, arm, solids=tool_solids(tool), T_work_base=T_work_base)
+    return check_placements(
+        placements,
+        tool=tool,
+        process=process,
+        standoff=poses.standoff,
+        part=part,
+        body=body,
+        obstacles=obstacles,
+        T_work_base=T_work_base,
+    )
+
+
+def check_placements(
+    placements: Placements,
+    *,
+    tool: Tool,
+    process: Process,
+    standoff: float,
+    part: Surface,
+    body: Surface | None,
+    obstacles: tuple[Box, ...],
+    T_work_base: FloatArray,
+) -> Clearance:
+    """Prove that the tool keeps clear at and between placements; the part of `clearance` that needs no arm.
+
+    Args:
+        placements: of the tool in the work frame.
+        tool: its solids.
+        process: clearance to keep.
+        standoff: height of the tip over the surface on deposit [mm].
+        part: the surface that is printed on.
+        body: what it lies on, or None.
+        obstacles: boxes in the base frame.
+        T_work_base: (4, 4) base frame in the work frame [mm].
+
+    Returns:
+        What was found, and what was not checked.
+
+    Raises:
+        ClearanceError: as `clearance`.
+        InputError: as `clearance`.
+        VerificationError: as `clearance`.
+    """
+    if not 0.0 <= process.clearance < np.inf:
+        raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
+    check_rigid(placements.poses)
+    solids = tool_solids(tool)
+    targets = [mesh_target(part, role="part")]
+    targets += [] if body is None else [mesh_target(body, role="body")]
+    targets += [box_target(box, T_work_base=T_work_base) for box in obstacles]
+    kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
+    world = CollisionWorld(solids, kept=kept, targets=tuple(targets))
+    _check_sides(placements, world)
+    hits = find_hits(world, placements)
+    if hits is not None:
+        raise _too_close(hits, world, placements, kept=kept)
+    room = _tip_room(placements, world, radius=tool.needle_diameter / 2, standoff=standoff)
+    closest = smallest_distance(placements, world)
+    return Clearance(
+        smallest=closest.distance,
+        at=f"{placements.stretch(closest.row)} at {_place(closest.tip)}, {closest.solid} to {closest.target}",
+        kept=process.clearance,
+        tip_margin=room,
+        checks=placements.count,
+        checked=_checked(world),
+        not_checked=NOT_CHECKED if body is not None else (*NOT_CHECKED, "surroundings"),
+    )
+
+
+def _placements(path: ControllerPath, arm: Arm, *, solids: tuple[Solid, ...], T_work_base: FloatArray) -> Placements:
+    """Return the path's rows and, where the tool moves far from one to the next, rows between them."""
+    moved = movements(solids, T_work_base @ arm.tool_poses(path.joints)).max(axis=1)
+    parts = np.maximum(np.ceil(moved / (STEP_MARGIN * LARGEST_STEP)), 1.0).astype(np.int64)
+    rows = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
+    within = np.arange(len(rows)) - np.append(np.cumsum(parts) - parts, parts.sum())[rows]
+    following = np.minimum(rows + 1, len(parts))
+    shares = within / np.append(parts, 1)[rows]
+    joints = path.joints[rows] + shares[:, None] * (path.joints[following] - path.joints[rows])
+    # A row between a joint move and a run belongs to the joint move.
+    between = np.minimum(path.runs[rows], path.runs[following])
+    runs = np.where((within > 0) & (between < 0), -1, path.runs[rows])
+    return Placements(T_work_base @ arm.tool_poses(joints), runs=runs, deposit=path.deposit[rows])
+
+
+def _check_sides(placements: Placements, world: CollisionWorld) -> None:
+    """Refuse a tool that is inside a closed surface: at the first placement all its solids, later the largest."""
+    later = np.linspace(0, placements.count - 1, SIDE_PLACEMENTS + 1).astype(np.int64)[1:]
+    largest = max(world.solids, key=lambda solid: solid.length * solid.end_radius**2)
+    cases = [(0, solid) for solid in world.solids] + [(int(row), largest) for row in later]
+    points = np.array([transforms.apply(placements.poses[row], solid.centre[None])[0] for row, solid in cases])
+    for target in world.targets:
+        if not target.closed:
+            continue
+        inside = np.abs(winding_numbers(points, target.triangles)) > INSIDE
+        if inside.any():
+            row, solid = cases[int(np.argmax(inside))]
+            tip = placements.poses[row, :3, 3]
+            raise ClearanceError(
+                f"{placements.stretch(row)} at tip {_place(tip)} the {solid.name} is inside the closed {target.name}; "
+                "correct where the part stands, or which side of the surface is outside.",
+                solid=solid.name,
+                against=target.name,
+                place=tuple(tip.tolist()),
+            )
+
+
+def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kept: tuple[float, ...]) -> ClearanceError:
+    """Describe the worst of the hits."""
+    worst = worst_hit(hits, world)
+    wanted = next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == worst.solid)
+    how = (
+        f"reaches {-worst.distance:.2f} mm into the {worst.target}"
+        if worst.distance < 0.0
+        else f"comes within {worst.distance:.2f} mm of the {worst.target}"
+    )
+    count = len(np.unique(hits.rows))
+    return ClearanceError(
+        f"{placements.stretch(worst.row)} at tip {_place(worst.tip)} the {worst.solid} {how}; at least {wanted:.2f} mm "
+        f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more; {count} of {placements.count} "
+        "placements are too close: turn or move the part, lean the tool, or use a longer needle.",
+        solid=worst.solid,
+        against=worst.target,
+        run=int(placements.runs[worst.row]),
+        place=tuple(worst.tip.tolist()),
+        distance=worst.distance,
+        wanted=wanted,
+        hits=count,
+        placements=placements.count,
+    )
+
+
+def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
+    """Return the smallest room under the needle's rim on deposit.
+
+    The circle is widened so that those about two neighbouring placements hold the needle on the way between them.
+    """
+    laying = placements.deposit.copy()
+    laying[1:] |= placements.deposit[:-1]
+    rows = np.flatnonzero(laying)
+    if not len(rows):
+        raise InputError("the path lays no material, so that there is no room under the needle's rim to check.")
+    tips = placements.poses[:, :3, 3]
+    step = float(np.linalg.norm(np.diff(tips, axis=0), axis=1)[placements.deposit[:-1]].max(initial=0.0))
+    widened = float(np.hypot(radius, step / 2))
+    rooms = np.array(
+        [tip_rooms(placements.poses[rows], t.triangles, radius=widened, standoff=standoff) for t in world.targets]
+    )
+    target, index = np.unravel_index(int(np.argmin(rooms)), rooms.shape)
+    least, row = float(rooms[target, index]), int(rows[index])
+    if least == np.inf:
+        raise VerificationError(
+            f"no surface is found below the tip at any of the {len(rows)} placements that lay material: path and part "
+            "do not belong together; check where the part stands."
+        )
+    if least < SMALLEST_ROOM:
+        short = int((rooms.min(axis=0) < SMALLEST_ROOM).sum())
+        raise _no_room(placements, world.targets[int(target)], row=row, room=least, standoff=standoff, short=short)
+    return least
+
+
+def _no_room(
+    placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
+) -> ClearanceError:
+    tip = placements.poses[row, :3, 3]
+    return ClearanceError(
+        f"{placements.stretch(row)} at tip {_place(tip)} the rim of the needle has {room:.2f} mm of room over the "
+        f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
+        "placements have too little: raise the stand-off, lean less, or use a thinner needle.",
+        solid="needle's tip",
+        against=target.name,
+        run=int(placements.runs[row]),
+        place=tuple(tip.tolist()),
+        room=room,
+        placements=short,
+    )
+
+
+def _checked(world: CollisionWorld) -> tuple[str, ...]:
+    solids = ", ".join(solid.name for solid in world.solids if solid.reach_below > 0.0)
+    pairs = [f"{solids} against {target.name}" for target in world.targets]
+    pairs += [f"needle's tip on travel and its rim on deposit against {target.name}" for target in world.targets]
+    sides = [f"tool outside the closed {target.name}" for target in world.targets if target.closed]
+    return (*pairs, *sides)
+
+
+def _place(tip: FloatArray) -> str:
+    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*tip)

@@ -1,0 +1,177 @@
+"""Where the tool comes too close on its way: every placement and everything between two placements.
+
+A placement stands for half of the step before it and half of the step behind it: each solid is inflated by the
+distance it has to keep and by half of the largest movement of any of its points in either step. Where that is free,
+the whole way is. Where it is not, the solid inflated by the kept distance alone decides; if that is free too, the
+steps beside the placement are cut into PARTS and the question is asked again, down to FINEST. What is still touched
+then is called a hit, so that everything nearer than the kept distance is found, and nothing that is farther by more
+than ALLOWANCE.
+
+The tip zone may come close, so that it is only tested on travel, where it must not touch. It is not inflated downwards,
+and therefore stands for its whole steps, so that the lower placement covers them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import InputError
+from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model.arrays import freeze_arrays
+from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld
+from geoprint.motion.tool_solids import EXCESS, movements
+
+# Parts into which a step is cut where the tool may be too close.
+PARTS = 6
+# Reach below which a step is not cut any more [mm].
+FINEST = REACHES[1]
+# A distance that is larger than the kept one by more than this is never called a hit [mm].
+ALLOWANCE = FINEST + EXCESS
+# Largest movement of any point of the tool between neighbouring placements [mm]; the tip zone stands for whole steps.
+LARGEST_STEP = REACHES[-1]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Placements:
+    """The way of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
+
+    Attributes:
+        poses: (k, 4, 4) T_work_tool [mm].
+        runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
+        deposit: (k,) whether material is laid from this placement to the next.
+    """
+
+    poses: FloatArray
+    runs: IntArray
+    deposit: BoolArray
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(self, poses="float: k 4 4", runs="int: k", deposit="bool: k")
+        if sizes["k"] < 2:
+            raise InputError(f"the collision check needs a way of at least two placements, found {sizes['k']}.")
+
+    @property
+    def count(self) -> int:
+        """Number of placements k."""
+        return int(self.runs.size)
+
+    @property
+    def travels(self) -> BoolArray:
+        """(k - 1,) whether no material is laid in the step from each placement to the next."""
+        return ~self.deposit[:-1]
+
+    def stretch(self, row: int) -> str:
+        """Name the part of the way that a placement belongs to."""
+        if self.runs[row] >= 0:
+            return f"in run {self.runs[row]}"
+        return "on the way from home" if (self.runs[:row] < 0).all() else "on the way to home"
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Hits:
+    """Where the tool is too close.
+
+    Attributes:
+        poses: (h, 4, 4) T_work_tool [mm], at or between placements.
+        rows: (h,) placement at each pose or before it.
+        pairs: (h, s, t) which solid is too close to which target.
+    """
+
+    poses: FloatArray
+    rows: IntArray
+    pairs: BoolArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Steps:
+    """Steps that have to be looked at more closely, from a start to an end; `solids` (n, s) says which of the tool."""
+
+    starts: FloatArray
+    ends: FloatArray
+    rows: IntArray
+    travels: BoolArray
+    solids: BoolArray
+
+
+def find_hits(world: CollisionWorld, placements: Placements) -> Hits | None:
+    """Find where the tool touches a target or comes closer than it has to keep.
+
+    Args:
+        world: tool and targets.
+        placements: the way of the tool.
+
+    Returns:
+        All hits among the placements; if there are none, hits between them; None where the whole way is free.
+
+    Raises:
+        InputError: a pose is not rigid or finite, or two placements are too far apart.
+    """
+    poses, rows = placements.poses, np.arange(placements.count)
+    every_solid = np.ones((placements.count - 1, len(world.solids)), dtype=np.bool_)
+    reaches = _step_reaches(world, poses, travels=placements.travels, solids=every_solid)
+    hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
+    steps = _open_steps(poses, rows=rows, travels=placements.travels, touched=touched, reaches=reaches)
+    while hits is None and len(steps.rows):
+        hits, steps = _look_between(world, steps)
+    return hits
+
+
+def _look_between(world: CollisionWorld, steps: _Steps) -> tuple[Hits | None, _Steps]:
+    """Cut steps into parts; return the hits there, and the parts that are still open."""
+    each = PARTS + 1
+    starts, ends = np.repeat(steps.starts, each, axis=0), np.repeat(steps.ends, each, axis=0)
+    poses = transforms.interpolate_poses(starts, ends, np.tile(np.linspace(0.0, 1.0, each), len(steps.rows)))
+    rows, travels = np.repeat(steps.rows, each), np.repeat(steps.travels, each)[:-1]
+    solids = np.repeat(steps.solids, each, axis=0)[:-1]
+    # From the last part of one step to the first of the next there is no way of the tool.
+    solids[PARTS::each] = False
+    reaches = _step_reaches(world, poses, travels=travels, solids=solids)
+    hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
+    return hits, _open_steps(poses, rows=rows, travels=travels, touched=touched, reaches=reaches)
+
+
+def _settle(
+    world: CollisionWorld, poses: FloatArray, *, rows: IntArray, reaches: FloatArray
+) -> tuple[Hits | None, BoolArray]:
+    """Return the hits at poses, and (k, s) which solids, inflated for the steps beside them, touch anything."""
+    nothing = np.full((1, len(world.solids)), NOT_TESTED)
+    both = np.maximum(np.concatenate([nothing, reaches]), np.concatenate([reaches, nothing]))
+    pairs = world.touches(poses, reaches=both)
+    touched: BoolArray = np.asarray(pairs.any(axis=2))
+    doubtful = np.flatnonzero(pairs.any(axis=(1, 2)))
+    if not len(doubtful):
+        return None, touched
+    at_rest = np.where(touched[doubtful], 0.0, NOT_TESTED)
+    certain = world.touches(poses[doubtful], reaches=at_rest)
+    certain |= pairs[doubtful] & (both[doubtful] <= FINEST)[:, :, None]
+    struck = certain.any(axis=(1, 2))
+    if not struck.any():
+        return None, touched
+    return Hits(poses[doubtful[struck]], rows[doubtful[struck]], certain[struck]), touched
+
+
+def _open_steps(
+    poses: FloatArray, *, rows: IntArray, travels: BoolArray, touched: BoolArray, reaches: FloatArray
+) -> _Steps:
+    """Return the steps at whose start or end a solid that is tested there touched something."""
+    solids = (touched[:-1] | touched[1:]) & (reaches > NOT_TESTED)
+    first = np.flatnonzero(solids.any(axis=1))
+    return _Steps(poses[first], poses[first + 1], rows[first], travels[first], solids[first])
+
+
+def _step_reaches(world: CollisionWorld, poses: FloatArray, *, travels: BoolArray, solids: BoolArray) -> FloatArray:
+    """Return (k - 1, s) how far solids have to be inflated for each step between poses; NOT_TESTED for the others."""
+    reaches = movements(world.solids, poses)
+    for column, solid in enumerate(world.solids):
+        if solid.reach_below > 0.0:
+            reaches[:, column] /= 2
+        else:
+            reaches[~travels, column] = NOT_TESTED
+    return np.where(solids, reaches, NOT_TESTED)

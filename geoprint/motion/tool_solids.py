@@ -1,0 +1,221 @@
+"""The tool as convex solids of revolution, how far they move, and their inflated shapes.
+
+All solids stand in the tool frame, whose origin is the tip and whose z axis points out of the nozzle; a *height* is a
+distance from the tip plane into the tool, minus z. From the tip up:
+
+    tip      the last TIP_ZONE of the needle: may come close to the part, must not touch anything on travel
+    needle   from there to the needle's length
+    cone     widens to the barrel
+    barrel   to the barrel's top
+    bracket  about the flange's z axis, from the flange outwards
+
+Inflating a solid by d gives a convex polytope that holds every point within d of it, so that a polytope that is free
+proves a distance of d. Its corners are rounded by tangent planes and its circle is a polygon around the true circle:
+nothing is lost, and at most EXCESS is too much.
+
+Downwards, the needle grows no farther than to the tip plane. On a flat part at a stand-off of 0.3 mm the cut end is
+1.3 mm above the part. With a clearance of 0.5 mm and steps of 0.5 mm it is inflated by 0.75 mm: its end comes down to
+0.25 mm above the tip plane, 0.55 mm above the part, and its radius grows to 1.4 mm, so that it stays free up to a lean
+of 21 degrees and down to a concave radius of 1.8 mm. Larger inflations end at the tip plane, which a part leaves free
+by its stand-off; what lies below the tip plane is the subject of `tip_zone`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, inf, pi
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray, Tool
+
+# The end of the needle that is left out of the check for clearance [mm]: a whole needle at its stand-off alarms always.
+TIP_ZONE = 1.0
+# Sides of the polygon around each circle: 0.2 % of the radius too much, 0.03 mm for a bracket of 30 mm diameter.
+SIDES = 48
+# Tangent planes by which a corner of the profile is rounded: at most 3.5 % of the inflation too much.
+CORNER_STEPS = 3
+# What both may add together [mm], for tools of the size that an IRB 120 carries.
+EXCESS = 0.06
+# A point on a turning solid runs along an arc, which is longer than its chord: 1 % covers turns of 0.5 rad a step.
+ARC_ALLOWANCE = 1.01
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Solid:
+    """A piece of the tool: a cylinder or a cone between two circles, in the tool frame.
+
+    Attributes:
+        name: what messages call it.
+        start: (3,) centre of the circle nearer to the tip [mm].
+        end: (3,) centre of the other circle [mm].
+        start_radius: [mm].
+        end_radius: [mm].
+        reach_below: how far an inflated solid may extend beyond its start [mm].
+    """
+
+    name: str
+    start: FloatArray
+    end: FloatArray
+    start_radius: float
+    end_radius: float
+    reach_below: float = inf
+
+    @property
+    def length(self) -> float:
+        """Distance between both circles [mm]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def axis(self) -> FloatArray:
+        """(3,) unit vector from start to end."""
+        return (self.end - self.start) / self.length
+
+    @property
+    def centre(self) -> FloatArray:
+        """(3,) the middle of the axis [mm]."""
+        return (self.start + self.end) / 2
+
+
+def tool_solids(tool: Tool) -> tuple[Solid, ...]:
+    """Return tip, needle, cone, barrel and bracket.
+
+    Raises:
+        InputError: a length is not positive, the needle is shorter than its tip zone, or the cone passes the barrel's
+            top.
+    """
+    _check_lengths(tool)
+    cone_top = tool.needle_length + tool.cone_length
+    needle_radius, barrel_radius = tool.needle_diameter / 2, tool.barrel_diameter / 2
+    T_tool_flange = transforms.inverse(tool.T_flange_tool)
+    flange = T_tool_flange[:3, 3]
+    return (
+        Solid("needle's tip", _height(0.0), _height(TIP_ZONE), needle_radius, needle_radius, reach_below=0.0),
+        Solid("needle", _height(TIP_ZONE), _height(tool.needle_length), needle_radius, needle_radius, TIP_ZONE),
+        Solid("cone", _height(tool.needle_length), _height(cone_top), needle_radius, barrel_radius),
+        Solid("barrel", _height(cone_top), _height(tool.barrel_top), barrel_radius, barrel_radius),
+        Solid(
+            "bracket",
+            flange + tool.bracket_length * T_tool_flange[:3, 2],
+            flange,
+            tool.bracket_diameter / 2,
+            tool.bracket_diameter / 2,
+        ),
+    )
+
+
+def movements(solids: tuple[Solid, ...], poses: FloatArray) -> FloatArray:
+    """Bound how far any point of each solid moves from each pose to the next.
+
+    A solid of revolution looks the same after a turn about its axis, so that only its axis counts: the end of the
+    axis that moves more, plus the radius times the change of direction, plus 1 % because ways are arcs.
+
+    Args:
+        solids: s pieces of the tool.
+        poses: (k, 4, 4) poses of the tool [mm].
+
+    Returns:
+        (k - 1, s) bounds on the length of the way [mm].
+    """
+    rotations, origins = poses[:, :3, :3], poses[:, :3, 3]
+    bounds = np.zeros((max(len(poses) - 1, 0), len(solids)))
+    for column, solid in enumerate(solids):
+        turn = np.linalg.norm(np.diff(rotations @ solid.axis, axis=0), axis=1)
+        for centre, radius in ((solid.start, solid.start_radius), (solid.end, solid.end_radius)):
+            shift = np.linalg.norm(np.diff(rotations @ centre + origins, axis=0), axis=1)
+            bounds[:, column] = np.maximum(bounds[:, column], shift + radius * turn)
+    return ARC_ALLOWANCE * bounds
+
+
+def inflated_profile(solid: Solid, *, by: float) -> FloatArray:
+    """Return the convex half profile of a solid that is inflated by a distance.
+
+    Args:
+        solid: a piece of the tool.
+        by: distance [mm], not negative.
+
+    Returns:
+        (r, 2) position along the axis from the start, ascending, and radius [mm].
+    """
+    if by == 0.0:
+        return np.array([[0.0, solid.start_radius], [solid.length, solid.end_radius]])
+    slope = atan2(solid.end_radius - solid.start_radius, solid.length)
+    side = pi / 2 + slope
+    below = _rounded(np.array([0.0, solid.start_radius]), by=by, directions=np.linspace(pi, side, CORNER_STEPS + 1))
+    above = _rounded(
+        np.array([solid.length, solid.end_radius]), by=by, directions=np.linspace(side, 0.0, CORNER_STEPS + 1)
+    )
+    profile = np.concatenate([below, above])
+    if by <= solid.reach_below:
+        return profile
+    cut = -solid.reach_below
+    radius = float(np.interp(cut, profile[:, 0], profile[:, 1]))
+    return np.concatenate([[[cut, radius]], profile[profile[:, 0] > cut]])
+
+
+def polytope(solid: Solid, *, by: float) -> tuple[FloatArray, IntArray]:
+    """Return a convex polytope around all points within a distance of a solid.
+
+    Args:
+        solid: a piece of the tool.
+        by: distance [mm], not negative.
+
+    Returns:
+        (n, 3) corners in the tool frame [mm] and (m, 3) triangles, counter-clockwise from outside.
+    """
+    profile = inflated_profile(solid, by=by)
+    turns = 2 * np.pi * np.arange(SIDES) / SIDES
+    rotation = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), solid.axis[None])[0]
+    circle = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(SIDES)]) / np.cos(np.pi / SIDES)
+    rings = profile[:, None, 1, None] * circle + profile[:, None, 0, None] * np.array([0.0, 0.0, 1.0])
+    return rings.reshape(-1, 3) @ rotation.T + solid.start, _ring_triangles(len(profile))
+
+
+def _ring_triangles(rings: int) -> IntArray:
+    """Return the triangles of stacked rings of SIDES corners, with fans as lids."""
+    corner = np.arange(SIDES)
+    following = (corner + 1) % SIDES
+    bottom = np.column_stack([np.zeros(SIDES - 2, dtype=np.int64), corner[2:], corner[1:-1]])
+    top = np.column_stack([np.zeros(SIDES - 2, dtype=np.int64), corner[1:-1], corner[2:]]) + SIDES * (rings - 1)
+    band = np.concatenate(
+        [
+            np.column_stack([corner, following, following + SIDES]),
+            np.column_stack([corner, following + SIDES, corner + SIDES]),
+        ]
+    )
+    bands = [band + SIDES * ring for ring in range(rings - 1)]
+    return np.concatenate([bottom, *bands, top])
+
+
+def _rounded(corner: FloatArray, *, by: float, directions: FloatArray) -> FloatArray:
+    """Return where the neighbouring tangents of a circle about a corner meet; directions are angles from the axis."""
+    normals = np.column_stack([np.cos(directions), np.sin(directions)])
+    middle = normals[:-1] + normals[1:]
+    return corner + 2 * by * middle / (middle * middle).sum(axis=1, keepdims=True)
+
+
+def _height(height: float) -> FloatArray:
+    return np.array([0.0, 0.0, -height])
+
+
+def _check_lengths(tool: Tool) -> None:
+    for name in ("needle_diameter", "barrel_diameter", "barrel_top", "bracket_length", "bracket_diameter"):
+        if not 0.0 < getattr(tool, name) < inf:
+            raise InputError(f"tool: {name} is {getattr(tool, name)} mm; correct it to a positive length.")
+    if not TIP_ZONE < tool.needle_length < inf:
+        raise InputError(f"tool: needle_length is {tool.needle_length} mm; it must be longer than {TIP_ZONE} mm.")
+    if not tool.needle_diameter < tool.barrel_diameter or not 0.0 < tool.cone_half_angle < np.pi / 2:
+        raise InputError(
+            f"tool: the cone widens from {tool.needle_diameter} to {tool.barrel_diameter} mm at "
+            f"{np.degrees(tool.cone_half_angle):.1f} degrees; it must widen, at an angle between 0 and 90 degrees."
+        )
+    cone_top = tool.needle_length + tool.cone_length
+    if not cone_top < tool.barrel_top < inf:
+        raise InputError(
+            f"tool: the cone ends {cone_top:.1f} mm from the tip and barrel_top is {tool.barrel_top} mm; "
+            "it must be farther: correct barrel_top or cone_half_angle."
+        )

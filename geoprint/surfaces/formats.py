@@ -1,0 +1,209 @@
+"""Reading STL, PLY, OBJ and OFF files into plain arrays, and refusing the damaged ones.
+
+Readers answer many damaged files with a mesh that is empty or lacks a part. So what a file promises (the count of a
+binary STL, the header of a PLY) is compared with its length before it is read, and with what came out after.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from geoprint.errors import GeoprintError, InputError
+from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
+
+STL_HEADER_BYTES = 84
+STL_TRIANGLE_BYTES = 50
+PLY_SIZES = {
+    "char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
+    "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8,
+}  # fmt: skip
+
+
+class _Reader(Protocol):
+    def __call__(self, data: bytes, /, *, name: str) -> MeshArrays: ...
+
+
+def read_mesh(path: Path) -> MeshArrays:
+    """Read a mesh file by its suffix.
+
+    Args:
+        path: of a .stl, .ply, .obj or .off file.
+
+    Returns:
+        (n, 3) vertices in the file's unit and (m, 3) faces; polygons are triangulated.
+
+    Raises:
+        InputError: the file is missing, unreadable, of another kind, damaged, or its length disagrees with what it
+            promises; it holds no faces, a coordinate that is not finite, or a face that refers to a vertex that is
+            not there.
+    """
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise InputError(
+            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(_READERS)}; "
+            "export the mesh as one of these."
+        )
+    data = _content(path)
+    try:
+        vertices, faces = reader(data, name=path.name)
+    except GeoprintError:
+        raise
+    except Exception as error:  # a reader may raise anything on a damaged file
+        raise InputError(
+            f"`{path.name}` cannot be read as {path.suffix.lower()} ({type(error).__name__}: {error}); "
+            "it is damaged or not what its suffix says, so export it again."
+        ) from error
+    if len(faces) == 0:
+        raise InputError(f"`{path.name}` holds no faces; a surface needs triangles, so export it as a mesh.")
+    check_indices(faces, vertices=len(vertices), name=path.name)
+    broken = ~np.isfinite(vertices).all(axis=1)
+    if broken.any():
+        raise InputError(
+            f"`{path.name}`: vertices with NaN or infinite coordinates: {int(broken.sum())}, the first is vertex "
+            f"{int(np.argmax(broken))}; repair the mesh where it was made.",
+            vertices=int(broken.sum()),
+            vertex=int(np.argmax(broken)),
+        )
+    return vertices, faces
+
+
+def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
+    """Read an STL file, binary if its length is what its count says and ASCII otherwise.
+
+    A binary header may begin with 'solid' all the same.
+
+    Args:
+        data: content of the file.
+        name: what messages call it.
+
+    Returns:
+        Three vertices for each triangle, not joined.
+
+    Raises:
+        InputError: it is neither, or its length disagrees with the count.
+    """
+    announced = int.from_bytes(data[80:STL_HEADER_BYTES], "little")
+    if len(data) == STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced:
+        return _through_trimesh(data, kind="stl", faces=announced, name=name)
+    # trimesh needs UTF-8; other bytes can only stand in names.
+    text = data.decode("utf-8-sig", errors="replace").lower()
+    if text.lstrip().startswith("solid") and ("facet" in text or "endsolid" in text):
+        facets = len(re.findall(r"(?<!end)facet", text))
+        return _through_trimesh(text.encode(), kind="stl", faces=facets, name=name)
+    if len(data) < STL_HEADER_BYTES or data[:1] == b"<":
+        raise InputError(
+            f"`{name}` is not an STL file: {len(data)} bytes that do not begin with `solid`; "
+            "look into it with an editor and export the mesh again."
+        )
+    raise InputError(
+        f"`{name}` announces {announced} triangles, which take {STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced} "
+        f"bytes as binary STL, but holds {len(data)} bytes; it is cut off or damaged, so copy or export it again.",
+        announced=announced,
+        bytes=len(data),
+    )
+
+
+def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
+    """Read a PLY file.
+
+    Args:
+        data: content of the file.
+        name: what messages call it.
+
+    Raises:
+        InputError: the header is not one, or promises more than the file holds.
+    """
+    header, end, body = data.partition(b"end_header")
+    if not end or data[:3] != b"ply":
+        raise InputError(f"`{name}` does not begin with a PLY header; it is not a PLY file, so export the mesh again.")
+    lines = [line.split() for line in header.decode("ascii", errors="replace").splitlines()]
+    ascii_body = ["format", "ascii", "1.0"] in lines
+    counts: dict[str, int] = {}
+    least = 0
+    for words in lines:
+        if words[:1] == ["element"]:
+            counts[words[1]] = int(words[2])
+            least += counts[words[1]] if ascii_body else 0
+        elif words[:1] == ["property"] and not ascii_body:
+            least += counts[next(reversed(counts))] * _least_bytes(words)
+    found = sum(1 for line in body.splitlines() if line.strip()) if ascii_body else len(body)
+    if found < least:
+        elements = " and ".join(f"{count} of `{element}`" for element, count in counts.items())
+        raise InputError(
+            f"`{name}` promises {elements} in its header, at least {least} {'lines' if ascii_body else 'bytes'}, but "
+            f"holds {found}; it is cut off or damaged, so copy or export it again.",
+            promised=least,
+            found=found,
+        )
+    if not counts.get("vertex") or not counts.get("face"):
+        raise InputError(
+            f"`{name}` holds {counts.get('vertex', 0)} vertices and {counts.get('face', 0)} faces; a surface needs "
+            "triangles, so export it as a mesh."
+        )
+    return _through_trimesh(data, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name)
+
+
+_READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a file, or say why there are none."""
+    if path.is_dir():
+        raise InputError(f"`{path}` is a directory; give the mesh file in it.")
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError as error:
+        raise InputError(f"`{path}` does not exist; check the name and the folder.") from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"`{path}` cannot be read ({error}); check its permissions and its name.") from error
+    if not data:
+        raise InputError(f"`{path.name}` is empty (0 bytes); copy or export it again.")
+    if data.startswith(b"version https://git-lfs"):
+        raise InputError(f"`{path.name}` is a git-LFS pointer, not the mesh itself; fetch it with `git lfs pull`.")
+    if data[:4] in {b"ply\n", b"ply\r"} and path.suffix.lower() != ".ply":
+        raise InputError(f"`{path.name}` is a PLY file by its content; rename it to `{path.stem}.ply`.")
+    return data
+
+
+def _least_bytes(words: list[str]) -> int:
+    """Return the least number of bytes of `property float x` or `property list uchar int vertex_indices`."""
+    if words[1] != "list":
+        return PLY_SIZES[words[1]]
+    # A face has three corners at least; other lists may be empty.
+    corners = 3 if words[4].startswith("vertex_ind") else 0
+    return PLY_SIZES[words[2]] + corners * PLY_SIZES[words[3]]
+
+
+def _through_trimesh(data: bytes, *, kind: str, faces: int, name: str, vertices: int | None = None) -> MeshArrays:
+    """Read with trimesh, and compare the result with what the file promises.
+
+    Args:
+        data: content of the file.
+        kind: trimesh's name of the format.
+        faces: promised number; polygons make more.
+        name: of the file.
+        vertices: promised number, if the format has one.
+    """
+    import trimesh  # here, because it takes a quarter of a second
+
+    with warnings.catch_warnings():
+        # What numpy warns of in a damaged file is found by the checks here and by those of the caller.
+        warnings.simplefilter("ignore")
+        mesh = trimesh.load_mesh(BytesIO(data), file_type=kind, process=False, fix_texture=False)
+    got_vertices, got_faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    if len(got_faces) < faces or (vertices is not None and len(got_vertices) != vertices):
+        raise InputError(
+            f"`{name}` promises {faces} faces{'' if vertices is None else f' and {vertices} vertices'}, but "
+            f"{len(got_faces)} faces and {len(got_vertices)} vertices could be read; it is damaged or mixes triangles "
+            "with polygons, so export it again as triangles.",
+            faces=faces,
+            found=len(got_faces),
+        )
+    return got_vertices.reshape(-1, 3), got_faces.reshape(-1, 3)

@@ -1,0 +1,142 @@
+"""Loading a surface from a file, with its unit, and writing one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.errors import ExportError, InputError, UsageError
+from geoprint.model import FloatArray, Surface
+from geoprint.surfaces.formats import read_mesh
+
+# Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
+UNITS = {"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001}
+# Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
+PLAUSIBLE_SIZE = (1.0, 2000.0)
+# Largest extent of most parts [mm]: among plausible units the one that gives it is suggested.
+USUAL_SIZE = (10.0, 500.0)
+# Mesh files hold single precision. Where its steps exceed this share of the part's size, vertices of a fine mesh
+# fall together: a part of 40 mm may lie up to 33 m from the origin.
+RESOLUTION_SHARE = 1e-4
+
+
+def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
+    """Read a mesh file and turn its coordinates into mm.
+
+    The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
+    that.
+
+    Args:
+        path: of a .stl (ASCII or binary), .ply, .obj or .off file.
+        unit: of the file's coordinates, a key of UNITS; None, since these formats carry no unit, is answered by an
+            error that shows what the size would be in each.
+        flip: whether to turn the winding, where the file's says inside what is outside.
+
+    Returns:
+        The surface in mm, named after the file.
+
+    Raises:
+        UsageError: the unit is missing or unknown.
+        InputError: the file cannot be read (see `formats.read_mesh`), the size is implausible, or the part lies so
+            far from the origin that single precision does not resolve it.
+    """
+    if unit is not None and unit not in UNITS:
+        raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
+    vertices, faces = read_mesh(path)
+    # Vertices that no face uses do not belong to the part.
+    used = vertices[np.unique(faces)]
+    extents = used.max(axis=0) - used.min(axis=0)
+    if unit is None:
+        raise UsageError(_missing_unit(path.name, extents))
+    _check_size(path.name, extents * UNITS[unit], unit=unit)
+    _check_resolution(path.name, used * UNITS[unit])
+    wound = faces[:, ::-1] if flip else faces
+    return Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name)
+
+
+def ply_bytes(surface: Surface) -> bytes:
+    """Return a surface as a binary little-endian PLY file with double coordinates [mm]; equal surfaces, equal bytes."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(surface.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(surface.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.empty(len(surface.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"] = 3
+    faces["corners"] = surface.faces
+    return header.encode("ascii") + surface.vertices.astype("<f8").tobytes() + faces.tobytes()
+
+
+def save_ply(surface: Surface, path: Path) -> None:
+    """Write a surface as `ply_bytes`.
+
+    Raises:
+        ExportError: the file cannot be written.
+    """
+    try:
+        path.write_bytes(ply_bytes(surface))
+    except OSError as error:
+        raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
+
+
+def likely_unit(size: float) -> str | None:
+    """Return the unit in which a largest extent would be that of a part, or None where none is.
+
+    Args:
+        size: largest extent in the file's unit.
+
+    Examples:
+        >>> likely_unit(62.0), likely_unit(0.062), likely_unit(2.4), likely_unit(1e9)
+        ('mm', 'm', 'in', None)
+    """
+    for smallest, largest in (USUAL_SIZE, PLAUSIBLE_SIZE):
+        for unit, scale in UNITS.items():
+            if smallest <= size * scale <= largest:
+                return unit
+    return None
+
+
+def _missing_unit(name: str, extents: FloatArray) -> str:
+    size = float(extents.max())
+    unit = likely_unit(size)
+    spans = " x ".join(f"{extent:.3g}" for extent in extents)
+    readings = ", ".join(f"{_in_words(size * scale)} as {key}" for key, scale in UNITS.items())
+    advice = f"run again with `--unit {unit or 'mm'}`" + ("" if unit else " once it has the size of a part")
+    return f"`{name}` has no unit; it spans {spans}: {readings}; {advice}."
+
+
+def _check_size(name: str, extents: FloatArray, *, unit: str) -> None:
+    size = float(extents.max())
+    smallest, largest = PLAUSIBLE_SIZE
+    if smallest <= size <= largest:
+        return
+    likely = likely_unit(size / UNITS[unit])
+    advice = f"it would be {_in_words(size / UNITS[unit] * UNITS[likely])} with `--unit {likely}`" if likely else ""
+    raise InputError(
+        f"`{name}` is {_in_words(size)} large in {unit}, a part has {smallest:g} mm to {largest / 1000:g} m; "
+        f"{advice or 'scale it where it was made'}.",
+        size=size,
+    )
+
+
+def _check_resolution(name: str, used: FloatArray) -> None:
+    size = float((used.max(axis=0) - used.min(axis=0)).max())
+    farthest = float(np.abs(used).max())
+    step = float(np.spacing(np.float32(farthest)))
+    if step > RESOLUTION_SHARE * size:
+        raise InputError(
+            f"`{name}` is {_in_words(size)} large but lies {_in_words(farthest)} from the origin, where coordinates "
+            f"in single precision have steps of {step:.2g} mm; move it to the origin where it was made.",
+            distance=farthest,
+            step=step,
+        )
+
+
+def _in_words(length: float) -> str:
+    """Return a length [mm] with the unit that suits it."""
+    if length < 0.1:
+        return f"{length * 1000:.3g} um"
+    if length < 1000:
+        return f"{length:.3g} mm"
+    return f"{length / 1000:.3g} m" if length < 1e6 else f"{length / 1e6:,.3g} km"

@@ -1,0 +1,175 @@
+"""Areas, normals and the linear finite elements of a triangle mesh: gradient, divergence, Laplacian and mass.
+
+A function is given by its values at the vertices and linear in each triangle. phi_i is the one that is 1 at vertex i
+and 0 at the others; its gradient in a triangle is N x e_i / (2 A) with the unit normal N, the side e_i opposite to i
+taken counter-clockwise, and the area A [Crane2013, sec. 3.2].
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from geoprint.errors import MeshError
+from geoprint.model import FloatArray, Surface
+from geoprint.surfaces.topology import edges
+
+
+def face_areas(surface: Surface) -> FloatArray:
+    """Return the (m,) area [mm2] of every face."""
+    return np.linalg.norm(_doubled_area_vectors(surface), axis=1) / 2
+
+
+def face_normals(surface: Surface) -> FloatArray:
+    """Return the (m, 3) outward unit normal of every face.
+
+    Raises:
+        MeshError: a face has no area, and so no normal.
+    """
+    doubled = _doubled_area_vectors(surface)
+    return doubled / _positive_lengths(doubled, surface)[:, None]
+
+
+def vertex_normals(surface: Surface) -> FloatArray:
+    """Return the (n, 3) unit normal of every vertex: the area-weighted mean of its faces' normals, normalised.
+
+    Raises:
+        MeshError: the mean vanishes somewhere: a vertex without faces, or faces folded back on each other.
+    """
+    doubled = np.repeat(_doubled_area_vectors(surface), 3, axis=0)
+    total = np.column_stack([_sum_at_corners(surface, doubled[:, axis]) for axis in range(3)])
+    lengths = np.linalg.norm(total, axis=1)
+    if not lengths.all():
+        vertex = int(np.argmin(lengths))
+        raise MeshError(
+            f"{surface.name}: vertex {vertex} at {surface.vertices[vertex].tolist()} has no normal, because no face "
+            "uses it or its faces are folded onto each other; prepare the surface first.",
+            vertex=vertex,
+        )
+    return total / lengths[:, None]
+
+
+def mean_normal(surface: Surface) -> FloatArray:
+    """Return the (3,) area-weighted mean of the unit face normals, not normalised.
+
+    Its length says how flat the part is: 1 for a plane, 1/2 for a hemisphere, 0 for a closed surface.
+    """
+    doubled = _doubled_area_vectors(surface)
+    return doubled.sum(axis=0) / np.linalg.norm(doubled, axis=1).sum()
+
+
+def edge_lengths(surface: Surface) -> FloatArray:
+    """Return the (e,) length [mm] of every edge, in the order of `topology.edges`."""
+    ends = surface.vertices[edges(surface.faces)]
+    return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+
+
+def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
+    """Return the stiffness matrix of linear elements, L_ij = integral of grad phi_i . grad phi_j.
+
+    It is minus the Laplacian integrated over each vertex's hat function: symmetric, positive semi-definite, with rows
+    that sum to zero. L_ij = -(cot a + cot b) / 2 for the angles a and b opposite to edge ij; on the boundary one
+    of them is absent, which leaves the natural (Neumann) condition.
+
+    Args:
+        surface: n vertices.
+
+    Returns:
+        (n, n) matrix, without unit.
+
+    Raises:
+        MeshError: a face has no area.
+    """
+    count = len(surface.vertices)
+    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    # The side from corner i to i + 1 is opposite to corner i + 2.
+    weights = np.roll(_cotangents(surface), -2, axis=1).ravel() / 2
+    rows = np.concatenate([start, end, start, end])
+    columns = np.concatenate([end, start, start, end])
+    values = np.concatenate([-weights, -weights, weights, weights])
+    return csc_array((values, (rows, columns)), shape=(count, count))
+
+
+def lumped_mass(surface: Surface) -> FloatArray:
+    """Return the (n,) area [mm2] of each vertex: a third of the area of every face around it."""
+    thirds = np.repeat(face_areas(surface) / 3, 3)
+    return _sum_at_corners(surface, thirds)
+
+
+def gradient(surface: Surface, values: FloatArray) -> FloatArray:
+    """Return the gradient of a function given at the vertices.
+
+    Args:
+        surface: n vertices, m faces.
+        values: (n,) values at the vertices.
+
+    Returns:
+        (m, 3) gradient in each face [unit of values per mm], tangent to the face.
+
+    Raises:
+        MeshError: a face has no area.
+    """
+    return np.einsum("mc,mcx->mx", values[surface.faces], _hat_gradients(surface))
+
+
+def divergence(surface: Surface, vectors: FloatArray) -> FloatArray:
+    """Return the divergence of a field that is constant in each face, integrated over each vertex's hat function.
+
+    It is minus the integral of the field times grad phi_i, so that divergence(gradient(f)) = -L f with the cotangent
+    Laplacian L; flow through the boundary counts as zero.
+
+    Args:
+        surface: n vertices, m faces.
+        vectors: (m, 3) vectors; parts normal to the faces do not matter.
+
+    Returns:
+        (n,) integrated divergence [unit of vectors times mm].
+
+    Raises:
+        MeshError: a face has no area.
+    """
+    shares = -np.einsum("mcx,mx->mc", _hat_gradients(surface), vectors) * face_areas(surface)[:, None]
+    return _sum_at_corners(surface, shares.ravel())
+
+
+def _sum_at_corners(surface: Surface, values: FloatArray) -> FloatArray:
+    """Return (n,) the sum at each vertex of (3 m,) values, one for each corner of each face in turn."""
+    return np.bincount(surface.faces.ravel(), values, minlength=len(surface.vertices)).astype(np.float64)
+
+
+def _doubled_area_vectors(surface: Surface) -> FloatArray:
+    """Return (m, 3) outward normals whose lengths are twice the faces' areas."""
+    a, b, c = (surface.vertices[surface.faces[:, corner]] for corner in range(3))
+    return np.cross(b - a, c - a)
+
+
+def _opposite_sides(surface: Surface) -> FloatArray:
+    """Return (m, 3, 3) the side opposite to each corner, counter-clockwise: from corner i + 1 to corner i + 2."""
+    corners = surface.vertices[surface.faces]
+    return corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
+
+
+def _hat_gradients(surface: Surface) -> FloatArray:
+    """Return (m, 3, 3) the gradient of each corner's hat function [1/mm]."""
+    doubled = _doubled_area_vectors(surface)
+    squares = _positive_lengths(doubled, surface) ** 2
+    return np.cross(doubled[:, None, :], _opposite_sides(surface)) / squares[:, None, None]
+
+
+def _cotangents(surface: Surface) -> FloatArray:
+    """Return (m, 3) the cotangent of the angle at each corner."""
+    sides = _opposite_sides(surface)
+    doubled = _positive_lengths(_doubled_area_vectors(surface), surface)
+    return -np.einsum("mcx,mcx->mc", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]]) / doubled[:, None]
+
+
+def _positive_lengths(doubled: FloatArray, surface: Surface) -> FloatArray:
+    lengths = np.linalg.norm(doubled, axis=1)
+    if not lengths.all():
+        face = int(np.argmin(lengths))
+        raise MeshError(
+            f"{surface.name}: face {face} at {surface.vertices[surface.faces[face, 0]].tolist()} has no area; "
+            "prepare the surface first, which drops such faces.",
+            face=face,
+        )
+    return lengths

@@ -1,0 +1,206 @@
+"""Positions, normals and closest points: the one place where points on a surface become coordinates and back."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.errors import InputError, MeshError
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.surfaces.operators import vertex_normals
+
+# Triangles asked for at first; doubled for the points that are not settled by them.
+FIRST_CANDIDATES = 8
+# Point-triangle pairs worked on at a time: about 300 MB of intermediate arrays.
+PAIRS_AT_A_TIME = 500_000
+# Triangles of one search tree differ in size by at most this factor, so that one large triangle does not widen
+# the search among small ones.
+SIZE_CLASS_FACTOR = 2.0
+# Where the mean of three unit normals is shorter, they cancel out and its direction means nothing.
+SHORTEST_MEAN_NORMAL = 1e-3
+
+
+def positions(surface: Surface, points: SurfacePoints) -> FloatArray:
+    """Return the (k, 3) positions [mm] of points on a surface.
+
+    Raises:
+        InputError: a point names a face that the surface does not have.
+    """
+    corners = surface.vertices[_corner_vertices(surface, points)]
+    return np.einsum("kc,kcx->kx", points.weights, corners)
+
+
+def normals(surface: Surface, points: SurfacePoints) -> FloatArray:
+    """Return the (k, 3) outward unit normals at points: the barycentric mean of the vertex normals, normalised.
+
+    They vary continuously over the surface, also across edges.
+
+    Raises:
+        InputError: a point names a face that the surface does not have.
+        MeshError: a vertex has no normal, or three vertex normals cancel out at a point.
+    """
+    corners = vertex_normals(surface)[_corner_vertices(surface, points)]
+    mean = np.einsum("kc,kcx->kx", points.weights, corners)
+    lengths = np.linalg.norm(mean, axis=1)
+    if lengths.min(initial=1.0) < SHORTEST_MEAN_NORMAL:
+        face = int(points.faces[np.argmin(lengths)])
+        raise MeshError(
+            f"{surface.name}: the normals at the corners of face {face} cancel out, so it has no outside; "
+            "smooth the surface there or use a finer mesh.",
+            face=face,
+        )
+    return mean / lengths[:, None]
+
+
+def vertex_points(surface: Surface, vertices: IntArray) -> SurfacePoints:
+    """Return vertices as points on a surface.
+
+    Args:
+        surface: n vertices.
+        vertices: (k,) vertex indices.
+
+    Returns:
+        (k,) points, each in the incident face of the smallest index, with all its weight on one corner.
+
+    Raises:
+        InputError: a vertex does not exist or no face uses it.
+    """
+    corner_of = np.full(len(surface.vertices), -1, dtype=np.int64)
+    flat = surface.faces.ravel()
+    # Later assignments win, so that reversed order leaves the first corner of each vertex.
+    corner_of[flat[::-1]] = np.arange(flat.size)[::-1]
+    if vertices.size and (vertices.min() < 0 or vertices.max() >= corner_of.size):
+        raise InputError(f"{surface.name} has vertices 0 to {corner_of.size - 1}, asked for {vertices.max()}.")
+    corners = corner_of[vertices]
+    if corners.min(initial=0) < 0:
+        lost = int(vertices[np.argmin(corners)])
+        raise InputError(f"{surface.name}: vertex {lost} belongs to no face, so it is not on the surface.", vertex=lost)
+    return SurfacePoints(faces=corners // 3, weights=np.eye(3)[corners % 3])
+
+
+def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArray]:
+    """Return the closest points of a surface, exact up to rounding.
+
+    Triangles are sought by their centres in one k-d tree for each class of sizes. A point is settled once the next
+    centre is farther than the best distance plus the largest radius of the class: no triangle beyond can be closer.
+
+    Args:
+        surface: m faces.
+        xyz: (k, 3) positions [mm].
+
+    Returns:
+        (k,) points on the surface and their (k,) distances [mm]. Of equally close triangles any one is returned.
+
+    Raises:
+        InputError: xyz does not have shape (k, 3) or is not finite.
+    """
+    if xyz.ndim != 2 or xyz.shape[1] != 3 or not np.isfinite(xyz).all():
+        raise InputError(f"closest points need finite positions of shape (k, 3), found shape {xyz.shape}.")
+    search = _Search(surface, xyz)
+    for members, centres, radius in _size_classes(surface):
+        search.among(members, centres, radius)
+    weights = np.clip(search.weights, 0.0, 1.0)
+    weights /= weights.sum(axis=1, keepdims=True)
+    return SurfacePoints(faces=search.faces, weights=weights), np.sqrt(search.squares)
+
+
+class _Search:
+    """The best triangle found so far for each of k positions; lives only inside `closest`."""
+
+    def __init__(self, surface: Surface, xyz: FloatArray) -> None:
+        self.corners = surface.vertices[surface.faces]
+        self.xyz = xyz
+        self.faces = np.zeros(len(xyz), dtype=np.int64)
+        self.weights = np.tile([1.0, 0.0, 0.0], (len(xyz), 1))
+        self.squares = np.full(len(xyz), np.inf)
+
+    def among(self, members: IntArray, centres: FloatArray, radius: float) -> None:
+        """Improve the best by the triangles `members`, none of which reaches farther than radius from its centre."""
+        tree = KDTree(centres)
+        open_points = np.arange(len(self.xyz))
+        seen, wanted = 0, min(FIRST_CANDIDATES, len(members))
+        while open_points.size and seen < len(members):
+            reach = np.empty(open_points.size)
+            step = max(1, PAIRS_AT_A_TIME // wanted)
+            for first in range(0, open_points.size, step):
+                block = open_points[first : first + step]
+                ranks = np.arange(seen + 1, wanted + 1)
+                distances, found = tree.query(self.xyz[block], k=ranks)
+                self._improve(block, members[np.asarray(found, dtype=np.int64)])
+                reach[first : first + step] = np.asarray(distances)[:, -1]
+            open_points = open_points[reach - radius < np.sqrt(self.squares[open_points])]
+            seen, wanted = wanted, min(2 * wanted, len(members))
+
+    def _improve(self, block: IntArray, candidates: IntArray) -> None:
+        """Set the best of the points `block` (b,) given (b, w) candidate faces."""
+        width = candidates.shape[1]
+        flat = candidates.ravel()
+        points = np.repeat(self.xyz[block], width, axis=0)
+        weights, squares = closest_in_triangles(points, self.corners[flat])
+        best = np.argmin(squares.reshape(-1, width), axis=1) + np.arange(len(block)) * width
+        closer = squares[best] < self.squares[block]
+        rows, picks = block[closer], best[closer]
+        self.faces[rows], self.weights[rows], self.squares[rows] = flat[picks], weights[picks], squares[picks]
+
+
+def closest_in_triangles(points: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the closest point of one triangle to one position, pair by pair.
+
+    The foot of the perpendicular, where it falls into the triangle, else the closest point of the three sides; a
+    triangle without area is its sides.
+
+    Args:
+        points: (k, 3) positions [mm].
+        corners: (k, 3, 3) corners of the triangles [mm].
+
+    Returns:
+        (k, 3) barycentric weights and (k,) squared distances [mm2].
+    """
+    along = corners[:, [1, 2, 0]] - corners
+    squares = np.einsum("kcx,kcx->kc", along, along)
+    shares = np.einsum("kcx,kcx->kc", points[:, None, :] - corners, along) / np.where(squares > 0, squares, 1.0)
+    shares = np.clip(shares, 0.0, 1.0)
+    offsets = corners + shares[:, :, None] * along - points[:, None, :]
+    side_squares = np.einsum("kcx,kcx->kc", offsets, offsets)
+    pair, side = np.arange(len(points)), np.argmin(side_squares, axis=1)
+    weights = np.zeros((len(points), 3))
+    weights[pair, side] = 1.0 - shares[pair, side]
+    weights[pair, (side + 1) % 3] = shares[pair, side]
+    feet, inside = _perpendicular_feet(points, corners)
+    offset = np.einsum("kc,kcx->kx", feet, corners) - points
+    best = side_squares[pair, side]
+    best[inside] = np.einsum("kx,kx->k", offset[inside], offset[inside])
+    return np.where(inside[:, None], feet, weights), best
+
+
+def _perpendicular_feet(points: FloatArray, corners: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return (k, 3) weights of the feet of perpendiculars, and (k,) whether a foot lies in its triangle."""
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(first, second)
+    square = np.einsum("kx,kx->k", normal, normal)
+    scale = np.where(square > 0, square, 1.0)
+    offset = points - corners[:, 0]
+    along_first = np.einsum("kx,kx->k", np.cross(offset, second), normal) / scale
+    along_second = np.einsum("kx,kx->k", np.cross(first, offset), normal) / scale
+    weights = np.column_stack([1.0 - along_first - along_second, along_first, along_second])
+    return weights, (square > 0) & (weights >= 0.0).all(axis=1)
+
+
+def _size_classes(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
+    """Return members, centres and largest radius of each class of similarly large triangles, the smallest first."""
+    corners = surface.vertices[surface.faces]
+    centres = corners.mean(axis=1)
+    radii = np.linalg.norm(corners - centres[:, None, :], axis=2).max(axis=1)
+    floor = max(float(radii.max()), np.finfo(np.float64).tiny) * np.finfo(np.float64).eps
+    classes = np.floor(np.log(np.maximum(radii, floor)) / np.log(SIZE_CLASS_FACTOR)).astype(np.int64)
+    groups = [np.flatnonzero(classes == size) for size in np.unique(classes)]
+    return [(members, centres[members], float(radii[members].max())) for members in groups]
+
+
+def _corner_vertices(surface: Surface, points: SurfacePoints) -> IntArray:
+    if points.faces.max(initial=-1) >= len(surface.faces):
+        raise InputError(
+            f"{surface.name} has faces 0 to {len(surface.faces) - 1}, but a point lies in face {points.faces.max()}; "
+            "points belong to the surface they were made on."
+        )
+    return surface.faces[points.faces]

@@ -1,0 +1,211 @@
+"""Connectivity of a triangle mesh: edges, half-edges, boundary loops, components and the kind of surface.
+
+Half-edge h = 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3); the face lies on its left, seen
+from outside. Everything here reads the faces alone; only the order of boundary loops asks for lengths.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from geoprint.errors import MeshError
+from geoprint.model import FloatArray, IntArray, Surface
+
+
+def half_edges(faces: IntArray) -> IntArray:
+    """Return the start and end vertex of every half-edge.
+
+    Args:
+        faces: (m, 3) vertex indices.
+
+    Returns:
+        (3 m, 2) start and end of half-edge 3 f + i.
+    """
+    return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def edges(faces: IntArray) -> IntArray:
+    """Return every undirected edge once.
+
+    Args:
+        faces: (m, 3) vertex indices.
+
+    Returns:
+        (e, 2) vertex indices, the smaller first, rows ascending.
+
+    Examples:
+        >>> edges(np.array([[0, 1, 2], [2, 1, 3]]))
+        array([[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]])
+    """
+    return numbered_edges(faces)[0]
+
+
+def numbered_edges(faces: IntArray) -> tuple[IntArray, IntArray]:
+    """Number the undirected edges and say which one each side of each face is.
+
+    Args:
+        faces: (m, 3) vertex indices.
+
+    Returns:
+        (e, 2) edges as `edges` returns them, and (m, 3) the edge from corner i to corner i + 1 of each face.
+    """
+    sides = np.sort(half_edges(faces), axis=1)
+    base = int(faces.max(initial=0)) + 1
+    keys, side_edge = np.unique(sides[:, 0] * base + sides[:, 1], return_inverse=True)
+    return np.column_stack(np.divmod(keys, base)), side_edge.reshape(-1, 3)
+
+
+def face_counts(side_edge: IntArray) -> IntArray:
+    """Return the (e,) number of faces at each edge, given the (m, 3) numbering of `numbered_edges`."""
+    return np.bincount(side_edge.ravel())
+
+
+def edge_faces(faces: IntArray) -> IntArray:
+    """Return the faces on both sides of every edge of a manifold mesh.
+
+    Args:
+        faces: (m, 3) vertex indices.
+
+    Returns:
+        (e, 2) face indices in the order of `edges`, ascending within a row; -1 in the second column on the boundary.
+
+    Raises:
+        MeshError: an edge has more than two faces.
+    """
+    _, side_edge = numbered_edges(faces)
+    order, first, counts = _sides_by_edge(side_edge)
+    result = np.full((counts.size, 2), -1, dtype=np.int64)
+    result[:, 0] = order[first] // 3
+    inner = counts == 2
+    result[inner, 1] = order[first[inner] + 1] // 3
+    return result
+
+
+def twins(faces: IntArray) -> IntArray:
+    """Return the half-edge on the other side of the same edge.
+
+    Args:
+        faces: (m, 3) vertex indices of a manifold mesh.
+
+    Returns:
+        (3 m,) the other half-edge of the edge of half-edge 3 f + i; -1 on the boundary.
+
+    Raises:
+        MeshError: an edge has more than two faces.
+    """
+    _, side_edge = numbered_edges(faces)
+    order, first, counts = _sides_by_edge(side_edge)
+    inner = first[counts == 2]
+    result = np.full(order.size, -1, dtype=np.int64)
+    result[order[inner]] = order[inner + 1]
+    result[order[inner + 1]] = order[inner]
+    return result
+
+
+def boundary_half_edges(faces: IntArray) -> IntArray:
+    """Return the half-edges whose edge has no other face, ascending."""
+    _, side_edge = numbered_edges(faces)
+    return np.flatnonzero(face_counts(side_edge)[side_edge.ravel()] == 1)
+
+
+def boundary_loops(surface: Surface) -> tuple[IntArray, ...]:
+    """Return the closed loops of boundary edges.
+
+    A loop follows its half-edges, so that the surface is on its left seen from outside: the rim of a disc runs
+    counter-clockwise, the rim of a hole in it clockwise. It starts at its smallest vertex index.
+
+    Args:
+        surface: manifold and consistently wound.
+
+    Returns:
+        One (l,) array of vertex indices a loop, the first not repeated; the longest [mm] first, equal lengths by
+        their first vertex. Empty for a closed surface.
+
+    Raises:
+        MeshError: two loops pass through one vertex, or the winding is not consistent.
+    """
+    rim = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
+    starts, ends = rim[np.argsort(rim[:, 0])].T
+    if np.unique(starts).size != starts.size or not np.array_equal(starts, np.sort(ends)):
+        raise MeshError(
+            f"{surface.name}: the boundary does not fall into separate loops; prepare the surface first, "
+            "which says where it is pinched or inconsistently wound."
+        )
+    following = dict(zip(starts.tolist(), ends.tolist(), strict=True))
+    loops: list[IntArray] = []
+    while following:
+        # Insertion order is ascending, so that every loop starts at its smallest vertex.
+        start, vertex = next(iter(following.items()))
+        loop = [start]
+        while vertex != start:
+            loop.append(vertex)
+            vertex = following.pop(vertex)
+        del following[start]
+        loops.append(np.array(loop, dtype=np.int64))
+    return tuple(sorted(loops, key=lambda loop: (-loop_length(surface.vertices, loop), loop[0])))
+
+
+def loop_length(vertices: FloatArray, loop: IntArray) -> float:
+    """Return the length [mm] of a closed loop of vertex indices that does not repeat its first."""
+    return float(np.linalg.norm(vertices[np.roll(loop, -1)] - vertices[loop], axis=1).sum())
+
+
+def component_labels(surface: Surface) -> IntArray:
+    """Number the edge-connected parts of a surface.
+
+    Returns:
+        (m,) component of each face, numbered from 0 in the order of their first faces. Parts that touch in a vertex
+        alone are different components.
+    """
+    _, side_edge = numbered_edges(surface.faces)
+    face_count = len(surface.faces)
+    node_of_edge = face_count + side_edge.ravel()
+    faces = np.repeat(np.arange(face_count), 3)
+    nodes = face_count + int(side_edge.max()) + 1
+    # Faces and edges are both nodes: this also joins more than two faces at one edge.
+    graph = coo_array((np.ones(faces.size, dtype=np.int8), (faces, node_of_edge)), shape=(nodes, nodes))
+    labels = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)[:face_count]
+    _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
+    rank = np.empty(first.size, dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(first.size)
+    return rank[inverse]
+
+
+def euler_characteristic(surface: Surface) -> int:
+    """Return vertices - edges + faces, counting only vertices that a face uses: disc 1, annulus 0, sphere 2."""
+    return int(np.unique(surface.faces).size - len(edges(surface.faces)) + len(surface.faces))
+
+
+def describe(surface: Surface) -> str:
+    """Name the kind of a manifold, orientable surface by its Euler characteristic and boundary loops.
+
+    Returns:
+        'disc', 'annulus', 'disc with 2 holes', 'closed, genus 1', 'genus 1 with 2 boundary loops', or
+        '3 components' for a surface in several parts.
+
+    Raises:
+        MeshError: as `boundary_loops`.
+    """
+    components = int(component_labels(surface).max()) + 1
+    if components > 1:
+        return f"{components} components"
+    loops = len(boundary_loops(surface))
+    genus = (2 - loops - euler_characteristic(surface)) // 2
+    if loops == 0:
+        return f"closed, genus {genus}"
+    if genus > 0:
+        return f"genus {genus} with {loops} boundary loop{'s' if loops > 1 else ''}"
+    return ("disc", "annulus")[loops - 1] if loops <= 2 else f"disc with {loops - 1} holes"
+
+
+def _sides_by_edge(side_edge: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the half-edges ordered by edge, where each edge begins in that order, and how many it has."""
+    flat = side_edge.ravel()
+    counts = face_counts(side_edge)
+    if counts.max(initial=0) > 2:
+        raise MeshError(
+            f"{int((counts > 2).sum())} edges have more than two faces; prepare the surface first, which says where."
+        )
+    return np.argsort(flat, kind="stable"), np.concatenate([[0], np.cumsum(counts)[:-1]]), counts

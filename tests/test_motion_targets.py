@@ -1,0 +1,213 @@
+"""Written targets: what must be kept is kept, the rest stays within tolerance, zones and speeds are safe."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
+
+from geoprint.errors import UsageError
+from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
+from geoprint.motion.steps import deposit_steps, same_sign
+from geoprint.motion.targets import ANGLE_TOLERANCE, FINE_SHARE, LARGEST_ZONE, SMALLEST_SPEED, written_targets
+from tests.cells import bent_cell
+from tests.joint_paths import DOWN, arc, line, stream, tilted, two_runs
+
+PROCESS = bent_cell().process
+TOLERANCE = 0.01
+
+
+def unsolved(poses: PoseStream) -> JointPath:
+    """Return a joint path whose joints play no part."""
+    return JointPath(
+        poses=poses, joints=np.zeros((poses.count, 6)), configuration=np.zeros((poses.count, 4), dtype=np.int64),
+        branch=0, spin=0.0, T_base_work=np.eye(4),
+    )  # fmt: skip
+
+
+def passing(poses: PoseStream, *, share: float = 1.0, still: float = 0.0) -> Trajectory:
+    """Return a trajectory that passes the poses at a share of the set speeds; turns on the spot take `still` [s]."""
+    ways = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    speeds = share * np.where(deposit_steps(poses), PROCESS.speed, PROCESS.travel_speed)
+    return Trajectory(
+        times=np.zeros(1), joints=np.zeros((1, 6)), runs=np.zeros(1, dtype=np.int64), deposit=np.zeros(1, np.bool_),
+        pose_times=np.append([0.0], np.cumsum(np.where(ways > 0.0, ways / speeds, still))), stretched=0,
+        slowest_deposit=0.0,
+    )  # fmt: skip
+
+
+def thinned(
+    poses: PoseStream, *, tolerance: float = TOLERANCE, rate: float = 40.0, share: float = 1.0, still: float = 0.0
+) -> Targets:
+    return written_targets(
+        unsolved(poses), passing(poses, share=share, still=still), process=PROCESS, tolerance=tolerance, rate=rate
+    )
+
+
+def deviations(poses: PoseStream, chosen: IntArray) -> tuple[float, float]:
+    """Return how far the poses are from the written path [mm, rad], by sampling each straight move densely."""
+    shares = np.linspace(0.0, 1.0, 2001)
+    distance = angle = 0.0
+    for first, last in zip(chosen[:-1].tolist(), chosen[1:].tolist(), strict=True):
+        places = poses.tips[first] + shares[:, None] * (poses.tips[last] - poses.tips[first])
+        ends = Rotation.from_quat(poses.quaternions[[first, last]], scalar_first=True)
+        turned = Slerp([0.0, 1.0], ends)(shares)
+        for pose in range(first + 1, last):
+            away = np.linalg.norm(places - poses.tips[pose], axis=1)
+            own = Rotation.from_quat(poses.quaternions[pose], scalar_first=True)
+            angles = np.asarray((turned * own.inv()).magnitude())
+            nearest = int(angles.argmin() if (poses.tips[first] == poses.tips[last]).all() else away.argmin())
+            distance, angle = max(distance, float(away[nearest])), max(angle, float(angles[nearest]))
+    return distance, angle
+
+
+def wavy(seed: int, *, count: int = 60) -> PoseStream:
+    """Return a smooth curve in space with a smoothly leaning tool and stops at random places."""
+    random = np.random.default_rng(seed)
+    phase = np.linspace(0.0, 1.5, count)[:, None]
+    tips = 10.0 * np.hstack([phase, 0.3 * np.sin(random.uniform(1.0, 5.0, 2) * phase + random.uniform(0.0, 6.0, 2))])
+    lean = random.uniform(0.0, 0.3) * np.sin(random.uniform(0.5, 4.0) * phase[:, 0])
+    stops = tuple(random.choice(np.arange(1, count - 1), size=3, replace=False).tolist())
+    return stream(tips, quaternions=tilted(lean), stops=stops)
+
+
+def test_a_straight_line_is_written_with_its_ends_alone() -> None:
+    found = thinned(stream(line((0.0, 0.0, 0.0), (50.0, 20.0, 5.0), count=137)))
+    np.testing.assert_array_equal(found.poses, [0, 136])
+    np.testing.assert_array_equal(found.zones, [0.0, 0.0])
+    np.testing.assert_allclose(found.speeds, [PROCESS.travel_speed, PROCESS.speed])
+
+
+def test_a_steady_turn_along_a_line_is_written_with_its_ends_alone() -> None:
+    tips = line((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), count=101)
+    np.testing.assert_array_equal(thinned(stream(tips, quaternions=tilted(np.linspace(0.0, 1.2, 101)))).poses, [0, 100])
+    np.testing.assert_array_equal(
+        thinned(stream(0.0 * tips, quaternions=tilted(np.linspace(0.0, 1.2, 101))), still=0.01).poses, [0, 100]
+    )
+
+
+def test_the_sign_of_quaternions_does_not_matter() -> None:
+    poses = wavy(3)
+    flipped = replace(
+        poses, quaternions=poses.quaternions * np.where(np.arange(poses.count) % 3 == 0, -1.0, 1.0)[:, None]
+    )
+    np.testing.assert_array_equal(thinned(flipped).poses, thinned(poses).poses)
+    aligned = same_sign(flipped.quaternions)
+    assert (np.sum(aligned[1:] * aligned[:-1], axis=1) > 0.0).all()
+
+
+def test_a_turn_of_more_than_a_right_angle_is_cut() -> None:
+    tips = line((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), count=101)
+    found = thinned(stream(tips, quaternions=tilted(np.linspace(0.0, 2.0 * np.pi, 101), axis="z")))
+    assert set(np.diff(found.poses)[:-1].tolist()) <= {24, 25}
+    assert found.poses[-1] == 100
+
+
+def test_a_wobble_of_the_tool_alone_keeps_targets() -> None:
+    tips = line((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), count=101)
+    wobble = stream(tips, quaternions=tilted(np.radians(5.0) * np.sin(np.linspace(0.0, 12.0, 101))))
+    found = thinned(wobble)
+    assert found.poses.size > 10
+    assert deviations(wobble, found.poses)[1] <= ANGLE_TOLERANCE
+
+
+def test_stops_and_the_ends_of_deposit_are_targets_where_the_tool_rests() -> None:
+    poses = two_runs()
+    found = thinned(poses)
+    laid = np.concatenate([[False], deposit_steps(poses), [False]])
+    required = np.flatnonzero(poses.stops | (laid[1:] != laid[:-1]))
+    assert np.isin(required, found.poses).all()
+    assert (found.zones[np.isin(found.poses, required)] == 0.0).all()
+    assert (found.zones[~np.isin(found.poses, required)] > 0.0).all()
+
+
+def test_a_switch_of_the_deposit_is_a_rest_even_where_the_stream_has_no_stop() -> None:
+    deposit = np.arange(41) >= 17
+    found = thinned(stream(line((0.0, 0.0, 0.0), (20.0, 0.0, 0.0), count=41), deposit=deposit))
+    np.testing.assert_array_equal(found.poses, [0, 17, 40])
+    np.testing.assert_array_equal(found.zones, [0.0, 0.0, 0.0])
+    np.testing.assert_allclose(found.speeds, [PROCESS.travel_speed, PROCESS.travel_speed, PROCESS.speed])
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([0.003, 0.01, 0.05]), st.sampled_from([10.0, 40.0]))
+def test_all_poses_stay_within_tolerance_and_zones_within_half_the_distance(
+    seed: int, tolerance: float, rate: float
+) -> None:
+    poses = wavy(seed)
+    found = thinned(poses, tolerance=tolerance, rate=rate)
+    distance, angle = deviations(poses, found.poses)
+    assert distance <= tolerance * 1.001
+    assert angle <= ANGLE_TOLERANCE * 1.001
+    assert (np.diff(found.poses) > 0).all()
+    gaps = np.linalg.norm(np.diff(poses.tips[found.poses], axis=0), axis=1)
+    assert (found.zones[1:-1] <= 0.5 * np.minimum(gaps[1:], gaps[:-1]) + 1e-12).all()
+    assert found.zones.max() <= LARGEST_ZONE
+
+
+def test_the_dense_check_sees_a_target_that_is_left_out() -> None:
+    poses = stream(arc(radius=10.0))
+    found = thinned(poses)
+    assert deviations(poses, found.poses)[0] <= TOLERANCE
+    assert deviations(poses, np.delete(found.poses, slice(4, 6)))[0] > TOLERANCE
+
+
+def test_targets_come_at_most_at_the_rate_where_the_tolerance_allows() -> None:
+    poses = stream(arc(radius=3.0, step=0.05, angle=np.pi))
+    times = passing(poses).pose_times
+    gaps = np.diff(times[thinned(poses, tolerance=0.03).poses])
+    assert gaps[:-1].min() >= 1.0 / 40.0 - 1e-9
+    assert gaps.max() < 1.3 / 40.0
+
+
+def test_the_tolerance_wins_over_the_rate() -> None:
+    poses = stream(arc(radius=3.0, step=0.05, angle=np.pi))
+    found = thinned(poses, tolerance=0.001)
+    assert deviations(poses, found.poses)[0] <= 0.001
+    assert np.diff(passing(poses).pose_times[found.poses]).max() < 1.0 / 40.0
+
+
+def test_a_high_rate_is_used_to_follow_the_path_closer() -> None:
+    poses = stream(arc(radius=10.0, step=0.1, angle=np.pi))
+    usual, fast = thinned(poses, rate=40.0), thinned(poses, rate=1000.0)
+    assert deviations(poses, fast.poses)[0] <= FINE_SHARE * TOLERANCE
+    assert deviations(poses, usual.poses)[0] > FINE_SHARE * TOLERANCE
+    assert usual.poses.size < fast.poses.size
+
+
+def test_speeds_follow_the_trajectory_where_it_is_slower() -> None:
+    poses = stream(arc())
+    np.testing.assert_allclose(thinned(poses).speeds[1:], PROCESS.speed)
+    np.testing.assert_allclose(thinned(poses, share=0.4).speeds[1:], 8.0)
+    np.testing.assert_allclose(thinned(poses, share=2.0).speeds[1:], PROCESS.speed)
+    np.testing.assert_allclose(thinned(poses, share=1e-3).speeds[1:], SMALLEST_SPEED)
+
+
+def test_a_turn_on_the_spot_keeps_the_set_speed_and_is_not_rounded() -> None:
+    wobble = np.radians(5.0) * np.sin(np.linspace(0.0, 12.0, 40))
+    found = thinned(stream(np.zeros((40, 3)), quaternions=tilted(wobble)), still=0.02)
+    assert found.poses.size > 4
+    np.testing.assert_allclose(found.speeds[1:], PROCESS.speed)
+    np.testing.assert_array_equal(found.zones, 0.0)
+
+
+def test_a_single_pose_is_its_only_target() -> None:
+    found = thinned(stream(np.zeros((1, 3)), quaternions=DOWN[None]))
+    np.testing.assert_array_equal(found.poses, [0])
+    np.testing.assert_array_equal(found.zones, [0.0])
+
+
+@pytest.mark.parametrize(("tolerance", "rate"), [(0.0, 40.0), (-1.0, 40.0), (0.01, 0.0), (float("nan"), 40.0)])
+def test_a_tolerance_or_rate_that_is_not_positive_is_refused(tolerance: float, rate: float) -> None:
+    with pytest.raises(UsageError, match="positive tolerance and rate"):
+        thinned(stream(arc(angle=0.5)), tolerance=tolerance, rate=rate)
+
+
+def test_a_bend_that_only_one_pose_shows_is_kept() -> None:
+    tips = line((0.0, 0.0, 0.0), (30.0, 0.0, 0.0), count=61)
+    bumped: FloatArray = tips + np.where(np.arange(61) == 31, 0.02, 0.0)[:, None] * [0.0, 0.0, 1.0]
+    assert 31 in thinned(stream(bumped)).poses
