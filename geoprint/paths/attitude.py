@@ -18,9 +18,9 @@ SMOOTHING_LENGTH = 1.0
 # ... and never more than this share of the run, so that small loops keep leaning with the surface.
 SMOOTHING_SHARE = 0.05
 # The smoothing gives way where the nozzle would lean more than this from the normal [rad] ...
-LARGEST_LEAN = np.radians(10.0)
+LARGEST_LEAN = np.radians(15.0)
 # ... down to a standard deviation [mm] that no longer smooths anything.
-SHORTEST_SMOOTHING = 0.05
+SHORTEST_SMOOTHING = 0.25
 # Even samples per standard deviation on which the filter works.
 SAMPLES_PER_DEVIATION = 8
 
@@ -31,7 +31,7 @@ STRAIGHT_DOWN = np.diag([1.0, -1.0, -1.0])
 def smoothed_axes(normals: FloatArray, arcs: FloatArray, *, closed: bool) -> FloatArray:
     """Smooth unit normals along one run with a Gaussian window, as wide as the lean allows.
 
-    The window starts at a millimetre and is halved until no axis leans more than 10 degrees from its normal, so that
+    The window starts at a millimetre and is halved until no axis leans more than 15 degrees from its normal, so that
     a sharp bend of the part is followed rather than cut.
 
     Args:
