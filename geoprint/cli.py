@@ -35,13 +35,14 @@ STOPPED_BY_USER = 130
 def main() -> None:
     """Run the command line and end the process with the exit status of the outcome."""
     try:
-        app(standalone_mode=True)
+        app()
     except GeoprintError as error:
         _say(f"geoprint: {error}")
         sys.exit(error.exit_status)
-    except KeyboardInterrupt:
-        _say("geoprint: stopped; nothing was written.")
-        sys.exit(STOPPED_BY_USER)
+    except SystemExit as end:
+        if end.code == STOPPED_BY_USER:
+            _say("geoprint: stopped; nothing was written.")
+        raise
     except MemoryError:
         _say("geoprint: out of memory; choose a larger spacing or a smaller part.")
         sys.exit(ResourceError.exit_status)

@@ -34,7 +34,7 @@ def conformal_chart(surface: Surface) -> Surface:
     loops = boundary_loops(surface)
     if len(loops) != 1 or euler_characteristic(surface) != 1:
         raise FieldError(
-            f"{surface.name} is a {describe(surface)}, which cannot be flattened without a cut; the backend 'lscm' "
+            f"{surface.name} ({describe(surface)}) cannot be flattened without a cut; the backend 'lscm' "
             "needs a disc: use `--backend heat`, which plans on any surface."
         )
     pins = farthest_pair(surface, loops[0])

@@ -70,8 +70,8 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
     worst = int(np.argmax(residuals))
     if residuals[worst] > LARGEST_RESIDUAL:
         raise InputError(
-            f"touched point {worst + 1} of {count} lies {residuals[worst]:.2f} mm from where the fixture's other points "
-            f"put it, allowed are {LARGEST_RESIDUAL:g} mm: check the order of the points, or touch it again.",
+            f"touched point {worst + 1} of {count} lies {residuals[worst]:.2f} mm from where the fit of all of "
+            f"them puts it, allowed are {LARGEST_RESIDUAL:g} mm: check the order of the points, or touch it again.",
             point=worst + 1,
             residual_mm=float(residuals[worst]),
         )

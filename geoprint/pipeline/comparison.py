@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
 
+import numpy as np
+
 from geoprint.config import Job
 from geoprint.errors import FieldError, PlanError, VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
@@ -146,23 +148,28 @@ def comparison_summary(comparison: Comparison) -> dict[str, Json]:
 def comparison_picture(comparison: Comparison) -> bytes:
     """Return a PNG: the backends side by side, their paths coloured by local spacing."""
     planned = [(name, outcome) for name, outcome in comparison.outcomes if isinstance(outcome, Planned)]
-    panels = [
-        Coverage(
-            title=name,
-            caption=f"spacing CV {outcome.uniformity.cv:.1%}, uncovered {outcome.uniformity.uncovered:.1%}",
-            places=outcome.uniformity.places,
-            offsets=outcome.uniformity.offsets,
-            ratios=outcome.uniformity.ratios,
-        )
-        for name, outcome in planned
-    ]
     spacing = planned[0][1].plan.contours.spacing
     return coverage_figure(
         comparison.workpiece.part,
-        panels,
+        [_coverage(name, outcome) for name, outcome in planned],
         R_view_work=upright(comparison.workpiece),
         spacing=spacing,
         title=f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart, seen along the mean normal",
+    )
+
+
+def _coverage(name: str, outcome: Planned) -> Coverage:
+    """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing."""
+    measured, poses = outcome.uniformity, outcome.plan.poses
+    outermost = poses.deposit & (poses.levels == poses.levels[poses.deposit].min())
+    _, counts = np.unique(poses.runs[outermost], return_counts=True)
+    sizes = np.concatenate([np.diff(measured.offsets), counts])
+    return Coverage(
+        title=name,
+        caption=f"spacing CV {measured.cv:.1%}, uncovered {measured.uncovered:.1%}",
+        places=np.concatenate([measured.places, poses.surface_points[outermost]]),
+        offsets=np.concatenate([[0], np.cumsum(sizes)]),
+        ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
     )
 
 

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 COLOUR_RANGE = (0.8, 1.2)
 # Diverging and safe for colour-blind readers; its middle is light, so the part below is dark.
 COLOUR_MAP = "RdBu"
+# Colour of paths without a neighbour.
+UNMEASURED = "#9a9a9a"
 PART_DARK, PART_LIGHT = 0.16, 0.42
 # Width of a drawn path over the spacing: beads with a seam of the part between them.
 LINE_SHARE = 0.62
@@ -40,7 +42,7 @@ class Coverage:
         caption: below it.
         places: (k, 3) samples, run after run [mm].
         offsets: (r + 1,) where each run starts among them.
-        ratios: (k,) spacing over its wanted value.
+        ratios: (k,) spacing over its wanted value; NaN where there is no neighbour, drawn grey.
     """
 
     title: str
@@ -104,6 +106,7 @@ def _draw_part(axis: Axes, surface: Surface, R_view_work: FloatArray) -> None:
 
 
 def _draw_runs(axis: Axes, panel: Coverage, R_view_work: FloatArray, *, spacing: float) -> None:
+    from matplotlib import colormaps
     from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize
 
@@ -112,10 +115,11 @@ def _draw_runs(axis: Axes, panel: Coverage, R_view_work: FloatArray, *, spacing:
     segments = np.stack([seen[starts], seen[starts + 1]], axis=1)
     width_mm = float(np.diff(axis.get_xlim())[0])
     points_per_mm = PANEL_INCHES * 72 / width_mm
+    colours = colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED)
     lines = LineCollection(
         list(segments),
-        array=0.5 * (panel.ratios[starts] + panel.ratios[starts + 1]),
-        cmap=COLOUR_MAP,
+        array=np.ma.masked_invalid(0.5 * (panel.ratios[starts] + panel.ratios[starts + 1])),
+        cmap=colours,
         norm=Normalize(*COLOUR_RANGE),
         linewidths=max(LINE_SHARE * spacing * points_per_mm, 0.5),
         capstyle="round",
@@ -130,7 +134,10 @@ def _add_scale(figure: Figure, axes: Sequence[Axes]) -> None:
     scale = figure.colorbar(
         ScalarMappable(Normalize(*COLOUR_RANGE), COLOUR_MAP), ax=list(axes), shrink=0.8, pad=0.01, extend="both"
     )
-    scale.set_label("distance to the neighbouring path / wanted spacing\n(red: too close, blue: too far)", fontsize=9)
+    scale.set_label(
+        "distance to the neighbouring path / wanted spacing\n(red: too close, blue: too far, grey: outermost)",
+        fontsize=9,
+    )
 
 
 def _png(figure: Figure) -> bytes:

@@ -1,0 +1,173 @@
+"""The command line as a person meets it: one sentence and the right exit status, nothing half written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from geoprint import cli
+from geoprint.surfaces import save_ply
+from tests.meshes import plate
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    def call(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        captured = capsys.readouterr()
+        return int(ended.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    path = tmp_path / "plate.ply"
+    save_ply(plate((40.0, 30.0), (20, 15), jitter_seed=1), path)
+    return path
+
+
+def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    status, stdout, stderr = run("plan", part, "--unit", "mm", "--step", "1/5", "--no-robot", "--out", out, "--json")
+    assert status == 0, stderr
+    found = json.loads(stdout)
+    assert found["paths"]["levels"] == 5
+    assert "written and verified" in stderr
+    assert sorted(path.name for path in out.iterdir()) == ["plan.json", "poses.csv", "surface.ply"]
+
+
+def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    status, stdout, stderr = run("compare", part, "--unit", "mm", "--rounds", "6", "--place", "demo", "--out", out)
+    assert status == 0, stderr
+    assert stdout == ""
+    assert "uncovered" in stderr
+    assert sorted(path.name for path in out.iterdir()) == ["compare.json", "compare.png", "heat", "lscm"]
+    assert (out / "heat" / "rapid" / "GeoPrint.mod").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "complaint"),
+    [
+        ([], 2, "give `--spacing` or `--rounds`; on this part 10 rounds are about 1.5 mm"),
+        (["--spacing", "1", "--rounds", "3"], 2, "not both"),
+        (["--rounds", "3", "--step", "0.1"], 2, "not both"),
+        (["--step", "0.3"], 2, "whole rounds"),
+        (["--step", "a/b"], 2, "whole rounds"),
+        (["--step", "0"], 2, "whole rounds"),
+        (["--spacing", "-1"], 2, "spacing"),
+        (["--spacing", "nan"], 2, "spacing"),
+        (["--spacing", "1000"], 3, "only 50 mm across"),
+        (["--spacing", "35"], 3, "choose a spacing below"),
+        (["--spacing", "2", "--backend", "magic"], 2, "choose one of: heat, lscm"),
+        (["--spacing", "2", "--place", "moon"], 2, "place"),
+        (["--spacing", "2", "--cell", "nowhere.toml"], 2, "geoprint init"),
+        (["--spacing", "2", "--seed", "0", "0", "99"], 3, "99"),
+        (["--spacing", "2", "--body", "nowhere.stl"], 3, "nowhere.stl"),
+        (["--spacing", "0.001"], 6, "spacing|edge"),
+    ],
+)
+def test_unclear_input_is_a_helpful_sentence(
+    run: Run, part: Path, tmp_path: Path, *, arguments: list[str], status: int, complaint: str
+) -> None:
+    out = tmp_path / "out"
+    extra = [] if "--place" in arguments else ["--no-robot"]
+    found, _, stderr = run("plan", part, "--unit", "mm", "--out", out, *extra, *arguments)
+    assert found == status, stderr
+    assert "Traceback" not in stderr
+    assert any(text in stderr for text in complaint.split("|")), stderr
+    assert len(stderr.strip().splitlines()) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plate.ply"]
+
+
+def test_a_file_without_a_unit_is_asked_for_one(run: Run, part: Path, tmp_path: Path) -> None:
+    status, _, stderr = run("plan", part, "--spacing", "2", "--no-robot", "--out", tmp_path / "out")
+    assert status == 2
+    assert "has no unit" in stderr
+    assert "--unit mm" in stderr
+
+
+@pytest.mark.parametrize("content", [None, b"", b"solid nothing\nendsolid\n", b"this is no mesh"])
+def test_a_file_that_is_no_mesh_is_refused(run: Run, tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "part.stl"
+    if content is not None:
+        path.write_bytes(content)
+    status, _, stderr = run("plan", path, "--unit", "mm", "--spacing", "1", "--no-robot", "--out", tmp_path / "out")
+    assert status == 3, stderr
+    assert "part.stl" in stderr
+    assert "Traceback" not in stderr
+
+
+def test_an_existing_result_is_kept_unless_it_may_be_replaced(run: Run, part: Path, tmp_path: Path) -> None:
+    common = ("plan", part, "--unit", "mm", "--rounds", "4", "--no-robot", "--out", tmp_path / "out")
+    assert run(*common)[0] == 0
+    before = (tmp_path / "out" / "poses.csv").read_bytes()
+    status, _, stderr = run(*common)
+    assert status == 2
+    assert "--overwrite" in stderr
+    assert (tmp_path / "out" / "poses.csv").read_bytes() == before
+    assert run(*common, "--overwrite")[0] == 0
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_before_the_work(run: Run, part: Path) -> None:
+    status, _, stderr = run("plan", part, "--unit", "mm", "--rounds", "4", "--no-robot", "--out", part / "below")
+    assert status == 7
+    assert "cannot be written" in stderr or "nothing can be written" in stderr
+
+
+def test_init_writes_cells_that_load_and_overwrites_nothing(run: Run, tmp_path: Path) -> None:
+    from geoprint.config import load_cell
+
+    assert run("init", tmp_path / "cells")[0] == 0
+    for path in (tmp_path / "cells").iterdir():
+        assert load_cell(path).robot.model == "irb120"
+    status, _, stderr = run("init", tmp_path / "cells")
+    assert status == 2
+    assert "exists already" in stderr
+
+
+def test_doctor_shows_versions_and_passes_its_controls(run: Run) -> None:
+    status, stdout, _ = run("doctor")
+    assert status == 0
+    assert "kinematics control passed" in stdout
+    assert "known hits and misses found right" in stdout
+    for package in ("numpy", "pin", "toppra", "python-fcl"):
+        assert package in stdout
+    assert "not installed" not in stdout
+
+
+def test_an_interrupt_and_a_defect_end_with_their_own_status(
+    run: Run, part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    common = ("plan", part, "--unit", "mm", "--rounds", "4", "--no-robot", "--out", tmp_path / "out")
+
+    def fail(error: BaseException) -> Callable[..., None]:
+        def raising(*_: object, **__: object) -> None:
+            raise error
+
+        return raising
+
+    for error, status, text in (
+        (KeyboardInterrupt(), 130, "stopped"),
+        (MemoryError(), 6, "out of memory"),
+        (RuntimeError("boom"), 1, "boom"),
+    ):
+        monkeypatch.setattr("geoprint.pipeline.plan", fail(error))
+        found, _, stderr = run(*common)
+        assert found == status
+        assert text in stderr
+
+
+def test_the_help_names_every_command(run: Run) -> None:
+    status, stdout, _ = run("--help")
+    assert status == 0
+    for command in ("plan", "compare", "init", "doctor"):
+        assert command in stdout

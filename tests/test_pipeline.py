@@ -1,0 +1,256 @@
+"""The whole chain on real parts: what a plan promises, measured on what it leaves behind."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.config import job_of, load_cell, packaged_cell_text
+from geoprint.errors import ClearanceError, ReachError, UsageError, VerificationError
+from geoprint.export import read_poses_table, read_trajectory_table
+from geoprint.model import Surface
+from geoprint.motion import Arm
+from geoprint.pipeline import Plan, RobotPlan, compare, comparison_table, plan, save_comparison, save_plan
+from geoprint.pipeline.comparison import Planned
+from geoprint.pipeline.saving import verify_files
+from geoprint.surfaces import load, save_ply
+from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
+from tests.meshes import annulus, cylinder_patch, plate, sphere, spherical_cap
+from tests.shared_data import shared
+
+LIMITS_DEG = np.array([[-165, 165], [-110, 110], [-110, 70], [-160, 160], [-120, 120], [-400, 400]])
+
+
+def saved(tmp_path: Path, surface: Surface) -> Path:
+    path = tmp_path / f"{surface.name}.ply"
+    save_ply(surface, path)
+    return path
+
+
+def robot_of(planned: Plan) -> RobotPlan:
+    assert planned.robot is not None
+    return planned.robot
+
+
+@pytest.fixture(scope="module")
+def cap_plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    path = saved(tmp_path_factory.mktemp("cap"), spherical_cap(radius=30.0, angle=0.5, rings=10, jitter_seed=1))
+    return plan(job_of(surface=path, unit="mm", spacing=1.5, place="demo"))
+
+
+def test_forward_kinematics_return_every_commanded_pose(cap_plan: Plan) -> None:
+    robot, cell = robot_of(cap_plan), cap_plan.workpiece.cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    commanded = robot.placement.T_base_work @ rigid(rotation_of(cap_plan.poses.quaternions), cap_plan.poses.tips)
+    found = arm.tool_poses(robot.joint_path.joints)
+    assert np.linalg.norm(found[:, :3, 3] - commanded[:, :3, 3], axis=1).max() < 1e-3
+    assert rotation_angle(inverse(found)[:, :3, :3] @ commanded[:, :3, :3]).max() < 1e-5
+
+
+def test_the_written_trajectory_keeps_speeds_and_accelerations_and_goes_from_home_to_home(
+    cap_plan: Plan, tmp_path: Path
+) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    table = read_trajectory_table(tmp_path / "out" / "trajectory.csv")
+    robot = cap_plan.workpiece.cell.robot
+    np.testing.assert_allclose(np.diff(table.times), 0.001, atol=1e-9)
+    speeds = np.diff(table.joints, axis=0) / 0.001
+    accelerations = np.diff(speeds, axis=0) / 0.001
+    assert (np.abs(speeds).max(axis=0) <= 1.01 * robot.speeds).all()
+    assert (np.abs(accelerations).max(axis=0) <= 1.01 * robot.accelerations).all()
+    assert (np.degrees(table.joints) >= LIMITS_DEG[:, 0]).all()
+    assert (np.degrees(table.joints) <= LIMITS_DEG[:, 1]).all()
+    np.testing.assert_allclose(table.joints[[0, -1]], np.tile(robot.home, (2, 1)), atol=1e-8)
+
+
+def test_the_tip_keeps_the_set_speed_on_deposit(cap_plan: Plan) -> None:
+    trajectory, cell = robot_of(cap_plan).trajectory, cap_plan.workpiece.cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    rows = slice(2000, 6000)
+    tips = arm.tool_poses(trajectory.joints[rows])[:, :3, 3]
+    speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / 0.001
+    laid = trajectory.deposit[rows][:-1]
+    assert speeds[laid].max() <= 1.01 * cell.process.speed
+    assert np.median(speeds[laid]) == pytest.approx(cell.process.speed, rel=0.01)
+
+
+def test_poses_csv_holds_surface_points_normals_and_closed_runs(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    table = read_poses_table(tmp_path / "out" / "poses.csv")
+    laid = table.deposit
+    radii = np.linalg.norm(table.points, axis=1)
+    assert np.abs(radii[laid] - 30.0).max() < 0.2
+    outward = table.points[laid] / radii[laid, None]
+    assert np.einsum("ij,ij->i", outward, table.normals[laid]).min() > np.cos(np.radians(3.0))
+    for run in np.unique(table.runs[laid]):
+        rows = laid & (table.runs == run)
+        np.testing.assert_allclose(table.points[rows][0], table.points[rows][-1], atol=1e-5)
+
+
+def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    found = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert found["settings"]["spacing_mm"] == 1.5
+    assert found["settings"]["backend"] == "heat"
+    assert found["surface"]["topology"] == "disc"
+    assert found["paths"]["runs"] == cap_plan.toolpath.curves.count
+    assert found["clearance"]["not_checked"]
+    assert any("NOT CALIBRATED" in warning for warning in found["warnings"])
+    assert len(found["input"]["sha256"]) == 64
+
+
+def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, tmp_path: Path) -> None:
+    again = plan(cap_plan.job)
+    for name, planned in (("a", cap_plan), ("b", again)):
+        save_plan(planned, tmp_path / name)
+    files = sorted(path.relative_to(tmp_path / "a") for path in (tmp_path / "a").rglob("*") if path.is_file())
+    assert len(files) >= 6
+    for file in files:
+        if file.name != "plan.json":
+            assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
+
+
+def test_a_bundle_that_was_changed_does_not_verify(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    verify_files(cap_plan, tmp_path / "out")
+    module = tmp_path / "out" / "rapid" / "GeoPrint.mod"
+    text = module.read_text()
+    start = text.index("MoveL [[") + len("MoveL [[")
+    module.write_text(text[:start] + "9" + text[start:])
+    with pytest.raises(VerificationError, match=r"GeoPrint\.mod"):
+        verify_files(cap_plan, tmp_path / "out")
+
+
+def test_rounds_divide_the_largest_distance(tmp_path: Path) -> None:
+    path = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
+    planned = plan(job_of(surface=path, unit="mm", rounds=10, robot=False))
+    assert int(planned.contours.levels.max()) + 1 == 10
+    assert planned.contours.spacing == pytest.approx(planned.contours.distance.maximum / 10)
+
+
+def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
+    path = saved(tmp_path, sphere(radius=15.0, subdivisions=3))
+    planned = plan(job_of(surface=path, unit="mm", spacing=3.0, seed=[0.0, 0.0, 15.0], robot=False))
+    lowest = planned.poses.surface_points[planned.poses.deposit][0]
+    assert np.linalg.norm(lowest - [0.0, 0.0, 15.0]) == pytest.approx(1.5, abs=0.3)
+
+
+def test_a_post_beside_the_part_is_hit_and_the_refusal_names_run_place_and_depth(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    # A wall 60 mm high, 2 mm beside the plate: the barrel is 10 mm thick and starts 78 mm up, the cone earlier.
+    wall = plate((60.0, 30.0), (2, 2))
+    x, y, _ = wall.vertices.T
+    body = saved(tmp_path, Surface(np.column_stack([np.full(x.size, 42.0), y, x]), wall.faces, name="wall"))
+    with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the \w+ reaches \d+\.\d\d mm into the body"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
+
+
+def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    cell = tmp_path / "far.toml"
+    cell.write_text(
+        packaged_cell_text("irb120-bent45").replace(
+            "demo_position_mm = [300, 0, 50]", "demo_position_mm = [900, 0, 50]"
+        )
+    )
+    with pytest.raises(ReachError, match=r"run \d+ at \(.*move"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"))
+
+
+def test_without_a_calibrated_cell_or_a_demonstration_nothing_is_planned(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate())
+    with pytest.raises(UsageError, match=r"not calibrated.*--place demo"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0))
+
+
+def test_neither_spacing_nor_rounds_says_what_both_would_be_on_this_part(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    with pytest.raises(UsageError, match=r"10 rounds are about 1\.5 mm, 20 about 0\.7\d mm"):
+        plan(job_of(surface=part, unit="mm", robot=False))
+
+
+def test_a_calibrated_cell_writes_a_program_that_may_deposit(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    cell = tmp_path / "calibrated.toml"
+    cell.write_text(
+        packaged_cell_text("irb120-bent45").replace(
+            'source = "demo"',
+            'source = "calibrated"\nmodel_mm = [[-50, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]]\n'
+            "touched_mm = [[250, 50, 30], [350, 50, 30], [350, -50, 30], [250, -50, 30]]\npart_mm = [-20, -15, 20]\n",
+        )
+    )
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, cell=cell))
+    robot = robot_of(planned)
+    assert robot.placement.calibrated
+    assert not robot.program.dry_run
+    np.testing.assert_allclose(robot.placement.T_base_work[:3, 3], [280.0, -15.0, 50.0], atol=1e-9)
+    assert "NOT CALIBRATED" not in "".join(text for _, text in robot.program.modules)
+
+
+def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -> None:
+    for surface in (
+        plate((30.0, 24.0), (20, 16), jitter_seed=1),
+        cylinder_patch(angle=0.8, length=24.0, jitter_seed=1),
+    ):
+        compared = compare(job_of(surface=saved(tmp_path, surface), unit="mm", spacing=2.0, place="demo"))
+        table = comparison_table(compared)
+        assert table.count("yes") == 2, table
+        for _, outcome in compared.outcomes:
+            assert isinstance(outcome, Planned)
+            assert outcome.uniformity.cv < 0.03
+            assert outcome.uniformity.mean == pytest.approx(1.0, abs=0.02)
+
+
+def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
+    part = saved(tmp_path, annulus(divisions=(60, 8)))
+    compared = compare(job_of(surface=part, unit="mm", spacing=2.0, robot=False))
+    table = comparison_table(compared)
+    assert "lscm refused: annulus.ply (annulus) cannot be flattened" in table
+    assert "not asked" in table
+    save_comparison(compared, tmp_path / "out")
+    rows = json.loads((tmp_path / "out" / "compare.json").read_text())["backends"]
+    assert [row["backend"] for row in rows] == ["lscm", "heat"]
+    assert "refused" in rows[0]
+    assert rows[1]["uniformity"]["spacing"]["cv"] < 0.05
+    assert (tmp_path / "out" / "heat" / "poses.csv").is_file()
+    assert not (tmp_path / "out" / "lscm").exists()
+    assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
+    part = saved(tmp_path, spherical_cap(radius=20.0, angle=2.2, rings=16))
+    compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
+    table = comparison_table(compared)
+    assert "heat not printable: cap.ply has no demonstration placement" in table
+    assert load_cell(None).name in str(compared.workpiece.cell.name)
+
+
+@pytest.mark.parametrize(
+    "name", ["lv_anterior_disc_r30", "lv_lateral_disc_r15", "lv_lateral_disc_r20_jagged", "lv_lateral_rect_40x30"]
+)
+def test_heart_patches_are_planned_on_one_branch_away_from_the_wrist_singularity(name: str) -> None:
+    path = shared(f"patches/{name}.ply")
+    planned = plan(job_of(surface=path, unit="mm", spacing=2.0, place="demo"))
+    assert np.degrees(robot_of(planned).joint_path.smallest_wrist_angle) > 15.0
+
+
+def test_a_needle_too_short_for_the_groove_of_a_whole_heart_is_refused(tmp_path: Path) -> None:
+    cell = tmp_path / "short.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace("needle_length_mm = 25.4", "needle_length_mm = 4"))
+    job = job_of(
+        surface=shared("patches/interventricular_groove_disc_r20.ply"), unit="mm", spacing=2.0, cell=cell,
+        body=shared("hearts/rodero01_heart_walls_closed.ply"), place="demo",
+    )  # fmt: skip
+    with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the (cone|barrel|needle)"):
+        plan(job)
+
+
+def test_the_surface_that_was_planned_on_is_written_with_the_plan(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(replace(cap_plan, robot=None), tmp_path / "out")
+    found = load(tmp_path / "out" / "surface.ply", unit="mm")
+    np.testing.assert_array_equal(found.vertices, cap_plan.workpiece.surface.vertices)
+    assert not (tmp_path / "out" / "trajectory.csv").exists()

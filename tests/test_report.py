@@ -1,0 +1,47 @@
+"""Figures show what they are given: colours follow the ratios, nothing is cut off, the bytes repeat."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from matplotlib.image import imread
+
+from geoprint.model import FloatArray
+from geoprint.report import Coverage, coverage_figure
+from tests.meshes import plate
+
+
+def drawn(ratio: float) -> tuple[FloatArray, bytes]:
+    x = np.linspace(2.0, 38.0, 200)
+    places = np.concatenate([np.column_stack([x, np.full(200, y), np.zeros(200)]) for y in (8.0, 15.0, 22.0)])
+    panel = Coverage("one", "caption", places, np.array([0, 200, 400, 600]), np.full(600, ratio))
+    png = coverage_figure(plate(), [panel, panel], R_view_work=np.eye(3), spacing=6.0, title="test")
+    return np.asarray(imread(io.BytesIO(png)), dtype=np.float64), png
+
+
+def share_where_first_exceeds_second(image: FloatArray, first: int, second: int) -> float:
+    """Look at the left three quarters only: the colour scale stands on the right."""
+    panels = image[:, : 3 * image.shape[1] // 4]
+    return float((panels[..., first] > panels[..., second] + 0.2).mean())
+
+
+def test_paths_too_close_are_red_and_paths_too_far_are_blue() -> None:
+    near, far = drawn(0.82)[0], drawn(1.18)[0]
+    assert share_where_first_exceeds_second(near, 0, 2) > 0.05
+    assert share_where_first_exceeds_second(near, 2, 0) < 0.001
+    assert share_where_first_exceeds_second(far, 2, 0) > 0.05
+    assert share_where_first_exceeds_second(far, 0, 2) < 0.001
+
+
+def test_paths_without_a_neighbour_are_grey() -> None:
+    image, _ = drawn(float("nan"))
+    assert share_where_first_exceeds_second(image, 0, 2) < 0.001
+    assert share_where_first_exceeds_second(image, 2, 0) < 0.001
+
+
+def test_nothing_reaches_the_edge_of_the_picture_and_the_bytes_repeat() -> None:
+    image, png = drawn(1.0)
+    for edge in (image[0], image[-1], image[:, 0], image[:, -1]):
+        np.testing.assert_allclose(edge[:, :3], 1.0)
+    assert drawn(1.0)[1] == png
