@@ -1,1 +1,58 @@
-"""Plan evenly spaced print paths on curved surfaces and write the robot program that prints them."""
+"""Plan evenly spaced print paths on curved surfaces and write the robot program that prints them.
+
+Data flows one way, through frozen values (`geoprint.model`):
+
+    file -> Surface -> [backend] -> Contours -> Toolpath -> PoseStream -> JointPath -> Trajectory
+         -> Targets -> ControllerPath -> Clearance -> Program
+
+and imports run one way, to the right (braces: mutually independent; `lint-imports` checks it):
+
+    cli -> pipeline -> {config, export, quality, report} -> {backends, paths, motion, robots} -> surfaces
+        -> transforms -> model -> errors
+
+`plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
+stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,
+`motion.reach`, `retime`, `written_targets`, `controller_path` and `clearance`, `export.rapid_program`,
+`quality.uniformity`. Lengths are mm, times s, angles rad.
+
+Sources, by the keys that docstrings use:
+
+    [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
+                        industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
+    [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
+    [Jacobson2013]      Jacobson, Kavan, Sorkine-Hornung: Robust inside-outside segmentation using generalized winding
+                        numbers. ACM Trans. Graph. 32(4), 2013.
+    [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
+    [Levy2002]          Lévy, Petitjean, Ray, Maillot: Least squares conformal maps. ACM Trans. Graph. 21(3), 2002.
+    [Lorensen1987]      Lorensen, Cline: Marching cubes. Computer Graphics 21(4), 1987; here its planar form.
+    [Mullen2008]        Mullen, Tong, Alliez, Desbrun: Spectral conformal parameterization. Comput. Graph. Forum 27(5),
+                        2008.
+    [Pham2018]          Pham, Pham: A new approach to time-optimal path parameterization based on reachability analysis.
+                        IEEE Trans. Robotics 34(3), 2018.
+    [VanOosterom1983]   Van Oosterom, Strackee: The solid angle of a plane triangle. IEEE Trans. Biomed. Eng. 30(2),
+                        1983.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from geoprint.config import job_of
+    from geoprint.pipeline import compare, plan, save_comparison, save_plan
+
+__all__ = ["compare", "job_of", "plan", "save_comparison", "save_plan"]
+
+
+def __getattr__(name: str) -> object:
+    """Import the public functions when they are first used, so that `geoprint --help` answers at once."""
+    if name == "job_of":
+        from geoprint import config
+
+        return config.job_of
+    if name in __all__:
+        from geoprint import pipeline
+
+        return getattr(pipeline, name)
+    raise AttributeError(f"module 'geoprint' has no attribute '{name}'")

@@ -7,6 +7,7 @@ default.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -84,13 +85,20 @@ class Job(_Table):
 def job_of(**values: object) -> Job:
     """Return the job with the given values.
 
+    Args:
+        **values: attributes of `Job`; files as text or paths, the seed as any sequence of three numbers.
+
     Raises:
-        UsageError: a value is unknown, missing or meaningless; the sentence names it as the command line does.
+        UsageError: a value is unknown, missing or meaningless; the sentence names it.
     """
-    if isinstance(values.get("seed"), tuple):
-        values["seed"] = list(values["seed"])  # pyright: ignore[reportArgumentType]
+    given = dict(values)
+    for name, value in values.items():
+        if name in {"surface", "body", "cell"} and isinstance(value, str):
+            given[name] = Path(value)
+        if name == "seed" and isinstance(value, Sequence):
+            given[name] = [*value]
     try:
-        return Job.model_validate(values)
+        return Job.model_validate(given)
     except ValidationError as error:
         raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error
 

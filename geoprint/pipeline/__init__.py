@@ -1,6 +1,15 @@
 """Where the stages meet: plan, compare, and how their results land on disk."""
 
-from geoprint.pipeline.comparison import COMPARED, Comparison, compare, comparison_summary, save_comparison
+from geoprint.pipeline.comparison import (
+    COMPARED,
+    Comparison,
+    Planned,
+    Refused,
+    compare,
+    comparison_picture,
+    comparison_summary,
+    save_comparison,
+)
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.planning import Plan, RobotPlan, Workpiece, plan
 from geoprint.pipeline.saving import save_plan
@@ -11,9 +20,12 @@ __all__ = [
     "COMPARED",
     "Comparison",
     "Plan",
+    "Planned",
+    "Refused",
     "RobotPlan",
     "Workpiece",
     "compare",
+    "comparison_picture",
     "comparison_summary",
     "comparison_table",
     "examine",

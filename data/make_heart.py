@@ -1,0 +1,341 @@
+"""Makes geoprint's own test parts: a heart, two patches of it, and a plate.
+
+    python data/make_heart.py [--out FOLDER]
+
+Needs scikit-image (an extra of development, `pip install -e .[dev]`) besides geoprint itself. The heart is drawn, not
+measured: ventricles, atria and vessels are simple solids joined by a smooth minimum, in the size of an adult's. Axes as
+in medical images: x to the heart's own left, y to the back, z up from the apex to the vessels, so that -z is the long
+axis towards the apex; the origin is about the middle; mm.
+
+The rims of the patches are edges of the heart, so that the patches are parts of its very triangles. Everything is
+computed in a fixed order without random numbers (the plate's come from a fixed seed) and rounded to COORDINATE_STEP,
+which hides the rounding errors of different machines: the files come out the same to the byte.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import final
+
+import numpy as np
+from skimage.measure import marching_cubes
+
+from geoprint.backends import Heat
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.surfaces import edge_faces, edges, point_seed, refine, save_ply, vertex_normals
+
+Field = Callable[[FloatArray], FloatArray]
+
+# Width of a voxel [mm]: marching cubes leave about 1.5 / VOXEL^2 vertices a mm2, edges of 1.5 mm once evened out.
+VOXEL = 1.75
+# The heart lies within these corners [mm].
+BOX = np.array([[-54.0, -48.0, -66.0], [54.0, 54.0, 64.0]])
+# Rounds of evening out: after marching cubes, and after cutting the rims in.
+ROUNDS = (30, 10)
+# Share of the way to the mean of its neighbours that a vertex goes in a round.
+EVENING = 0.5
+# Newton steps to the surface after each round; vertices are off by some um after the first.
+NEWTON_STEPS = 3
+# Half the distance over which slopes are taken [mm]: exact to 1e-8, far above rounding.
+SLOPE_STEP = 1e-4
+# Edges are flipped only for this much [rad] of angle: ties then fall the same way on every machine.
+FLIP_GAIN = 1e-6
+# A vertex nearer to a rim than this share of an edge is moved onto it, which keeps rims free of slivers.
+SNAP_SHARE = 0.35
+# Edge length of the mesh that distances are computed on [mm].
+DISTANCE_EDGE = 0.75
+# Coordinates are rounded to this [mm].
+COORDINATE_STEP = 1e-4
+
+# Tip of the left ventricle and, about it, the patch that is strongly curved [mm].
+APEX, APEX_RADIUS = np.array([8.0, 0.0, -60.0]), 20.0
+# Place on the free wall that is nearly flat, and the radius of its patch [mm].
+WALL, WALL_RADIUS = np.array([35.0, 12.0, -8.0]), 25.0
+# Size of the plate and width of its cells [mm], share of a cell by which its inner vertices are moved, random seed.
+PLATE_SIZE, PLATE_CELL, PLATE_JITTER, PLATE_SEED = (40.0, 30.0), 1.5, 0.28, 2024
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """Triangles that belong to regions; where two regions meet, the mesh has a rim that stays.
+
+    Attributes:
+        vertices: (n, 3) positions [mm].
+        faces: (m, 3) vertex indices.
+        regions: (m,) number of the region of each face.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    regions: IntArray
+
+    def surface(self, region: int | None = None) -> Surface:
+        """Return all faces, or those of one region with the vertices that they use."""
+        chosen = self.faces if region is None else self.faces[self.regions == region]
+        used, faces = np.unique(chosen, return_inverse=True)
+        return Surface(vertices=self.vertices[used], faces=faces.reshape(-1, 3))
+
+
+def main() -> None:
+    """Write the files."""
+    parser = argparse.ArgumentParser(description="Makes geoprint's own test parts.")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder to write to")
+    out: Path = parser.parse_args().out
+    mesh = polygonise(heart)
+    for region, (centre, radius) in enumerate(((APEX, APEX_RADIUS), (WALL, WALL_RADIUS)), start=1):
+        mesh = cut(mesh, distance_from(mesh.surface(), centre), level=radius, region=region)
+    mesh = rounded(evened(mesh, heart, rounds=ROUNDS[1]))
+    save_ply(mesh.surface(), out / "heart.ply")
+    save_ply(mesh.surface(1), out / "heart_apex_patch.ply")
+    save_ply(mesh.surface(2), out / "heart_flat_patch.ply")
+    save_ply(rounded(plate()).surface(), out / "plate.ply")
+
+
+def heart(points: FloatArray) -> FloatArray:
+    """Return about the signed distance [mm] of (k, 3) points from the heart, negative inside."""
+    # The left ventricle is an egg whose lower end is a hyperboloid: round at the tip, a cone farther up.
+    egg = ellipsoid(points, centre=(13.0, 5.0, -12.0), radii=(31.0, 31.0, 62.0))
+    left = smooth_maximum(egg, hyperboloid(points, tip=APEX, radius=7.0, slope=1.45), width=10.0)
+    right = ellipsoid(points, centre=(-15.0, -13.0, -4.0), radii=(31.0, 26.0, 43.0))
+    outflow = capsule(points, (-8.0, -24.0, 8.0), (3.0, -19.0, 34.0), radius=14.0)
+    left_atrium = ellipsoid(points, centre=(12.0, 25.0, 31.0), radii=(30.0, 20.0, 19.0))
+    right_atrium = ellipsoid(points, centre=(-29.0, 8.0, 26.0), radii=(18.0, 21.0, 24.0))
+    left_auricle = capsule(points, (33.0, 4.0, 30.0), (32.0, -12.0, 27.0), radius=8.0)
+    vena_cava = capsule(points, (-26.0, 12.0, 40.0), (-25.0, 13.0, 64.0), radius=8.5)
+    aorta = capsule(points, (-2.0, 2.0, 22.0), (-8.0, 4.0, 70.0), radius=13.0)
+    trunk = capsule(points, (3.0, -19.0, 34.0), (13.0, -7.0, 66.0), radius=12.0)
+    ventricles = smooth_minimum(smooth_minimum(left, right, width=7.0), outflow, width=12.0)
+    atria = smooth_minimum(smooth_minimum(left_atrium, right_atrium, width=12.0), left_auricle, width=10.0)
+    body = smooth_minimum(ventricles, atria, width=6.0)
+    vessels = smooth_minimum(smooth_minimum(aorta, trunk, width=5.0), vena_cava, width=5.0)
+    # The stumps of the vessels are closed by a plane with a rounded edge.
+    stumps = smooth_maximum(vessels, points[:, 2] - 59.0, width=5.0)
+    return smooth_minimum(body, stumps, width=7.0)
+
+
+def ellipsoid(
+    points: FloatArray, *, centre: tuple[float, float, float], radii: tuple[float, float, float]
+) -> FloatArray:
+    """Return about the signed distance from an ellipsoid along the axes; exactly 0 on it."""
+    scaled = (points - np.array(centre)) / np.array(radii)
+    share, steepness = length(scaled), length(scaled / np.array(radii))
+    return share * (share - 1.0) / np.maximum(steepness, np.finfo(np.float64).tiny)
+
+
+def capsule(
+    points: FloatArray, start: tuple[float, float, float], end: tuple[float, float, float], *, radius: float
+) -> FloatArray:
+    """Return the signed distance from a tube with round ends."""
+    along, offset = np.array(end) - np.array(start), points - np.array(start)
+    share = np.clip((offset * along).sum(axis=1) / (along * along).sum(), 0.0, 1.0)
+    return length(offset - share[:, None] * along) - radius
+
+
+def hyperboloid(points: FloatArray, *, tip: FloatArray, radius: float, slope: float) -> FloatArray:
+    """Return about the signed distance from a bowl with its tip down.
+
+    Args:
+        points: (k, 3) positions.
+        tip: its lowest point.
+        radius: of curvature at the tip.
+        slope: rise over run of the cone that it becomes farther up.
+    """
+    offset = points - tip
+    waist = slope * radius
+    across = offset[:, 0] ** 2 + offset[:, 1] ** 2
+    height = slope * (np.sqrt(across + waist**2) - waist)
+    return (height - offset[:, 2]) / np.sqrt(1.0 + slope**2)
+
+
+def smooth_minimum(first: FloatArray, second: FloatArray, *, width: float) -> FloatArray:
+    """Return the minimum, its crease rounded where the two differ by less than the width; twice differentiable."""
+    closeness = np.maximum(width - np.abs(first - second), 0.0) / width
+    return np.minimum(first, second) - closeness**3 * (width / 6.0)
+
+
+def smooth_maximum(first: FloatArray, second: FloatArray, *, width: float) -> FloatArray:
+    """Return the maximum, rounded as `smooth_minimum`."""
+    return -smooth_minimum(-first, -second, width=width)
+
+
+def length(vectors: FloatArray) -> FloatArray:
+    """Return the (k,) lengths of (k, 3) vectors."""
+    return np.sqrt((vectors * vectors).sum(axis=-1))
+
+
+def polygonise(field: Field) -> Mesh:
+    """Return the zero set in BOX as evenly meshed triangles, wound counter-clockwise from outside."""
+    axes = [np.arange(low, high, VOXEL) for low, high in BOX.T]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    values = field(grid.reshape(-1, 3)).reshape(grid.shape[:3])
+    # Values rise outwards, which scikit-image calls descent into the object.
+    corners, faces, _, _ = marching_cubes(values, 0.0, allow_degenerate=False, gradient_direction="ascent")
+    vertices = BOX[0] + VOXEL * corners.astype(np.float64)
+    mesh = Mesh(vertices, faces.astype(np.int64), np.zeros(len(faces), dtype=np.int64))
+    return evened(mesh, field, rounds=ROUNDS[0])
+
+
+def evened(mesh: Mesh, field: Field, *, rounds: int) -> Mesh:
+    """Even out the triangles on the zero set: edges are flipped to Delaunay's, vertices slide between their neighbours.
+
+    Vertices of rims stay where they are, up to a Newton step.
+    """
+    for _ in range(rounds):
+        mesh = flipped(mesh)
+        pairs = edges(mesh.faces)
+        ends = np.concatenate([pairs, pairs[:, ::-1]])
+        total = np.column_stack(
+            [np.bincount(ends[:, 0], mesh.vertices[ends[:, 1], axis], len(mesh.vertices)) for axis in range(3)]
+        )
+        step = EVENING * (total / np.bincount(ends[:, 0])[:, None] - mesh.vertices)
+        normals = vertex_normals(mesh.surface())
+        step -= (step * normals).sum(axis=1)[:, None] * normals
+        step[rim_edges(mesh).ravel()] = 0.0
+        mesh = replace(mesh, vertices=projected(mesh.vertices + step, field))
+    return flipped(mesh)
+
+
+def projected(points: FloatArray, field: Field) -> FloatArray:
+    """Move points onto the zero set along the field's slope, by Newton steps."""
+    for _ in range(NEWTON_STEPS):
+        shifts = SLOPE_STEP * np.eye(3)
+        slope = np.column_stack([field(points + shift) - field(points - shift) for shift in shifts]) / (2 * SLOPE_STEP)
+        points = points - (field(points) / (slope * slope).sum(axis=1))[:, None] * slope
+    return points
+
+
+def rim_edges(mesh: Mesh) -> IntArray:
+    """Return the (e, 2) edges where two regions meet."""
+    sides = edge_faces(mesh.faces)
+    return edges(mesh.faces)[(sides[:, 1] >= 0) & (mesh.regions[sides[:, 0]] != mesh.regions[sides[:, 1]])]
+
+
+def flipped(mesh: Mesh) -> Mesh:
+    """Flip edges whose opposite angles exceed a straight angle, the worst first, each vertex at most once.
+
+    Edges of rims and of the border stay.
+    """
+    pairs, sides = edges(mesh.faces), edge_faces(mesh.faces)
+    inner = (sides[:, 1] >= 0) & (mesh.regions[sides[:, 0]] == mesh.regions[sides[:, 1]])
+    pairs, sides = pairs[inner], sides[inner]
+    opposite = mesh.faces[sides].sum(axis=2) - pairs.sum(axis=1)[:, None]
+    excess = (
+        angles(mesh.vertices, opposite[:, 0], pairs) + angles(mesh.vertices, opposite[:, 1], pairs) - np.pi - FLIP_GAIN
+    )
+    taken, known = np.zeros(len(mesh.vertices), dtype=np.bool_), {(a, b) for a, b in edges(mesh.faces).tolist()}
+    faces = mesh.faces.copy()
+    for edge in np.argsort(-excess, kind="stable")[: int((excess > 0).sum())]:
+        around = np.concatenate([pairs[edge], opposite[edge]])
+        if taken[around].any() or tuple(np.sort(opposite[edge]).tolist()) in known:
+            continue
+        taken[around] = True
+        # Each of the two faces gives up the end of the edge that the other one keeps.
+        for face, lost, gained in zip(sides[edge], pairs[edge], opposite[edge, ::-1], strict=True):
+            faces[face] = np.where(faces[face] == lost, gained, faces[face])
+    return replace(mesh, faces=faces)
+
+
+def angles(vertices: FloatArray, corner: IntArray, pairs: IntArray) -> FloatArray:
+    """Return the (e,) angles [rad] at corners between the directions to both vertices of a pair."""
+    first, second = vertices[pairs[:, 0]] - vertices[corner], vertices[pairs[:, 1]] - vertices[corner]
+    return np.arctan2(length(np.cross(first, second)), (first * second).sum(axis=1))
+
+
+def distance_from(surface: Surface, place: FloatArray) -> FloatArray:
+    """Return the (n,) geodesic distance [mm] of the vertices from the point of the surface closest to a place."""
+    # Vertices of the coarse mesh are the first ones of the refined mesh.
+    fine = refine(surface, edge_length=DISTANCE_EDGE)
+    return Heat(fine).distance(point_seed(fine, place, tolerance=VOXEL)).values[: len(surface.vertices)]
+
+
+def cut(mesh: Mesh, distance: FloatArray, *, level: float, region: int) -> Mesh:
+    """Cut triangles along a level of a function, and number those where it is smaller as a region."""
+    height, mesh = snapped(mesh, distance - level)
+    sides = np.sign(height[mesh.faces])
+    crossed = (sides.min(axis=1) < 0) & (sides.max(axis=1) > 0)
+    pairs = edges(mesh.faces)
+    low, high = height[pairs].T
+    pairs, share = pairs[low * high < 0], (low / (low - high))[low * high < 0]
+    added = mesh.vertices[pairs[:, 0]] + share[:, None] * (mesh.vertices[pairs[:, 1]] - mesh.vertices[pairs[:, 0]])
+    crossing = {(a, b): len(mesh.vertices) + row for row, (a, b) in enumerate(pairs.tolist())}
+    pieces = [pieces_of(face, height, crossing) for face in mesh.faces[crossed].tolist()]
+    inside = np.array([piece for below, _ in pieces for piece in below])
+    outside = np.array([piece for _, above in pieces for piece in above])
+    parent = np.repeat(mesh.regions[crossed], [len(above) for _, above in pieces])
+    whole = np.where(sides.max(axis=1) <= 0, region, mesh.regions)[~crossed]
+    return Mesh(
+        vertices=np.concatenate([mesh.vertices, added]),
+        faces=np.concatenate([mesh.faces[~crossed], inside, outside]),
+        regions=np.concatenate([whole, np.full(len(inside), region), parent]),
+    )
+
+
+def snapped(mesh: Mesh, height: FloatArray) -> tuple[FloatArray, Mesh]:
+    """Move vertices that are close to where an edge crosses height 0 to that place; their height becomes 0."""
+    pairs = edges(mesh.faces)
+    ends = np.concatenate([pairs, pairs[:, ::-1]])
+    here, there = height[ends].T
+    crossing = here * there < 0
+    ends, share = ends[crossing], (here / (here - there))[crossing]
+    # The nearest crossing of each vertex comes last, and the last assignment stays.
+    order = np.argsort(-share, kind="stable")
+    chosen = order[share[order] < SNAP_SHARE]
+    start, end = ends[chosen].T
+    vertices, height = mesh.vertices.copy(), height.copy()
+    vertices[start] += share[chosen, None] * (mesh.vertices[end] - mesh.vertices[start])
+    height[start] = 0.0
+    return height, replace(mesh, vertices=vertices)
+
+
+def pieces_of(
+    face: list[int], height: FloatArray, crossing: dict[tuple[int, int], int]
+) -> tuple[list[list[int]], list[list[int]]]:
+    """Cut one face at height 0 and return the triangles below and those above."""
+    below: list[int] = []
+    above: list[int] = []
+    for corner, following in zip(face, face[1:] + face[:1], strict=True):
+        if height[corner] <= 0:
+            below.append(corner)
+        if height[corner] >= 0:
+            above.append(corner)
+        new = crossing.get((min(corner, following), max(corner, following)))
+        if new is not None:
+            below.append(new)
+            above.append(new)
+    return fan(below), fan(above)
+
+
+def fan(polygon: list[int]) -> list[list[int]]:
+    """Return the triangles of a convex polygon."""
+    return [[polygon[0], second, third] for second, third in zip(polygon[1:], polygon[2:], strict=False)]
+
+
+def plate() -> Mesh:
+    """Return a flat rectangle about the origin at z = 0, up outside, with irregular triangles."""
+    counts = [round(size / PLATE_CELL) for size in PLATE_SIZE]
+    places = np.stack(np.meshgrid(*[np.arange(count + 1) for count in counts], indexing="ij"), axis=-1)
+    inner: BoolArray = ((places > 0) & (places < np.array(counts))).all(axis=-1)
+    moves = np.random.default_rng(PLATE_SEED).uniform(-PLATE_JITTER, PLATE_JITTER, places.shape)
+    shares = (places + np.where(inner[..., None], moves, 0.0)) / np.array(counts)
+    flat = ((shares - 0.5) * np.array(PLATE_SIZE)).reshape(-1, 2)
+    number = np.arange(len(flat)).reshape(inner.shape)
+    a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    faces = np.stack([np.column_stack([a, b, c]), np.column_stack([a, c, d])], axis=1).reshape(-1, 3)
+    mesh = Mesh(np.column_stack([flat, np.zeros(len(flat))]), faces, np.zeros(len(faces), dtype=np.int64))
+    # Every flip can make another edge worth flipping; few passes settle all.
+    for _ in range(ROUNDS[1]):
+        mesh = flipped(mesh)
+    return mesh
+
+
+def rounded(mesh: Mesh) -> Mesh:
+    """Round the coordinates, and turn -0 to 0."""
+    return replace(mesh, vertices=np.round(mesh.vertices / COORDINATE_STEP) * COORDINATE_STEP + 0.0)
+
+
+if __name__ == "__main__":
+    main()
