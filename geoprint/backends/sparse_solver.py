@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
+from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray
@@ -37,7 +38,12 @@ class SymmetricSolver:
         self._order = nested_dissection(matrix, coordinates=coordinates)
         ordered = csc_array(matrix[self._order][:, self._order])
         try:
-            self._factor = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            # SuperLU calls BLAS on many tiny blocks: waking its threads for each costs up to 80 times the work itself
+            # where another process holds a core.
+            with threadpool_limits(limits=1, user_api="blas"):
+                self._factor = splu(
+                    ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                )
         except RuntimeError as error:
             raise FieldError(
                 f"the linear system of {matrix.shape[0]} unknowns is singular ({error}); part of the surface has no "
