@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from geoprint.backends.isolines import isolines
 from geoprint.model import FloatArray, ScalarField, Surface, SurfacePoints
-from geoprint.paths.resample import arc_lengths, interpolate, resample
-from geoprint.surfaces import closest, positions
+from geoprint.paths.resample import interpolate, resample
+from geoprint.surfaces import arc_lengths, closest, positions
 from tests.meshes import disc, plate, spherical_cap
 
 

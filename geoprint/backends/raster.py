@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from geoprint.model import BoolArray, FloatArray
+from geoprint.surfaces import PolylineDistance
 
 # Empty pixels around the region: the distance transform needs an outside on every side, bilinear sampling one more.
 MARGIN = 2
@@ -18,8 +19,8 @@ MARGIN = 2
 class DistanceImage:
     """Distance of every pixel of a region to its border, by the exact Euclidean distance transform.
 
-    Values at pixel centres are the distance to the nearest centre outside, less half a pixel: on average the border
-    runs half way between an inner and an outer centre. The binary border itself is only as fine as a pixel.
+    The transform measures to the nearest pixel outside; what that pixel itself lies beyond the true border is taken
+    off, so that the staircase of the binary image does not reach the paths.
 
     Args:
         border: (b, 2) corners of the region's border, a simple polygon [mm].
@@ -32,8 +33,14 @@ class DistanceImage:
         self._origin = low + (0.5 - MARGIN) * self.pixel
         columns, rows = np.ceil((high - low) / self.pixel).astype(np.int64) + 2 * MARGIN
         inside = filled_polygon((border - self._origin) / self.pixel, shape=(int(rows), int(columns)))
-        distance = np.asarray(distance_transform_edt(inside))
-        self.values: FloatArray = np.where(inside, distance - 0.5, 0.0) * self.pixel
+        distance, nearest = distance_transform_edt(inside, return_indices=True)
+        touched = np.zeros_like(inside)
+        touched[tuple(nearest[:, inside])] = True
+        beyond = np.zeros(inside.shape)
+        centres = np.argwhere(touched)[:, ::-1] * self.pixel + self._origin
+        beyond[touched] = PolylineDistance([np.vstack([border, border[:1]])], step=self.pixel)(centres)
+        corrected = np.asarray(distance) * self.pixel - beyond[tuple(nearest)]
+        self.values: FloatArray = np.where(inside, np.maximum(corrected, 0.0), 0.0)
 
     def sample(self, points: FloatArray) -> FloatArray:
         """Return the (k,) bilinearly interpolated distance at (k, 2) points [mm]."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, Toolpath
-from geoprint.paths.resample import arc_lengths, resample
-from geoprint.surfaces import positions
+from geoprint.paths.resample import resample
+from geoprint.surfaces import arc_lengths, positions
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5

@@ -10,9 +10,8 @@ from scipy.spatial import KDTree
 
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, SurfacePoints, Toolpath
 from geoprint.paths.attitude import same_sign, slerp, smoothed_axes, tool_quaternions
-from geoprint.paths.resample import arc_lengths
 from geoprint.paths.travel import crossing, over, sampled_polyline
-from geoprint.surfaces import normals, positions
+from geoprint.surfaces import arc_lengths, normals, positions
 from geoprint.transforms import rotation_of
 
 # A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool

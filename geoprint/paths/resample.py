@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
-from geoprint.surfaces import closest, positions
+from geoprint.surfaces import arc_lengths, closest, positions
 
 # An even sample this share of a step away from a kept corner is dropped: it would only make the gaps uneven.
 CROWDED_SHARE = 0.25
@@ -13,16 +13,6 @@ CROWDED_SHARE = 0.25
 SHORTEST_PIECE = 1e-9
 # Weights that miss a sum of 1 by more than this belong to a point outside the triangle.
 WHOLE = 1e-9
-
-
-def arc_lengths(points: FloatArray) -> FloatArray:
-    """Return (k,) length along a polyline of (k, 3) points from its start [mm].
-
-    Examples:
-        >>> arc_lengths(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0], [3.0, 4.0, 1.0]]))
-        array([0., 5., 6.])
-    """
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
 def resample(surface: Surface, points: SurfacePoints, *, step: float, chord_error: float) -> SurfacePoints:

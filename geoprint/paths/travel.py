@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray
-from geoprint.paths.resample import arc_lengths
+from geoprint.surfaces import arc_lengths
 
 # Travel is sampled this finely [mm], so that the joints' spline follows the straight line.
 TRAVEL_STEP = 1.0

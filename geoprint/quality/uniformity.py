@@ -12,19 +12,16 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
-from geoprint.surfaces import face_areas
+from geoprint.surfaces import PolylineDistance, arc_lengths, even_points, face_areas
 
 # Samples per spacing along each run at which the distance to the run outside is taken.
 SAMPLES_PER_SPACING = 4
 # Pieces per spacing into which runs are cut to find the nearest one; then the distance to the piece is exact.
 PIECES_PER_SPACING = 20
-# Nearest pieces that are looked at: a piece's middle may be a little farther than another's and its end nearer.
-CANDIDATES = 6
 # Surface farther than this share of the spacing from every run counts as uncovered.
 UNCOVERED_SHARE = 0.55
 
@@ -97,14 +94,14 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float) -> Unifor
     lines: list[FloatArray] = []
     ratios: list[FloatArray] = []
     for outer, inner in pairwise(levels):
-        sampled = [_evenly(line, spacing / SAMPLES_PER_SPACING) for level, line in runs if level == inner]
-        pieces = _Pieces([line for level, line in runs if level == outer], step=spacing / PIECES_PER_SPACING)
+        sampled = [even_points(line, step=spacing / SAMPLES_PER_SPACING) for level, line in runs if level == inner]
+        distance = PolylineDistance([line for level, line in runs if level == outer], step=spacing / PIECES_PER_SPACING)
         lines += sampled
-        ratios.append(pieces.distance(np.vstack(sampled)) / spacing)
-    everything = _Pieces([line for _, line in runs], step=spacing / PIECES_PER_SPACING)
-    length = float(sum(_length(line) for _, line in runs))
+        ratios.append(distance(np.vstack(sampled)) / spacing)
+    distance = PolylineDistance([line for _, line in runs], step=spacing / PIECES_PER_SPACING)
+    length = float(sum(arc_lengths(line)[-1] for _, line in runs))
     areas = face_areas(surface)
-    far = everything.distance(surface.vertices[surface.faces].mean(axis=1)) > UNCOVERED_SHARE * spacing
+    far = distance(surface.vertices[surface.faces].mean(axis=1)) > UNCOVERED_SHARE * spacing
     return Uniformity(
         places=np.vstack(lines),
         offsets=np.cumsum([0, *(len(line) for line in lines)]),
@@ -124,35 +121,3 @@ def _deposited_runs(poses: PoseStream) -> list[tuple[int, FloatArray]]:
     return [
         (int(poses.levels[rows[start]]), piece) for start, piece in zip(starts, pieces, strict=True) if len(piece) > 1
     ]
-
-
-def _length(line: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-
-
-def _evenly(line: FloatArray, step: float) -> FloatArray:
-    """Return points along a polyline at most one step apart, ends included."""
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    stations = np.linspace(0.0, float(arcs[-1]), max(int(np.ceil(arcs[-1] / step)), 1) + 1)
-    return np.column_stack([np.interp(stations, arcs, line[:, i]) for i in range(3)])
-
-
-@final
-class _Pieces:
-    """Short straight pieces of polylines that distances are asked of."""
-
-    def __init__(self, lines: list[FloatArray], *, step: float) -> None:
-        cut = [_evenly(line, step) for line in lines]
-        self._starts = np.vstack([line[:-1] for line in cut])
-        self._along = np.vstack([np.diff(line, axis=0) for line in cut])
-        self._tree = KDTree(self._starts + 0.5 * self._along)
-
-    def distance(self, points: FloatArray) -> FloatArray:
-        """Return the (k,) straight distance from each of (k, 3) points to the nearest piece [mm]."""
-        _, near = self._tree.query(points, k=min(CANDIDATES, len(self._starts)))
-        near = np.asarray(near).reshape(len(points), -1)
-        start, along = self._starts[near], self._along[near]
-        away = points[:, None] - start
-        squared = np.maximum((along**2).sum(axis=2), np.finfo(np.float64).tiny)
-        share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
-        return np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=2).min(axis=1))

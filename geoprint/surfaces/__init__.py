@@ -13,6 +13,7 @@ from geoprint.surfaces.operators import (
     vertex_normals,
 )
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
+from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
 from geoprint.surfaces.repair import PreparationReport, prepare
 from geoprint.surfaces.seeds import boundary_seed, point_seed
@@ -31,7 +32,9 @@ from geoprint.surfaces.topology import (
 
 __all__ = [
     "UNITS",
+    "PolylineDistance",
     "PreparationReport",
+    "arc_lengths",
     "boundary_half_edges",
     "boundary_loops",
     "boundary_seed",
@@ -44,6 +47,7 @@ __all__ = [
     "edge_lengths",
     "edges",
     "euler_characteristic",
+    "even_points",
     "face_areas",
     "face_normals",
     "gradient",
