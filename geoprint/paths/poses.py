@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, SurfacePoints, Toolpath
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Toolpath
 from geoprint.paths.attitude import same_sign, slerp, smoothed_axes, tool_quaternions
 from geoprint.paths.travel import crossing, over, sampled_polyline
 from geoprint.surfaces import arc_lengths, normals, positions
@@ -60,10 +60,7 @@ def poses(
     up = R_base_work[2]
     tree = KDTree(surface.vertices)
     top = float((surface.vertices @ up).max())
-    runs = [
-        _run_stretch(toolpath, surface, run, R_base_work=R_base_work, standoff=standoff)
-        for run in range(toolpath.curves.count)
-    ]
+    runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff)
     stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
     for run, following in pairwise(runs):
         start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
@@ -80,22 +77,25 @@ def largest_lean(stream: PoseStream) -> float:
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)).max(initial=0.0))
 
 
-def _run_stretch(
-    toolpath: Toolpath, surface: Surface, run: int, *, R_base_work: FloatArray, standoff: float
-) -> _Stretch:
-    piece = slice(*toolpath.curves.offsets[run : run + 2])
-    points = SurfacePoints(toolpath.curves.points.faces[piece], toolpath.curves.points.weights[piece])
-    places, outward = positions(surface, points), normals(surface, points)
-    axes = smoothed_axes(outward, arc_lengths(places), closed=bool(toolpath.curves.closed[run]))
+def _run_stretches(toolpath: Toolpath, surface: Surface, *, R_base_work: FloatArray, standoff: float) -> list[_Stretch]:
+    """Lift every run to the stand-off and point the nozzle along it."""
+    curves = toolpath.curves
+    places, outward = positions(surface, curves.points), normals(surface, curves.points)
     tips = places + standoff * outward
-    return _Stretch(
-        tips=tips,
-        quaternions=tool_quaternions(axes, R_base_work=R_base_work),
-        normals=outward,
-        stops=_corners(tips),
-        deposit=True,
-        run=run,
-    )
+    pieces = [slice(*curves.offsets[run : run + 2]) for run in range(curves.count)]
+    return [
+        _Stretch(
+            tips=tips[piece],
+            quaternions=tool_quaternions(
+                smoothed_axes(outward[piece], arc_lengths(places[piece]), closed=bool(closed)), R_base_work=R_base_work
+            ),
+            normals=outward[piece],
+            stops=_corners(tips[piece]),
+            deposit=True,
+            run=run,
+        )
+        for run, (piece, closed) in enumerate(zip(pieces, curves.closed, strict=True))
+    ]
 
 
 def _corners(points: FloatArray) -> BoolArray:
