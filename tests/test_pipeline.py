@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geoprint.config import job_of, load_cell, packaged_cell_text
-from geoprint.errors import ClearanceError, ReachError, UsageError, VerificationError
+from geoprint.errors import ClearanceError, FieldError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import Surface
 from geoprint.motion import Arm
@@ -99,6 +99,8 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert found["surface"]["topology"] == "disc"
     assert found["paths"]["runs"] == cap_plan.toolpath.curves.count
     assert found["clearance"]["not_checked"]
+    assert cap_plan.uniformity is not None
+    assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
     assert any("NOT CALIBRATED" in warning for warning in found["warnings"])
     assert len(found["input"]["sha256"]) == 64
 
@@ -219,6 +221,14 @@ def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tm
     assert (tmp_path / "out" / "heat" / "poses.csv").is_file()
     assert not (tmp_path / "out" / "lscm").exists()
     assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    job = job_of(surface=part, unit="mm", spacing=20.0, robot=False)
+    assert plan(job).uniformity is None
+    with pytest.raises(FieldError, match="but one level"):
+        compare(job)
 
 
 def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:

@@ -15,8 +15,8 @@ from geoprint.errors import FieldError, PlanError, VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
 from geoprint.pipeline.planning import Plan, Stages, Workpiece, plan_paths, prepare_workpiece, upright, with_robot
 from geoprint.pipeline.saving import plan_files, verify_files
-from geoprint.pipeline.summary import summary
-from geoprint.quality import Uniformity, uniformity
+from geoprint.pipeline.summary import summary, uniformity_summary
+from geoprint.quality import Uniformity
 from geoprint.report import Coverage, coverage_figure
 
 COMPARED = ("lscm", "heat")
@@ -173,23 +173,6 @@ def _coverage(name: str, outcome: Planned) -> Coverage:
     )
 
 
-def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
-    """Return the figures of `uniformity` as compare.json carries them; ratios to the spacing."""
-    return {
-        "method": "straight distance to the level outside",
-        "spacing": {
-            "mean": round(measured.mean, 6),
-            "cv": round(measured.cv, 6),
-            **{f"p{share}": round(measured.percentile(share), 6) for share in (1, 5, 50, 95, 99)},
-            "max": round(measured.percentile(100), 6),
-            "within_5_percent": round(measured.within_5_percent, 6),
-        },
-        "gap": round(measured.uncovered, 6),
-        "fill": round(measured.fill, 6),
-        "samples": len(measured.ratios),
-    }
-
-
 def _placed_workpiece(job: Job, stage: Stages) -> tuple[Workpiece, str | None]:
     """Prepare the workpiece; where it cannot be placed, without a robot and with the reason."""
     try:
@@ -206,7 +189,11 @@ def _outcome(
         paths = plan_paths(job, workpiece, stage)
     except FieldError as error:
         return Refused(str(error))
-    measured = uniformity(paths.poses, workpiece.surface, spacing=paths.contours.spacing)
+    measured = paths.uniformity
+    if measured is None:
+        return Refused(
+            f"there is but one level of paths {paths.contours.spacing:g} mm apart: choose a smaller spacing."
+        )
     if workpiece.placement is None:
         return Planned(paths, measured, unplaced)
     try:

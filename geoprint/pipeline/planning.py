@@ -41,6 +41,7 @@ from geoprint.motion import (
     written_targets,
 )
 from geoprint.paths import arrange, poses
+from geoprint.quality import Uniformity, uniformity
 from geoprint.surfaces import (
     PreparationReport,
     boundary_seed,
@@ -109,6 +110,7 @@ class Plan:
         contours: level curves of the backend.
         toolpath: runs in printing order.
         poses: tool poses, in the work frame; with a robot as the robot is commanded.
+        uniformity: how even the paths are, or None where there is but one level.
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
     """
@@ -118,6 +120,7 @@ class Plan:
     contours: Contours
     toolpath: Toolpath
     poses: PoseStream
+    uniformity: Uniformity | None
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
 
@@ -198,7 +201,9 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
             retract=process.retract,
             layer_height=process.layer_height,
         )
-    return Plan(job, workpiece, contours, toolpath, stream, None, tuple(stage.timings))
+    with stage("evenness"):
+        measured = uniformity(stream, surface, spacing=spacing) if np.ptp(toolpath.levels) > 0 else None
+    return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings))
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:

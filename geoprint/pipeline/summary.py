@@ -13,10 +13,15 @@ from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
 from geoprint.pipeline.planning import Plan, RobotPlan
+from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
+# Paths whose spacing varies by more than this could be more even ...
+NOTABLE_CV = 0.01
+# ... with the backend nearest to the exact distance.
+CLOSEST_BACKEND = "heat"
 # Decimals of lengths [mm] and angles [degrees] in plan.json: finer than any machine, short enough to read.
 DECIMALS = 6
 
@@ -33,6 +38,8 @@ def summary(plan: Plan) -> dict[str, Json]:
         "surface": _surface(plan),
         "paths": _paths(plan),
     }
+    if plan.uniformity is not None:
+        result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
         result |= {
             "motion": _motion(plan.robot),
@@ -58,6 +65,10 @@ def outcome_text(plan: Plan) -> str:
             f"{plan.contours.spacing:.3g} mm spacing ({plan.job.backend})"
         )
     ]
+    if plan.uniformity is not None:
+        lines.append(
+            f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
+        )
     if plan.robot is not None:
         motion, found = _motion(plan.robot), plan.robot.clearance
         lines += [
@@ -72,6 +83,23 @@ def outcome_text(plan: Plan) -> str:
         ]
     lines += [f"note: {warning}" for warning in _warnings(plan)]
     return "\n".join(lines)
+
+
+def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
+    """Return the figures of `uniformity` as compare.json carries them; ratios to the spacing."""
+    return {
+        "method": "straight distance to the level outside",
+        "spacing": {
+            "mean": round(measured.mean, 6),
+            "cv": round(measured.cv, 6),
+            **{f"p{share}": round(measured.percentile(share), 6) for share in (1, 5, 50, 95, 99)},
+            "max": round(measured.percentile(100), 6),
+            "within_5_percent": round(measured.within_5_percent, 6),
+        },
+        "gap": round(measured.uncovered, 6),
+        "fill": round(measured.fill, 6),
+        "samples": len(measured.ratios),
+    }
 
 
 def _input(plan: Plan) -> dict[str, Json]:
@@ -176,6 +204,10 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
             f"({plan.toolpath.dropped_length:.2f} mm)."
+        )
+    if plan.job.backend != CLOSEST_BACKEND and plan.uniformity is not None and plan.uniformity.cv > NOTABLE_CV:
+        warnings.append(
+            f"spacing varies by {plan.uniformity.cv:.1%}; `--backend {CLOSEST_BACKEND}` is nearer to the true distance."
         )
     lean = float(np.degrees(largest_lean(plan.poses)))
     if lean > NOTABLE_LEAN:
