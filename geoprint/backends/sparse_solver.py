@@ -27,14 +27,15 @@ class SymmetricSolver:
 
     Args:
         matrix: (n, n) sparse, symmetric positive definite.
-        coordinates: (n, 3) where each unknown sits; only the elimination order depends on it, not the result.
+        order: (n,) a permutation of the unknowns, in which they are eliminated, as `nested_dissection` returns it;
+            only time and memory depend on it, not the result.
 
     Raises:
         FieldError: the matrix is singular.
     """
 
-    def __init__(self, matrix: csc_array, *, coordinates: FloatArray) -> None:
-        self._order = nested_dissection(matrix, coordinates=coordinates)
+    def __init__(self, matrix: csc_array, *, order: IntArray) -> None:
+        self._order = order
         ordered = csc_array(matrix[self._order][:, self._order])
         try:
             self._factor = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
