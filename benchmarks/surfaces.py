@@ -1,8 +1,8 @@
 """Makers of irregular test surfaces, and what their distance from the border is.
 
 Structured triangulations flatter the heat method, so that every surface here is an irregular triangulation of a flat
-region, lifted: points of a jittered hexagonal grid (`irregular`), the same stretched by 20 (`anisotropic`), or points at
-random with a part of the edges turned the wrong way (`sliver`).
+region, lifted: points of a jittered hexagonal grid (`irregular`), the same stretched by 20 (`anisotropic`), or points
+at random with a part of the edges turned the wrong way (`sliver`).
 """
 
 from __future__ import annotations
@@ -224,13 +224,14 @@ def _evenly(border: FloatArray, width: float) -> FloatArray:
     lengths = np.linalg.norm(ends - border, axis=1)
     if len(border) > 100:
         arcs = np.concatenate([[0.0], np.cumsum(lengths)])
-        stations = np.arange(count := max(int(round(arcs[-1] / width)), 3)) * arcs[-1] / count
+        count = max(round(float(arcs[-1]) / width), 3)
+        stations = np.linspace(0.0, float(arcs[-1]), count, endpoint=False)
         closed = np.concatenate([border, border[:1]])
-        return np.column_stack([np.interp(stations, arcs, closed[:, axis]) for axis in range(2)])
-    counts = np.maximum(np.round(lengths / width), 1).astype(np.int64)
-    return np.concatenate(
-        [a + np.arange(n)[:, None] / n * (b - a) for a, b, n in zip(border, ends, counts, strict=True)]
-    )
+        x, y = np.interp(stations, arcs, closed[:, 0]), np.interp(stations, arcs, closed[:, 1])
+        return np.column_stack([x, y])
+    counts = np.maximum(np.round(lengths / width), 1).astype(np.int64).tolist()
+    sides = [np.linspace(a, b, count, endpoint=False) for a, b, count in zip(border, ends, counts, strict=True)]
+    return np.concatenate(sides)
 
 
 def _inside(points: FloatArray, borders: list[FloatArray]) -> BoolArray:
@@ -248,8 +249,8 @@ def _clear(points: FloatArray, borders: list[FloatArray], width: float) -> Float
 
 def _grid_points(borders: list[FloatArray], width: float, rng: np.random.Generator) -> FloatArray:
     low, high = borders[0].min(axis=0), borders[0].max(axis=0)
-    columns, rows = (np.ceil((high - low) / (width, width * np.sqrt(3) / 2)) + 1).astype(np.int64)
-    row, column = (index.ravel() for index in np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"))
+    columns, rows = (np.ceil((high - low) / (width, width * np.sqrt(3) / 2)) + 1).astype(np.int64).tolist()
+    row, column = np.divmod(np.arange(rows * columns), columns)
     grid = low + width * np.column_stack([column + 0.5 * (row % 2), row * np.sqrt(3) / 2])
     return _clear(grid + rng.uniform(-JITTER, JITTER, grid.shape) * width, borders, width)
 
@@ -313,7 +314,7 @@ def _with_cut_border(surface: Surface) -> tuple[Surface, IntArray]:
     a, b, c = (faces[cut, (side + shift) % 3] for shift in range(3))
     shares = np.arange(1, BORDER_PIECES)[:, None, None] / BORDER_PIECES
     added = vertices[a] * (1 - shares) + vertices[b] * shares
-    numbers = len(vertices) + np.arange(added.shape[0] * added.shape[1]).reshape(added.shape[:2])
+    numbers: IntArray = len(vertices) + np.arange((BORDER_PIECES - 1) * cut.size).reshape(BORDER_PIECES - 1, cut.size)
     chain = np.concatenate([a[None], numbers, b[None]])
     pieces = [np.column_stack([chain[i], chain[i + 1], c]) for i in range(BORDER_PIECES)]
     kept = np.delete(faces, cut, axis=0)

@@ -63,13 +63,16 @@ class Elements:
         self.stiffness = _graph_laplacian(starts, ends, weights, count=self.mass.size)
         self.conductance = _graph_laplacian(starts, ends, np.maximum(weights, 0.0), count=self.mass.size)
 
-    def flow_of_unit_gradient(self, values: FloatArray) -> FloatArray:
-        """Return the (n,) integral of grad f / |grad f| . grad phi_i: L d for the d whose gradient fits it best.
+    def flow_of_unit_gradient(self, values: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+        """Return the (n,) integral of X . grad phi_i, where X is grad f made unit length: L d for the d that fits X.
 
         Args:
             values: (n,) the function f. Triangles in which it is flat count as zero.
+            ridge: a triangle over a ridge of a distance, where fronts meet, has a gradient shorter than 1, the mean
+                of those on both sides. Gradients shorter than the first number stay as they are, those longer than
+                the second become unit length, those between in proportion.
         """
-        return _unit_flow(self._corners, self._weights, self._areas, values)
+        return _unit_flow(self._corners, self._weights, self._areas, values, ridge)
 
 
 def _half_cotangents(lengths: FloatArray, areas: FloatArray) -> FloatArray:
@@ -109,13 +112,16 @@ def _graph_laplacian(starts: IntArray, ends: IntArray, weights: FloatArray, *, c
 
 
 @njit(cache=True)
-def _unit_flow(corners: IntArray, weights: FloatArray, areas: FloatArray, values: FloatArray) -> FloatArray:
-    """Sum L_T f / |grad f| over the triangles T.
+def _unit_flow(
+    corners: IntArray, weights: FloatArray, areas: FloatArray, values: FloatArray, ridge: tuple[float, float]
+) -> FloatArray:
+    """Sum L_T f |X| / |grad f| over the triangles T.
 
     With a, b, c the values at the corners, the half cotangents w of the angles opposite to the sides weigh the
     differences along the sides.
     """
     flow = np.zeros(values.size)
+    short, whole = ridge
     for face in range(corners.shape[0]):
         i, j, k = corners[face, 0], corners[face, 1], corners[face, 2]
         along = weights[face, 0] * (values[j] - values[i])
@@ -125,7 +131,11 @@ def _unit_flow(corners: IntArray, weights: FloatArray, areas: FloatArray, values
         highest, lowest = max(values[i], values[j], values[k]), min(values[i], values[j], values[k])
         if highest - lowest <= FLAT_SHARE * max(abs(highest), abs(lowest)) or energy <= 0.0:
             continue
-        scale = sqrt(areas[face] / energy)
+        steepness = sqrt(energy / areas[face])
+        scale = 1.0 / steepness
+        if steepness < whole:
+            kept = min((whole - steepness) / (whole - short), 1.0)
+            scale = kept + (1.0 - kept) * scale
         flow[i] += scale * (back - along)
         flow[j] += scale * (along - beyond)
         flow[k] += scale * (beyond - back)

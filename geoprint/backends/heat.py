@@ -27,8 +27,13 @@ from geoprint.surfaces import positions
 # colder is solved for again, from where the heat has got to.
 COLDEST = 1e-250
 
-# Share of the last change that is added before the next fit: 6 fits then do what 16 do without it.
-MOMENTUM = 0.5
+# Share of the last change that is added before the next fit: 6 fits then do what 16 do without it; at 0.9 they
+# overshoot.
+MOMENTUM = 0.8
+
+# Steepness below which a triangle counts as lying over a ridge, where fronts meet, and above which it does not. Made
+# unit length there too, gradients lift the ridge by half an edge, and all that flows towards it.
+RIDGE = (0.85, 1.0)
 
 
 @final
@@ -36,23 +41,23 @@ class Heat:
     """The `heat` backend: any topology, any seed.
 
     What does not depend on the seed (triangulation, matrices, elimination order) is made here; the factors of the
-    two linear systems are made when a seed is first asked for, and kept until another one is.
+    two linear systems and the distance are made when a seed is first asked for, and kept until another one is.
 
     Args:
         surface: an orientable manifold whose triangles are a few times smaller than the wanted spacing.
-        time_factor: diffusion time t as a multiple of the squared mean edge length. Measured over nine smooth, folded
-            and pierced surfaces (benchmarks/geodesic.py): 1/2 has the least error where fronts meet, because heat
-            rounds a ridge over a width of sqrt(t), and from 1/4 on also where they do not; larger times are better
-            on a cap or a cone alone, smaller ones follow the edges of the mesh. [Crane2013, sec. 3.2.4] takes 1.
+        time_factor: diffusion time t as a multiple of the squared mean edge length. Measured on nine surfaces, smooth,
+            folded and pierced (benchmarks/geodesic.py): larger times are better where no fronts meet (cap, cone),
+            but heat rounds a ridge over a width of sqrt(t), which spoils a pierced sheet from 1 on; smaller ones
+            follow the edges of the mesh. [Crane2013, sec. 3.2.4] takes 1.
         renormalisations: how often the distance is fitted again to its own directions. Each costs one solution of a
-            system that is already factorised; 6 halve the error of 0, and more change little.
+            system that is already factorised; 12 leave a quarter to a half of the error of none on most surfaces.
 
     Raises:
         UsageError: the time factor is not positive, or the number of renormalisations is negative.
         MeshError: the surface is no manifold, or a triangle has no area.
     """
 
-    def __init__(self, surface: Surface, *, time_factor: float = 0.5, renormalisations: int = 6) -> None:
+    def __init__(self, surface: Surface, *, time_factor: float = 0.5, renormalisations: int = 12) -> None:
         if not time_factor > 0.0:
             raise UsageError(f"time_factor is {time_factor}; it must be positive, 0.5 is the usual choice.")
         if renormalisations < 0:
@@ -63,6 +68,7 @@ class Heat:
         self._time = time_factor * self._elements.mean_length**2
         self._order = nested_dissection(self._elements.stiffness, coordinates=surface.vertices)
         self._latest: dict[bytes, _Held] = {}
+        self._fields: dict[bytes, ScalarField] = {}
 
     def distance(self, seed: Seed) -> ScalarField:
         """Return the geodesic distance from the seed at the vertices [mm].
@@ -74,13 +80,12 @@ class Heat:
             FieldError: the seed touches every vertex, or heat does not reach a part of the surface.
         """
         held, held_distances = held_vertices(self._surface, seed)
-        system = self._system(held)
-        values = system.fitted(system.varadhan(held_distances), held_distances)
-        behind = values
-        for _ in range(self._renormalisations):
-            ahead = values + MOMENTUM * (values - behind)
-            behind, values = values, system.fitted(ahead, held_distances)
-        return ScalarField(np.maximum(values, 0.0))
+        key = held.tobytes() + held_distances.tobytes()
+        if key not in self._fields:
+            system = self._system(held)
+            self._fields.clear()
+            self._fields[key] = self._fitted(system, held_distances)
+        return self._fields[key]
 
     def contours(self, seed: Seed, *, spacing: float) -> Contours:
         """Return the level curves at (k + 1/2) * spacing from the seed [mm].
@@ -92,6 +97,14 @@ class Heat:
         levels = level_distances(field, spacing=spacing)
         curves, curve_levels = isolines(self._surface, field, levels=levels)
         return Contours(curves, curve_levels, spacing, field)
+
+    def _fitted(self, system: _Held, held_distances: FloatArray) -> ScalarField:
+        values = system.fitted(system.varadhan(held_distances), held_distances)
+        behind = values
+        for _ in range(self._renormalisations):
+            ahead = values + MOMENTUM * (values - behind)
+            behind, values = values, system.fitted(ahead, held_distances, ridge=RIDGE)
+        return ScalarField(np.maximum(values, 0.0))
 
     def _system(self, held: IntArray) -> _Held:
         """Return the factorised systems with these vertices held; those of the last seed are at hand."""
@@ -127,9 +140,14 @@ class _Held:
         self._free, self._coupling = free, csc_array(rows[:, held])
         self._poisson = SymmetricSolver(csc_array(rows[:, free]), order=restricted(order, ~known))
 
-    def fitted(self, values: FloatArray, held_distances: FloatArray) -> FloatArray:
-        """Return the (n,) function whose gradient fits best to the unit gradient of (n,) others [mm]."""
-        flow = self._elements.flow_of_unit_gradient(values)
+    def fitted(
+        self, values: FloatArray, held_distances: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)
+    ) -> FloatArray:
+        """Return the (n,) function whose gradient fits best to the unit gradient of (n,) others [mm].
+
+        `ridge` is that of `Elements.flow_of_unit_gradient`.
+        """
+        flow = self._elements.flow_of_unit_gradient(values, ridge=ridge)
         fit = np.empty(values.size)
         fit[self._held] = held_distances
         fit[self._free] = self._poisson.solve(flow[self._free] - self._coupling @ held_distances)
