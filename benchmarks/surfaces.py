@@ -229,8 +229,10 @@ def _evenly(border: FloatArray, width: float) -> FloatArray:
         closed = np.concatenate([border, border[:1]])
         x, y = np.interp(stations, arcs, closed[:, 0]), np.interp(stations, arcs, closed[:, 1])
         return np.column_stack([x, y])
-    counts = np.maximum(np.round(lengths / width), 1).astype(np.int64).tolist()
-    sides = [np.linspace(a, b, count, endpoint=False) for a, b, count in zip(border, ends, counts, strict=True)]
+    sides: list[FloatArray] = []
+    for start, along, length in zip(border, ends - border, lengths, strict=True):
+        count = max(round(float(length) / width), 1)
+        sides.append(start + np.arange(count)[:, None] / count * along)
     return np.concatenate(sides)
 
 
@@ -249,16 +251,19 @@ def _clear(points: FloatArray, borders: list[FloatArray], width: float) -> Float
 
 def _grid_points(borders: list[FloatArray], width: float, rng: np.random.Generator) -> FloatArray:
     low, high = borders[0].min(axis=0), borders[0].max(axis=0)
-    columns, rows = (np.ceil((high - low) / (width, width * np.sqrt(3) / 2)) + 1).astype(np.int64).tolist()
+    size = high - low
+    columns, rows = int(np.ceil(size[0] / width)) + 1, int(np.ceil(size[1] / (width * np.sqrt(3) / 2))) + 1
     row, column = np.divmod(np.arange(rows * columns), columns)
-    grid = low + width * np.column_stack([column + 0.5 * (row % 2), row * np.sqrt(3) / 2])
-    return _clear(grid + rng.uniform(-JITTER, JITTER, grid.shape) * width, borders, width)
+    grid: FloatArray = low + width * np.column_stack([column + 0.5 * (row % 2), row * np.sqrt(3) / 2])
+    jitter: FloatArray = rng.uniform(-JITTER, JITTER, (rows * columns, 2)) * width
+    return _clear(grid + jitter, borders, width)
 
 
 def _random_points(borders: list[FloatArray], width: float, rng: np.random.Generator) -> FloatArray:
     low, high = borders[0].min(axis=0), borders[0].max(axis=0)
     count = int(np.prod(high - low) / (width**2 * np.sqrt(3) / 2))
-    return _clear(rng.uniform(low, high, (count, 2)), borders, width)
+    points: FloatArray = rng.uniform(low, high, (count, 2))
+    return _clear(points, borders, width)
 
 
 def _triangles(points: FloatArray, rims: list[FloatArray]) -> IntArray:
