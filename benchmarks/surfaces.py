@@ -253,7 +253,7 @@ def _grid_points(borders: list[FloatArray], width: float, rng: np.random.Generat
     low, high = borders[0].min(axis=0), borders[0].max(axis=0)
     size = high - low
     columns, rows = int(np.ceil(size[0] / width)) + 1, int(np.ceil(size[1] / (width * np.sqrt(3) / 2))) + 1
-    row, column = np.divmod(np.arange(rows * columns), columns)
+    row, column = np.divmod(np.arange(int(rows * columns)), columns)
     grid: FloatArray = low + width * np.column_stack([column + 0.5 * (row % 2), row * np.sqrt(3) / 2])
     jitter: FloatArray = rng.uniform(-JITTER, JITTER, (rows * columns, 2)) * width
     return _clear(grid + jitter, borders, width)
@@ -261,7 +261,8 @@ def _grid_points(borders: list[FloatArray], width: float, rng: np.random.Generat
 
 def _random_points(borders: list[FloatArray], width: float, rng: np.random.Generator) -> FloatArray:
     low, high = borders[0].min(axis=0), borders[0].max(axis=0)
-    count = int(np.prod(high - low) / (width**2 * np.sqrt(3) / 2))
+    size = high - low
+    count = int(size[0] * size[1] / (width**2 * np.sqrt(3) / 2))
     points: FloatArray = rng.uniform(low, high, (count, 2))
     return _clear(points, borders, width)
 

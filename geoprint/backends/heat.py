@@ -9,6 +9,7 @@ parallel to it.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import final
 
 import numpy as np
@@ -134,11 +135,14 @@ class _Held:
                 "or choose a smaller spacing."
             )
         self._known = known
-        self._heat = self._heat_solver(~known)
         free = np.flatnonzero(~known)
         rows = elements.stiffness[free]
         self._free, self._coupling = free, csc_array(rows[:, held])
-        self._poisson = SymmetricSolver(csc_array(rows[:, free]), order=restricted(order, ~known))
+        # SuperLU lets go of the interpreter, so that both systems are factorised at the same time.
+        with ThreadPoolExecutor(max_workers=1) as other:
+            heat = other.submit(self._heat_solver, ~known)
+            self._poisson = SymmetricSolver(csc_array(rows[:, free]), order=restricted(order, ~known))
+            self._heat = heat.result()
 
     def fitted(
         self, values: FloatArray, held_distances: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)

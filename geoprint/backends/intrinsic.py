@@ -79,14 +79,12 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
             "wound against each other; prepare the surface first, which says where.",
             face=int(clash // 3),
         )
-    starts = surface.vertices[corners]
-    along = starts[:, [1, 2, 0]] - starts
-    lengths = np.sqrt(np.einsum("mcx,mcx->mc", along, along))
+    lengths = _side_lengths(surface.vertices, corners)
     if lengths.min() <= 0.0:
         face = int(np.argmin(lengths.min(axis=1)))
         raise MeshError(
-            f"{surface.name}: face {face} at {starts[face, 0].tolist()} has two corners at the same place; prepare "
-            "the surface first, which merges them.",
+            f"{surface.name}: face {face} at {surface.vertices[corners[face, 0]].tolist()} has two corners at the same "
+            "place; prepare the surface first, which merges them.",
             face=face,
         )
     return _frozen(corners, lengths, twins, vertex_count=len(surface.vertices))
@@ -152,6 +150,20 @@ def _require_triangles(lengths: FloatArray) -> None:
     if (excess > LENGTH_TOLERANCE * lengths.max(axis=1)).any():
         face = int(np.argmax(excess))
         raise InputError(f"the sides of triangle {face}, {lengths[face].tolist()} mm, do not close to a triangle.")
+
+
+@njit(cache=True)
+def _side_lengths(vertices: FloatArray, corners: IntArray) -> FloatArray:
+    """Return the (m, 3) distance between corner i and corner i + 1."""
+    lengths = np.empty(corners.shape)
+    for face in range(corners.shape[0]):
+        for side in range(3):
+            start, end = corners[face, side], corners[face, (side + 1) % 3]
+            square = 0.0
+            for axis in range(3):
+                square += (vertices[end, axis] - vertices[start, axis]) ** 2
+            lengths[face, side] = sqrt(square)
+    return lengths
 
 
 @njit(cache=True)
