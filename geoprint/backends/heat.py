@@ -51,7 +51,7 @@ class Heat:
             but heat rounds a ridge over a width of sqrt(t), which spoils a pierced sheet from 1 on; smaller ones
             follow the edges of the mesh. [Crane2013, sec. 3.2.4] takes 1.
         renormalisations: how often the distance is fitted again to its own directions. Each costs one solution of a
-            system that is already factorised; 12 leave a sixth (cap) to two thirds (pierced sheet) of the error of none.
+            system that is already factorised; 12 leave a sixth (cap) to two thirds (pierced sheet) of the error.
 
     Raises:
         UsageError: the time factor is not positive, or the number of renormalisations is negative.
