@@ -17,6 +17,8 @@ stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKE
 
 Sources, by the keys that docstrings use:
 
+    [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete
+                        Comput. Geom. 38(4), 2007.
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
@@ -24,12 +26,14 @@ Sources, by the keys that docstrings use:
     [Jacobson2013]      Jacobson, Kavan, Sorkine-Hornung: Robust inside-outside segmentation using generalized winding
                         numbers. ACM Trans. Graph. 32(4), 2013.
     [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
+    [Kahan2014]         Kahan: Miscalculating area and angles of a needle-like triangle. Lecture notes, Berkeley, 2014.
     [Levy2002]          Lévy, Petitjean, Ray, Maillot: Least squares conformal maps. ACM Trans. Graph. 21(3), 2002.
     [Lorensen1987]      Lorensen, Cline: Marching cubes. Computer Graphics 21(4), 1987; here its planar form.
     [Mullen2008]        Mullen, Tong, Alliez, Desbrun: Spectral conformal parameterization. Comput. Graph. Forum 27(5),
                         2008.
     [Pham2018]          Pham, Pham: A new approach to time-optimal path parameterization based on reachability analysis.
                         IEEE Trans. Robotics 34(3), 2018.
+    [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.
     [VanOosterom1983]   Van Oosterom, Strackee: The solid angle of a plane triangle. IEEE Trans. Biomed. Eng. 30(2),
                         1983.
 """

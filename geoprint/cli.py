@@ -207,6 +207,8 @@ def _watch() -> Generator[Callable[[str], None]]:
     from rich.console import Console
 
     console = Console(stderr=True)
+    if not any((Path(__file__).parent / "backends" / "__pycache__").glob("*.nbi")):
+        console.print("compiling the numerical kernels, once: later runs start faster", highlight=False)
     with console.status("starting") as status:
         running = ["starting"]
         since = [time.perf_counter()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from geoprint.backends.sparse_solver import SymmetricSolver
+from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces import boundary_loops, cotangent_laplacian, describe, euler_characteristic, face_areas
@@ -43,7 +43,8 @@ def conformal_chart(surface: Surface) -> Surface:
     image = np.zeros(len(surface.vertices), dtype=np.complex128)
     image[pins[1]] = 1.0
     rows = energy[free]
-    solver = SymmetricSolver(csc_array(rows[:, free]), coordinates=surface.vertices[free])
+    inner = csc_array(rows[:, free])
+    solver = SymmetricSolver(inner, order=nested_dissection(inner, coordinates=surface.vertices[free]))
     image[free] = solver.solve(-np.asarray(rows[:, pins] @ image[pins]))
     flat = np.column_stack([image.real, image.imag, np.zeros(image.size)])
     areas = signed_areas(flat, surface.faces)

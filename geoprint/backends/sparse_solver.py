@@ -1,25 +1,44 @@
 """A direct solver for the sparse symmetric positive definite systems of meshes: factorise once, solve often.
 
-SciPy's SuperLU on an order of our own. Its built-in orders are made for unsymmetric matrices and leave several times
-more fill on a mesh than nested dissection [George1973], which cuts the mesh in half again and again and eliminates
-the cut last; on coordinates the cut is a median and needs no graph partitioner.
+SciPy's SuperLU on an order of our own, or CHOLMOD where the user has scikit-sparse 0.5 or newer, which geoprint does
+not require because a part of it is GPL. SuperLU's built-in orders are made for unsymmetric matrices and leave several
+times more fill on a mesh than nested dissection [George1973], which cuts the mesh in half again and again and
+eliminates the cut last; on coordinates the cut is a median and needs no graph partitioner.
 """
 
 from __future__ import annotations
 
-from typing import final
+from contextlib import AbstractContextManager
+from typing import Protocol, TypeAlias, final
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray
 
-# Blocks of this many unknowns are no longer cut: their fill is cheaper than the bookkeeping.
-LEAF_SIZE = 96
+# Blocks of this many unknowns are no longer cut: nothing is left to save.
+LEAF_SIZE = 8
+# Axes along which a block measures less than this share of its longest one are not tried for a cut.
+SHORT_AXIS = 0.5
+# Marks of the halves of a block; 0 is outside it.
+LOWER, UPPER = 1, 2
+
+# Where the neighbours of each unknown start, and the neighbours.
+Graph: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32]]
+SideArray: TypeAlias = NDArray[np.int8]
+
+
+class Factor(Protocol):
+    """A factorised matrix."""
+
+    def solve(self, b: FloatArray, /) -> FloatArray:
+        """Return the (n,) solution for an (n,) right-hand side."""
+        ...
 
 
 @final
@@ -28,27 +47,16 @@ class SymmetricSolver:
 
     Args:
         matrix: (n, n) sparse, symmetric positive definite.
-        coordinates: (n, 3) where each unknown sits; only the elimination order depends on it, not the result.
+        order: (n,) a permutation of the unknowns, in which they are eliminated, as `nested_dissection` returns it;
+            only time and memory depend on it, not the result.
 
     Raises:
         FieldError: the matrix is singular.
     """
 
-    def __init__(self, matrix: csc_array, *, coordinates: FloatArray) -> None:
-        self._order = nested_dissection(matrix, coordinates=coordinates)
-        ordered = csc_array(matrix[self._order][:, self._order])
-        try:
-            # SuperLU calls BLAS on many tiny blocks: waking its threads for each costs up to 80 times the work itself
-            # where another process holds a core.
-            with threadpool_limits(limits=1, user_api="blas"):
-                self._factor = splu(
-                    ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-                )
-        except RuntimeError as error:
-            raise FieldError(
-                f"the linear system of {matrix.shape[0]} unknowns is singular ({error}); part of the surface has no "
-                "connection to the seed or degenerate triangles: check the mesh, or choose another seed."
-            ) from error
+    def __init__(self, matrix: csc_array, *, order: IntArray) -> None:
+        self._order = order
+        self._factor = factorised(csc_array(matrix[order][:, order]))
 
     def solve(self, right_hand_side: FloatArray) -> FloatArray:
         """Return the (n,) solution for an (n,) right-hand side."""
@@ -57,8 +65,56 @@ class SymmetricSolver:
         return solution
 
 
+def factorised(matrix: csc_array) -> Factor:
+    """Factorise with CHOLMOD where it is installed, otherwise as `superlu`.
+
+    Raises:
+        FieldError: the matrix is singular.
+    """
+    try:
+        from sksparse.cholmod import CholmodError, cho_factor
+    except ImportError:
+        return superlu(matrix)
+    try:
+        return cho_factor(matrix)
+    except CholmodError as error:
+        raise _singular(matrix, error) from error
+
+
+def superlu(matrix: csc_array) -> Factor:
+    """Factorise with SciPy alone, unknowns in the order in which they come, pivots on the diagonal.
+
+    Raises:
+        FieldError: the matrix is singular.
+    """
+    try:
+        with single_threaded_blas():
+            return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise _singular(matrix, error) from error
+
+
+def single_threaded_blas() -> AbstractContextManager[object]:
+    """Return a context in which BLAS uses one thread; who factorises in several threads enters it around all of them.
+
+    SuperLU calls BLAS on many tiny blocks: waking its threads for each costs up to 80 times the work itself where
+    another process holds a core.
+    """
+    return threadpool_limits(limits=1, user_api="blas")
+
+
+def _singular(matrix: csc_array, error: Exception) -> FieldError:
+    return FieldError(
+        f"the linear system of {matrix.shape[0]} unknowns is singular ({error}); part of the surface has no connection "
+        "to the seed or degenerate triangles: check the mesh, or choose another seed."
+    )
+
+
 def nested_dissection(matrix: csc_array, *, coordinates: FloatArray) -> IntArray:
     """Order the unknowns of a mesh matrix so that its factor stays sparse.
+
+    A block is cut at the median along one axis; of the axes along which it is long, the one with the fewest unknowns
+    in the cut is taken, and of the two sides of the cut the smaller.
 
     Args:
         matrix: (n, n) sparse, symmetric in structure.
@@ -67,33 +123,95 @@ def nested_dissection(matrix: csc_array, *, coordinates: FloatArray) -> IntArray
     Returns:
         (n,) a permutation of 0 ... n - 1, separators after the halves they part.
     """
-    count = matrix.shape[0]
-    starts, neighbours = matrix.indptr.astype(np.int64), matrix.indices
-    in_upper_half = np.zeros(count, dtype=np.bool_)
-    blocks = [np.arange(count)]
-    backwards: list[IntArray] = []
-    while blocks:
-        block = blocks.pop()
-        if block.size <= LEAF_SIZE:
-            backwards.append(block)
+    return _dissected((matrix.indptr, matrix.indices), coordinates)
+
+
+@njit(cache=True)
+def _dissected(graph: Graph, coordinates: FloatArray) -> IntArray:
+    """Cut blocks, each a range of the order, until they are leaves."""
+    order = np.arange(len(coordinates))
+    # Each block leaves two smaller ones, so that the stack never holds more blocks than there are unknowns.
+    blocks = np.empty((order.size + 1, 2), np.int64)
+    blocks[0, 0], blocks[0, 1] = 0, order.size
+    count = 1
+    side = np.zeros(order.size, np.int8)
+    while count > 0:
+        count -= 1
+        low, high = blocks[count, 0], blocks[count, 1]
+        if high - low <= LEAF_SIZE:
             continue
-        here = coordinates[block]
-        axis = int(np.argmax(np.ptp(here, axis=0)))
-        halves = np.argpartition(here[:, axis], block.size // 2)
-        lower, upper = block[halves[: block.size // 2]], block[halves[block.size // 2 :]]
-        in_upper_half[upper] = True
-        cut = _touches(lower, in_upper_half, starts=starts, neighbours=neighbours)
-        in_upper_half[upper] = False
-        backwards.append(lower[cut])
-        blocks.extend((lower[~cut], upper))
-    return np.concatenate(backwards[::-1])
+        block = order[low:high].copy()
+        axis, cut_side = _best_cut(block, side, graph, coordinates)
+        if axis < 0:
+            continue
+        _mark_halves(block, side, coordinates[:, axis])
+        middle, end = _arrange(order[low:high], block, side, cut_side, graph)
+        side[block] = 0
+        blocks[count, 0], blocks[count, 1] = low, low + middle
+        blocks[count + 1, 0], blocks[count + 1, 1] = low + middle, low + end
+        count += 2
+    return order
 
 
-def _touches(rows: IntArray, marked: BoolArray, *, starts: IntArray, neighbours: NDArray[np.int32]) -> BoolArray:
-    """Tell for each row whether one of its neighbours is marked."""
-    lengths = starts[rows + 1] - starts[rows]
-    ends: IntArray = np.cumsum(lengths)
-    entries = np.arange(int(ends[-1])) + np.repeat(starts[rows] - (ends - lengths), lengths)
-    touches = np.zeros(rows.size, dtype=np.bool_)
-    touches[np.repeat(np.arange(rows.size), lengths)[marked[neighbours[entries]]]] = True
-    return touches
+@njit(cache=True)
+def _best_cut(block: IntArray, side: SideArray, graph: Graph, coordinates: FloatArray) -> tuple[int, int]:
+    """Return the axis with the smallest cut and the side to take it from; axis -1 where nothing can be cut."""
+    extents = np.empty(coordinates.shape[1])
+    for axis in range(extents.size):
+        here = coordinates[:, axis][block]
+        extents[axis] = here.max() - here.min()
+    best, best_side, fewest = -1, LOWER, block.size
+    for axis in range(extents.size):
+        if extents[axis] <= SHORT_AXIS * extents.max():
+            continue
+        _mark_halves(block, side, coordinates[:, axis])
+        for cut_side in (LOWER, UPPER):
+            size = 0
+            for vertex in block:
+                size += side[vertex] == cut_side and _crosses(vertex, side, graph)
+            if size < fewest:
+                best, best_side, fewest = axis, cut_side, size
+    side[block] = 0
+    return best, best_side
+
+
+@njit(cache=True)
+def _mark_halves(block: IntArray, side: SideArray, values: FloatArray) -> None:
+    """Mark what lies below the median as lower and the rest as upper; where all lie there, all are upper."""
+    here = values[block]
+    median = np.partition(here, block.size // 2)[block.size // 2]
+    if here.min() == median:
+        # So many lie at the median that nothing is below it: the others are the upper half.
+        median = np.nextafter(median, np.inf)
+    for i in range(block.size):
+        side[block[i]] = LOWER if here[i] < median else UPPER
+
+
+@njit(cache=True)
+def _crosses(vertex: int, side: SideArray, graph: Graph) -> bool:
+    """Tell whether an unknown has a neighbour on the other side of the cut."""
+    starts, neighbours = graph
+    crossing = False
+    for entry in range(starts[vertex], starts[vertex + 1]):
+        crossing |= side[neighbours[entry]] == 3 - side[vertex]
+    return crossing
+
+
+@njit(cache=True)
+def _arrange(order: IntArray, block: IntArray, side: SideArray, cut_side: int, graph: Graph) -> tuple[int, int]:
+    """Write the lower half, the upper half and the cut into the order; return where the first and second end."""
+    lower, last = 0, block.size
+    rest = np.empty(block.size, np.int64)
+    upper = 0
+    for vertex in block:
+        if side[vertex] == cut_side and _crosses(vertex, side, graph):
+            last -= 1
+            order[last] = vertex
+        elif side[vertex] == LOWER:
+            order[lower] = vertex
+            lower += 1
+        else:
+            rest[upper] = vertex
+            upper += 1
+    order[lower:last] = rest[:upper]
+    return lower, last

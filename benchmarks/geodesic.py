@@ -1,0 +1,284 @@
+"""How right, how even and how fast is the distance of each backend, beside its peer? Prints Markdown tables.
+
+    python -m benchmarks.geodesic [--table NAME ...] [--faces N] [--smoke]
+
+The peer is potpourri3d (geometry-central), run in the same process where it is installed (`pip install potpourri3d
+pygeodesic`): its heat method as published, and on its robust (tufted intrinsic) Laplacian. Its wheel uses Eigen's
+simplicial solver; a build with SuiteSparse factorises several times faster on large meshes.
+
+Exact means: the formula on planes, otherwise window propagation over the triangles (pygeodesic). Errors are in mean
+edge lengths h. Spacing is the straight distance from samples on each level curve to the level before, over the spacing;
+all fields are traced by the same code, so that what differs is the field; the excess is the CV beyond that of the
+exact field.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from types import MappingProxyType
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from benchmarks.surfaces import SHAPES, STYLES, exact_distance, make
+from geoprint.backends import BACKENDS
+from geoprint.backends.isolines import isolines
+from geoprint.backends.levels import level_distances
+from geoprint.model import FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.surfaces import boundary_loops, boundary_seed, edge_lengths, positions
+
+# Level curves between the border and the farthest point.
+LEVELS = 20
+TIMED_LEVELS = 100
+# Small meshes are timed several times, and the least counts: the machine is rarely alone.
+REPEATS = 3
+LARGE = 500_000
+SAMPLES_PER_SPACING = 4
+PIECES_PER_SPACING = 20
+SPACING_SHAPES = ("cap", "saddle", "bumpy", "half torus", "sheet with hole")
+
+Field = Callable[[Surface], FloatArray]
+
+
+def _own(name: str) -> Field:
+    return lambda surface: BACKENDS[name](surface).distance(boundary_seed(surface)).values
+
+
+def _peer(*, robust: bool) -> Field:
+    def distance(surface: Surface) -> FloatArray:
+        library = importlib.import_module("potpourri3d")
+        solver = library.MeshHeatMethodDistanceSolver(surface.vertices, surface.faces, use_robust=robust)
+        return np.asarray(solver.compute_distance_multisource(np.concatenate(boundary_loops(surface))))
+
+    return distance
+
+
+PEER, ROBUST_PEER = "potpourri3d heat", "potpourri3d robust"
+# Every field that is compared: a new backend is one line.
+FIELDS: Mapping[str, Field] = MappingProxyType(
+    {"heat": _own("heat"), PEER: _peer(robust=False), ROBUST_PEER: _peer(robust=True)}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """How large the meshes of a run are, in faces."""
+
+    accuracy: int
+    spacing: int
+    order: tuple[int, ...]
+    timed: tuple[int, ...]
+
+
+FULL = Sizes(accuracy=30_000, spacing=100_000, order=(5_000, 20_000, 80_000), timed=(10_000, 100_000, 1_000_000))
+SMOKE = Sizes(accuracy=1_500, spacing=3_000, order=(500, 1_000, 2_000), timed=(1_000, 2_000))
+
+
+def main() -> None:
+    """Print the tables asked for, all of them by default."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--table", nargs="*", choices=sorted(TABLES), help="only these tables")
+    parser.add_argument("--faces", type=int, help="faces of the accuracy and spacing tables")
+    parser.add_argument("--smoke", action="store_true", help="small meshes, to see that the script runs")
+    arguments = parser.parse_args()
+    sizes = SMOKE if arguments.smoke else FULL
+    if arguments.faces is not None:
+        sizes = Sizes(arguments.faces, arguments.faces, sizes.order, sizes.timed)
+    for name in arguments.table or TABLES:
+        print(f"\n### {name}\n")
+        for line in TABLES[name](sizes):
+            print(line, flush=True)
+
+
+def accuracy(sizes: Sizes) -> Iterator[str]:
+    """Mean, 99th percentile and maximum of the error on every shape and style, and the mean over the peer's."""
+    fields = _present_fields()
+    yield _row("surface", "style", *(f"{name}: mean / p99 / max, h" for name in fields), f"heat / {PEER}", "/ robust")
+    yield _rule(4 + len(fields))
+    ratios: list[tuple[float, float]] = []
+    for style in STYLES:
+        for shape in SHAPES:
+            surface, exact = _with_exact(shape, sizes.accuracy, style)
+            errors = {name: _errors(field(surface), exact, surface) for name, field in fields.items()}
+            ratios.append((_ratio(errors, PEER), _ratio(errors, ROBUST_PEER)))
+            shown = (f"{e.mean():.3f} / {np.percentile(e, 99):.2f} / {e.max():.2f}" for e in errors.values())
+            yield _row(shape, style, *shown, *(f"{ratio:.2f}" for ratio in ratios[-1]))
+    means = np.exp(np.log(ratios).mean(axis=0)).tolist()
+    yield _row("geometric mean", "", *("" for _ in fields), *(f"{ratio:.2f}" for ratio in means))
+
+
+def spacing(sizes: Sizes) -> Iterator[str]:
+    """Spacing CV and p95 deviation of 20 levels from the border, and the excess over that of the robust peer."""
+    fields = _present_fields()
+    yield _row("surface", *(f"{name}: CV / p95" for name in ("exact", *fields)), "excess / robust peer's")
+    yield _rule(3 + len(fields))
+    ratios: list[float] = []
+    for shape in SPACING_SHAPES:
+        surface, exact = _with_exact(shape, sizes.spacing, "irregular")
+        step = float(exact.max()) / LEVELS
+        measured = {
+            name: _spacing_ratios(surface, values, step)
+            for name, values in (("exact", exact), *((name, field(surface)) for name, field in fields.items()))
+        }
+        cvs = {name: float(ratio.std() / ratio.mean()) for name, ratio in measured.items()}
+        excess = {name: cv - cvs["exact"] for name, cv in cvs.items()}
+        ratios.append(excess["heat"] / excess.get(ROBUST_PEER, np.nan))
+        shown = (f"{cvs[name]:.2%} / {np.percentile(np.abs(r - 1), 95):.2%}" for name, r in measured.items())
+        yield _row(shape, *shown, f"{ratios[-1]:.2f}")
+    # On coarse meshes a field may be as even as the exact one; a thousandth stands for less.
+    mean = float(np.exp(np.log(np.maximum(ratios, 1e-3)).mean()))
+    yield _row("geometric mean", *("" for _ in range(1 + len(fields))), f"{mean:.2f}")
+
+
+def order(sizes: Sizes) -> Iterator[str]:
+    """Mean error in mm over three refinements and the order of convergence fitted to them."""
+    fields = _present_fields()
+    yield _row("surface", *(f"{name}: mean error, mm; order; last in h" for name in fields))
+    yield _rule(1 + len(fields))
+    for shape in SHAPES:
+        cases = [_with_exact(shape, faces, "irregular") for faces in sizes.order]
+        widths = [float(edge_lengths(surface).mean()) for surface, _ in cases]
+        shown: list[str] = []
+        for field in fields.values():
+            errors = [float(np.abs(field(surface) - exact).mean()) for surface, exact in cases]
+            slope = float(np.polyfit(np.log(widths), np.log(errors), 1)[0])
+            listed = " ".join(f"{error:.2g}" for error in errors)
+            shown.append(f"{listed}; {slope:.2f}; {errors[-1] / widths[-1]:.3f}")
+        yield _row(shape, *shown)
+
+
+def timing(sizes: Sizes) -> Iterator[str]:
+    """Seconds for the field on a cap, with and without 100 levels of curves, and their ratios to the peer's."""
+    yield _row("faces", "heat: field", "field + 100 levels", f"{PEER}: field", "field + 100 levels", "ratios")
+    yield _rule(6)
+    FIELDS["heat"](make("cap", faces=500))  # Compiles.
+    for faces in sizes.timed:
+        surface = make("cap", faces=faces)
+        times = _times(surface, FIELDS["heat"], _traced)
+        if PEER in _present_fields():
+            times += _times(surface, FIELDS[PEER], _traced_by_peer)
+            ratios = f"{times[0] / times[2]:.2f}, {times[1] / times[3]:.2f}"
+        else:
+            times, ratios = (*times, np.nan, np.nan), "potpourri3d is not installed"
+        yield _row(f"{len(surface.faces)}", *(f"{seconds:.3f} s" for seconds in times), ratios)
+
+
+def seeds(sizes: Sizes) -> Iterator[str]:
+    """Seconds for the first seed with all that is made once, for other values on it, and for another seed.
+
+    The first two seeds are points in one triangle, so that they hold the same vertices at other distances.
+    """
+    yield _row("faces", "first", "same vertices, other values", "another seed", "ratios")
+    yield _rule(5)
+    FIELDS["heat"](make("cap", faces=500))  # Compiles.
+    for faces in sizes.timed[:2]:
+        surface = make("cap", faces=faces)
+        asked = [_point(0.4), _point(0.3), boundary_seed(surface)]
+        start = time.perf_counter()
+        solver = BACKENDS["heat"](surface)
+        stops = [start]
+        for seed in asked:
+            solver.distance(seed)
+            stops.append(time.perf_counter())
+        first, second, third = np.diff(stops).tolist()
+        shown = (f"{seconds:.3f} s" for seconds in (first, second, third))
+        yield _row(f"{len(surface.faces)}", *shown, f"{second / first:.2f}, {third / first:.2f}")
+
+
+def _point(weight: float) -> Seed:
+    """Return a point in the first triangle."""
+    place = SurfacePoints(np.array([0]), np.array([[weight, 0.5 - weight / 2, 0.5 - weight / 2]]))
+    return Seed(SurfaceCurves(place, np.array([0, 1]), np.array([False])))
+
+
+TABLES: Mapping[str, Callable[[Sizes], Iterator[str]]] = MappingProxyType(
+    {"accuracy": accuracy, "spacing": spacing, "order": order, "time": timing, "seeds": seeds}
+)
+
+
+def _present_fields() -> dict[str, Field]:
+    """Return the fields whose library is installed."""
+    peers = importlib.util.find_spec("potpourri3d") is not None
+    return {name: field for name, field in FIELDS.items() if peers or name in BACKENDS}
+
+
+def _with_exact(shape: str, faces: int, style: str) -> tuple[Surface, FloatArray]:
+    """Return a surface and its exact distance; the formulas of curved shapes hold for the smooth shape alone."""
+    surface = make(shape, faces=faces, style=style)
+    formula = SHAPES[shape]().distance
+    return surface, formula(surface.vertices) if shape == "plate" and formula else exact_distance(surface)
+
+
+def _errors(values: FloatArray, exact: FloatArray, surface: Surface) -> FloatArray:
+    # Window propagation leaves infinity behind where it breaks down on slivers; the mean is over the others.
+    known = np.isfinite(exact)
+    return np.abs(values - exact)[known] / float(edge_lengths(surface).mean())
+
+
+def _ratio(errors: dict[str, FloatArray], peer: str) -> float:
+    return float(errors["heat"].mean() / errors[peer].mean()) if peer in errors else np.nan
+
+
+def _times(surface: Surface, field: Field, trace: Callable[[Surface, FloatArray, float], object]) -> tuple[float, ...]:
+    """Return the least seconds for a field, and for it and its level curves."""
+    times: list[tuple[float, float]] = []
+    for _ in range(REPEATS if len(surface.faces) < LARGE else 1):
+        start = time.perf_counter()
+        values = field(surface)
+        solved = time.perf_counter()
+        trace(surface, values, float(values.max()) / TIMED_LEVELS)
+        times.append((solved - start, time.perf_counter() - start))
+    return tuple(np.min(times, axis=0).tolist())
+
+
+def _traced(surface: Surface, values: FloatArray, step: float) -> list[list[FloatArray]]:
+    """Return the level curves at (k + 1/2) steps as polylines, level by level."""
+    field = ScalarField(np.maximum(values, 0.0))
+    curves, curve_levels = isolines(surface, field, levels=level_distances(field, spacing=step))
+    lines = np.split(positions(surface, curves.points), curves.offsets[1:-1])
+    return [[lines[i] for i in np.flatnonzero(curve_levels == level)] for level in np.unique(curve_levels)]
+
+
+def _traced_by_peer(surface: Surface, values: FloatArray, step: float) -> None:
+    marching = importlib.import_module("potpourri3d").MeshMarchingTrianglesSolver(surface.vertices, surface.faces)
+    for level in range(TIMED_LEVELS):
+        marching.marching_triangles(values, (level + 0.5) * step)
+
+
+def _spacing_ratios(surface: Surface, values: FloatArray, step: float) -> FloatArray:
+    """Return the distance from samples on every level to the level before, over the step."""
+    ratios: list[FloatArray] = []
+    for outer, inner in pairwise(_traced(surface, values, step)):
+        pieces = [_evenly(line, step / PIECES_PER_SPACING) for line in outer]
+        starts, ends = np.vstack([line[:-1] for line in pieces]), np.vstack([line[1:] for line in pieces])
+        samples = np.vstack([_evenly(line, step / SAMPLES_PER_SPACING) for line in inner])
+        _, near = KDTree(0.5 * (starts + ends)).query(samples, k=min(6, len(starts)))
+        near = np.asarray(near).reshape(len(samples), -1)
+        along, away = (ends - starts)[near], samples[:, None] - starts[near]
+        share = np.clip((away * along).sum(axis=2) / np.maximum((along**2).sum(axis=2), 1e-30), 0.0, 1.0)
+        ratios.append(np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=2)).min(axis=1) / step)
+    return np.concatenate(ratios)
+
+
+def _evenly(line: FloatArray, step: float) -> FloatArray:
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    stations = np.linspace(0.0, float(arcs[-1]), max(int(np.ceil(arcs[-1] / step)), 1) + 1)
+    return np.column_stack([np.interp(stations, arcs, line[:, axis]) for axis in range(3)])
+
+
+def _row(*cells: str) -> str:
+    return "| " + " | ".join(cells) + " |"
+
+
+def _rule(columns: int) -> str:
+    return "|" + "---|" * columns
+
+
+if __name__ == "__main__":
+    main()
