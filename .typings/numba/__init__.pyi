@@ -1,0 +1,12 @@
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar, overload
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+@overload
+def njit(function: Callable[P, R], /) -> Callable[P, R]: ...
+@overload
+def njit(
+    *, cache: bool = ..., nogil: bool = ..., inline: str = ..., error_model: str = ...
+) -> Callable[[Callable[P, R]], Callable[P, R]]: ...
