@@ -20,8 +20,11 @@ from geoprint.model import FloatArray, IntArray
 SEED_VERTEX = 1
 SEED_FIRST_EDGE = 2
 SEED_LAST_EDGE = 4
-# The arrival was computed along a straight line from the seed and needs no marching.
-SEEN_FROM_SEED = 8
+# A corner of a triangle that holds a piece of the seed inside: between it and the next corner the distance has a
+# valley, through which nothing is marched.
+BESIDE_SEED = 8
+# The arrival was computed along a straight line from the seed.
+SEEN_FROM_SEED = 16
 
 # Newton's method for the point on an edge stops at steps of this share of the edge: twice its digits hold for the
 # distance, whose derivative vanishes there.
@@ -154,7 +157,7 @@ def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: floa
     start, end = mesh.corners[edge], mesh.corners[before(corner)]
     known = front.distances[vertex]
     # A farther vertex cannot lower a nearer one.
-    if known <= front.distances[nearest] or front.marks[vertex] & SEED_VERTEX:
+    if known <= front.distances[nearest] or front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED):
         return
     if front.distances[start] == inf:
         offer, angle = front.distances[end] + mesh.lengths[before(corner)], mesh.angles[corner]

@@ -14,7 +14,7 @@ from geoprint.surfaces import boundary_half_edges, closest, half_edges, position
 WEIGHT_ROUNDING = 1e-9
 # A chord that leaves its triangle is halved this often; what is then still across an edge is left open, and the
 # distance, which the open ends are part of, hardly notices.
-HALVINGS = 10
+HALVINGS = 14
 
 
 @final
@@ -101,7 +101,6 @@ def _inside(surface: Surface, first: SurfacePoints, last: SurfacePoints) -> tupl
             break
         first, last = _picked(first, open_chords), _picked(last, open_chords)
         middle = _rounded(surface, closest(surface, (positions(surface, first) + positions(surface, last)) / 2)[0])
-        found.append((middle.faces, middle.weights, middle.weights))
         first, last = _joined(first, middle), _joined(middle, last)
     faces, starts, ends = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return faces, starts, ends

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from numba import njit
 
 from geoprint.backends.marching_kernels import (
+    BESIDE_SEED,
     SEED_VERTEX,
     SEEN_FROM_SEED,
     Front,
@@ -25,7 +26,9 @@ from geoprint.backends.marching_kernels import (
 from geoprint.model import FloatArray, IntArray
 
 # How far straight lines are followed, in longest sides of the triangle they start in.
-REACH = 4.0
+REACH = 2.0
+# Distances that differ by this share of the reach are the same.
+TIE = 1e-6
 # Windows that may wait; what does not fit is left to marching.
 WAITING_WINDOWS = 256
 # A piece nearer to a corner than this share of the triangle's longest side goes through it.
@@ -124,9 +127,9 @@ def see_from_pieces(mesh: Mesh, front: Front, faces: IntArray, starts: FloatArra
         for i in range(3):
             see_corner(mesh, front, half + i, corners[i], corners[(i + 1) % 3], start, end, TOUCHING * longest)
         length = sqrt((end.x - start.x) ** 2 + (end.y - start.y) ** 2)
-        leave_point(mesh, front, half, corners, start, longest)
-        if length > TOUCHING * longest:
-            leave_point(mesh, front, half, corners, end, longest)
+        if length <= TOUCHING * longest:
+            leave_point(mesh, front, half, corners, start, longest)
+        else:
             leave_segment(mesh, front, half, corners, start, end, longest)
             leave_segment(mesh, front, half, corners, end, start, longest)
 
@@ -149,6 +152,7 @@ def see_corner(
         if front.distances[vertex] > 0.0:
             arrive(front, vertex, 0.0, 0.0)
         return
+    front.marks[mesh.corners[corner]] |= BESIDE_SEED
     angle = turn(Point(following.x - here.x, following.y - here.y), back)
     see_along(mesh, front, corner, distance, mesh.bearings[corner], angle)
 
@@ -194,16 +198,26 @@ def leave_segment(
 
 @njit(cache=True)
 def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: float) -> None:
-    """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees."""
+    """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees.
+
+    It ends where all corners of a triangle are nearer to other pieces of the seed.
+    """
     windows = [window]
+    tie = TIE * reach
     while len(windows) > 0:
         window = windows.pop()
         half = mesh.twins[window.half]
         if half < 0 or gap(source, window.start, window.end) > reach:
             continue
         apex = beyond(mesh, half, window.end, window.start)
-        to_left, to_right = side(window.left, apex), side(window.right, apex)
         first, last = after(half), before(half)
+        if (
+            is_nearer(front, mesh.corners[half], source, window.end, tie)
+            and is_nearer(front, mesh.corners[first], source, window.start, tie)
+            and is_nearer(front, mesh.corners[last], source, apex, tie)
+        ):
+            continue
+        to_left, to_right = side(window.left, apex), side(window.right, apex)
         if to_left > 0.0:
             windows.append(Window(first, window.start, apex, window.right, window.left))
         elif to_right < 0.0:
@@ -216,6 +230,13 @@ def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: floa
             middle = line_from(source, apex)
             windows.append(Window(first, window.start, apex, window.right, middle))
             windows.append(Window(last, apex, window.end, middle, window.left))
+
+
+@njit(cache=True)
+def is_nearer(front: Front, vertex: int, source: Source, place: Point, tie: float) -> bool:
+    """Tell whether a vertex, unfolded to a place, is nearer to another piece of the seed."""
+    back = travelled(source, place)
+    return front.distances[vertex] < sqrt(back.x * back.x + back.y * back.y) - tie
 
 
 @njit(cache=True)
