@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 
+from geoprint.backends.edge_crossings import crossing_shares
 from geoprint.backends.intrinsic import IntrinsicTriangulation, delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
@@ -28,7 +29,7 @@ from geoprint.backends.marching_kernels import (
 from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
 from geoprint.backends.seed_windows import see_from_pieces, see_from_vertices
 from geoprint.errors import FieldError
-from geoprint.model import Contours, IntArray, ScalarField, Seed, Surface
+from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
@@ -74,9 +75,16 @@ class FastMarching:
             FieldError: as `distance`, or the surface is so small that not even the first level lies on it.
             UsageError: the spacing is not positive.
         """
-        field = self.distance(seed)
+        mesh, front = self._march(seed)
+        field = ScalarField(front.distances)
         levels = level_distances(field, spacing=spacing)
-        curves, curve_levels = isolines(self._surface, field, levels=levels)
+
+        def edge_shares(edges: IntArray, values: FloatArray) -> FloatArray:
+            ends = self._surface.vertices[edges]
+            lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+            return crossing_shares(mesh, front, edges, lengths, values, MEETING_SLOPES)
+
+        curves, curve_levels = isolines(self._surface, field, levels=levels, edge_shares=edge_shares)
         return Contours(curves, curve_levels, spacing, field)
 
     def _march(self, seed: Seed) -> tuple[Mesh, Front]:

@@ -25,6 +25,8 @@ SEED_LAST_EDGE = 4
 BESIDE_SEED = 8
 # The arrival was computed along a straight line from the seed.
 SEEN_FROM_SEED = 16
+# A line that bends may beat such an arrival, but not by the error of marching near a point: this share of it.
+SEEN_MARGIN = 0.05
 
 # Newton's method for the point on an edge stops at steps of this share of the edge: twice its digits hold for the
 # distance, whose derivative vanishes there.
@@ -76,7 +78,7 @@ class Front(NamedTuple):
     waiting: IntArray
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def measure_corners(
     corners: IntArray, lengths: FloatArray, twins: IntArray, vertex_count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
@@ -110,8 +112,8 @@ def measure_corners(
     return angles, bearings, stretch, first
 
 
-@njit(cache=True)
-def march(mesh: Mesh, front: Front, tolerance: float, disagreement: float) -> int:
+@njit(cache=True, error_model="numpy")
+def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
     """Spread the distance from the waiting vertices until nothing changes.
 
     The nearest waiting vertex leaves the heap and offers its distance to the triangles around it; a vertex that
@@ -121,8 +123,8 @@ def march(mesh: Mesh, front: Front, tolerance: float, disagreement: float) -> in
         mesh: m triangles.
         front: changed in place; the waiting vertices are the seed.
         tolerance: smaller improvements are not made [mm].
-        disagreement: largest difference between the slopes at both ends of an edge at which they are taken for one
-            smooth front.
+        meeting: where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet
+            on it.
 
     Returns:
         How many vertices left the heap.
@@ -133,16 +135,16 @@ def march(mesh: Mesh, front: Front, tolerance: float, disagreement: float) -> in
         count += 1
         half = mesh.first[vertex]
         while True:
-            improve(mesh, front, after(half), vertex, tolerance, disagreement)
-            improve(mesh, front, before(half), vertex, tolerance, disagreement)
+            improve(mesh, front, after(half), vertex, tolerance, meeting)
+            improve(mesh, front, before(half), vertex, tolerance, meeting)
             half = mesh.twins[before(half)]
             if half < 0 or half == mesh.first[vertex]:
                 break
     return count
 
 
-@njit(cache=True)
-def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: float, disagreement: float) -> None:
+@njit(cache=True, error_model="numpy", inline="always")
+def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: float, meeting: float) -> None:
     """Offer the vertex at a corner the shortest line through its triangle, from the edge opposite to it.
 
     Args:
@@ -151,31 +153,28 @@ def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: floa
         corner: half-edge that starts from the vertex.
         nearest: which end of the opposite edge has just left the heap; no waiting vertex is nearer.
         tolerance: smaller improvements are not made [mm].
-        disagreement: as for `march`.
+        meeting: as for `march`.
     """
-    vertex, edge = mesh.corners[corner], after(corner)
-    start, end = mesh.corners[edge], mesh.corners[before(corner)]
+    vertex = mesh.corners[corner]
     known = front.distances[vertex]
     # A farther vertex cannot lower a nearer one.
-    if known <= front.distances[nearest] or front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED):
-        return
-    if front.distances[start] == inf:
-        offer, angle = front.distances[end] + mesh.lengths[before(corner)], mesh.angles[corner]
-    elif front.distances[end] == inf:
-        offer, angle = front.distances[start] + mesh.lengths[corner], 0.0
-    else:
-        offer, angle = through_edge(mesh, front, corner, edge, known, disagreement)
-    if front.marks[vertex] & SEEN_FROM_SEED:
-        tolerance = max(tolerance, SEEN_MARGIN * known)
-    if offer < known - tolerance:
-        arrive(front, vertex, offer, mesh.bearings[corner] + angle * mesh.stretch[vertex])
+    if known > front.distances[nearest] and not front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED):
+        edge, last = after(corner), before(corner)
+        start, end = mesh.corners[edge], mesh.corners[last]
+        if front.distances[start] == inf:
+            offer, share = front.distances[end] + mesh.lengths[last], 1.0
+        elif front.distances[end] == inf:
+            offer, share = front.distances[start] + mesh.lengths[corner], 0.0
+        else:
+            offer, share = through_edge(mesh, front, corner, known, meeting)
+        if front.marks[vertex] & SEEN_FROM_SEED:
+            tolerance = max(tolerance, SEEN_MARGIN * known)
+        if offer < known - tolerance:
+            angle = crossing_angle(mesh.lengths[edge], mesh.lengths[corner], mesh.lengths[last], share)
+            arrive(front, vertex, offer, mesh.bearings[corner] + angle * mesh.stretch[vertex])
 
 
-# A line that bends may beat the straight one from the seed, but not by the error of marching.
-SEEN_MARGIN = 0.05
-
-
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def arrive(front: Front, vertex: int, distance: float, origin: float) -> None:
     """Set a smaller distance of a vertex and let it wait for its turn."""
     front.distances[vertex] = distance
@@ -187,58 +186,73 @@ def arrive(front: Front, vertex: int, distance: float, origin: float) -> None:
     rise(front, front.places[vertex])
 
 
-@njit(cache=True)
-def through_edge(
-    mesh: Mesh, front: Front, corner: int, edge: int, known: float, disagreement: float
-) -> tuple[float, float]:
-    """Return the shortest arrival at a corner through its opposite edge, and the angle it comes from.
+@njit(cache=True, error_model="numpy", inline="always")
+def through_edge(mesh: Mesh, front: Front, corner: int, known: float, meeting: float) -> tuple[float, float]:
+    """Return the shortest arrival at a corner through its opposite edge, and where it crosses the edge.
 
     On the edge, s in [0, 1] from start to end, the distance is H(s): the cubic with the values and slopes of both
     ends. The arrival is the smallest H(s) + r(s), r the length of the straight line from there to the corner. Where
-    the slopes say that two fronts meet on the edge, or leave it, H is linear.
+    the slopes say that two fronts meet on the edge, each is continued straight from its end and the smaller arrival
+    counts: a cubic would smear the ridge between them.
 
     Returns:
-        Distance [mm], infinite where it cannot beat `known`; angle from the corner's half-edge [rad].
+        Distance [mm], no sharp one where it cannot beat `known`; s.
     """
-    length, right, left = mesh.lengths[edge], mesh.lengths[corner], mesh.lengths[before(corner)]
-    start, end = mesh.corners[edge], mesh.corners[before(corner)]
-    low, rise_of_edge = front.distances[start], front.distances[end] - front.distances[start]
+    edge, last = after(corner), before(corner)
+    length, start, end = mesh.lengths[edge], mesh.corners[edge], mesh.corners[last]
     # The corner seen from the start of the edge: `along` it and `away` from it.
-    along = 0.5 * (length + (right - left) * (right + left) / length)
-    away = sqrt(max(right * right - along * along, 0.0))
-    share = planar_share(along, away, rise_of_edge / length, length)
-    offset = share * length - along
-    arrival = low + share * rise_of_edge + sqrt(offset * offset + away * away)
+    along, away = apex(length, mesh.lengths[corner], mesh.lengths[last])
+    low, high = front.distances[start], front.distances[end]
     first = slope(mesh, front, start, mesh.bearings[edge])
-    last_corner = before(corner)
-    last = -slope(
-        mesh, front, end, mesh.bearings[last_corner] + mesh.angles[last_corner] * mesh.stretch[end]
-    )
-    if first - last > disagreement:
+    second = -slope(mesh, front, end, mesh.bearings[last] + mesh.angles[last] * mesh.stretch[end])
+    if first - second > meeting:
         share = planar_share(along, away, first, length)
-        offset = share * length - along
-        arrival = low + share * length * first + sqrt(offset * offset + away * away)
-        other = planar_share(along, away, last, length)
-        offset = other * length - along
-        second = low + rise_of_edge - (1.0 - other) * length * last + sqrt(offset * offset + away * away)
-        if second < arrival:
-            arrival, share = second, other
-        offset = share * length - along
+        arrival = low + share * length * first + reach(along, away, length, share)
+        other = planar_share(along, away, second, length)
+        other_arrival = high - (1.0 - other) * length * second + reach(along, away, length, other)
+        if other_arrival < arrival:
+            arrival, share = other_arrival, other
     else:
-        first_bulge, last_bulge = first * length - rise_of_edge, rise_of_edge - last * length
+        climb = high - low
+        share = planar_share(along, away, climb / length, length)
+        arrival = low + share * climb + reach(along, away, length, share)
+        bulge, last_bulge = first * length - climb, climb - second * length
         # The cubic differs from the line by at most a quarter of this.
-        if arrival - 0.25 * (abs(first_bulge) + abs(last_bulge)) > known:
-            return inf, 0.0
-        share = cubic_share(share, along, away, length, rise_of_edge, first_bulge, last_bulge)
-        offset = share * length - along
-        arrival = low + share * rise_of_edge + sqrt(offset * offset + away * away)
-        arrival += share * (1.0 - share) * (first_bulge * (1.0 - share) + last_bulge * share)
-    # Angle between the directions from the corner to the start of the edge and to the crossing.
-    turn = abs(atan2(share * length * away, away * away - along * offset))
-    return arrival, turn
+        if arrival - 0.25 * (abs(bulge) + abs(last_bulge)) < known:
+            share = cubic_share(share, along, away, length, climb, bulge, last_bulge)
+            arrival = low + share * climb + reach(along, away, length, share)
+            arrival += share * (1.0 - share) * (bulge * (1.0 - share) + last_bulge * share)
+    return arrival, share
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
+def apex(length: float, right: float, left: float) -> tuple[float, float]:
+    """Return how far along a side from its start, and how far away from it, the opposite corner is [mm].
+
+    Args:
+        length: the side.
+        right: from its start to the corner.
+        left: from its end to the corner.
+    """
+    along = 0.5 * (length + (right - left) * (right + left) / length)
+    return along, sqrt(max(right * right - along * along, 0.0))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def reach(along: float, away: float, length: float, share: float) -> float:
+    """Return the distance from a point on an edge to the opposite corner [mm]."""
+    offset = share * length - along
+    return sqrt(offset * offset + away * away)
+
+
+@njit(cache=True, error_model="numpy")
+def crossing_angle(length: float, right: float, left: float, share: float) -> float:
+    """Return the angle at a corner between its sides to the start and to a point of the opposite edge [rad]."""
+    along, away = apex(length, right, left)
+    return abs(atan2(share * length * away, away * away - along * (share * length - along)))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
 def planar_share(along: float, away: float, gradient: float, length: float) -> float:
     """Return where the shortest line crosses an edge on which the distance is linear."""
     if gradient >= 1.0:
@@ -248,9 +262,9 @@ def planar_share(along: float, away: float, gradient: float, length: float) -> f
     return min(1.0, max(0.0, (along - away * gradient / sqrt(1.0 - gradient * gradient)) / length))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def cubic_share(
-    share: float, along: float, away: float, length: float, rise_of_edge: float, first: float, last: float
+    share: float, along: float, away: float, length: float, climb: float, first: float, last: float
 ) -> float:
     """Return where the shortest line crosses an edge on which the distance is cubic, by Newton's method.
 
@@ -258,14 +272,14 @@ def cubic_share(
     """
     for _ in range(NEWTON_ROUNDS):
         offset = share * length - along
-        reach = sqrt(offset * offset + away * away)
-        if reach == 0.0:
+        ray = reach(along, away, length, share)
+        if ray == 0.0:
             break
         one, other = 1.0 - share, share
-        descent = rise_of_edge + first * one * (1.0 - 3.0 * share) + last * other * (2.0 - 3.0 * share)
-        descent += length * offset / reach
+        descent = climb + first * one * (1.0 - 3.0 * share) + last * other * (2.0 - 3.0 * share)
+        descent += length * offset / ray
         bend = first * (6.0 * share - 4.0) + last * (2.0 - 6.0 * share)
-        bend += length * length * away * away / (reach * reach * reach)
+        bend += length * length * away * away / (ray * ray * ray)
         if bend <= 0.0:
             break
         step = min(LARGEST_STEP, max(-LARGEST_STEP, -descent / bend))
@@ -277,7 +291,7 @@ def cubic_share(
     return share
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def slope(mesh: Mesh, front: Front, vertex: int, bearing: float) -> float:
     """Return the derivative of the distance at a vertex in a direction, per mm.
 
@@ -296,7 +310,7 @@ def slope(mesh: Mesh, front: Front, vertex: int, bearing: float) -> float:
     return max(steepest, 0.0)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def border_bearing(mesh: Mesh, vertex: int) -> float:
     """Return the bearing of the last edge of a border vertex: the sum of its angles [rad]."""
     half = mesh.first[vertex]
@@ -305,7 +319,7 @@ def border_bearing(mesh: Mesh, vertex: int) -> float:
     return mesh.bearings[half] + mesh.angles[half]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def pop_nearest(front: Front) -> int:
     """Take the nearest vertex out of the heap."""
     heap, places = front.heap, front.places
@@ -320,7 +334,7 @@ def pop_nearest(front: Front) -> int:
     return nearest
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def rise(front: Front, place: int) -> None:
     """Move the vertex at a place of the heap up to where it belongs."""
     heap, places, keys = front.heap, front.places, front.distances
@@ -336,7 +350,7 @@ def rise(front: Front, place: int) -> None:
     places[vertex] = place
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def sink(front: Front, count: int) -> None:
     """Move the vertex at the top of a heap of `count` down to where it belongs."""
     heap, places, keys = front.heap, front.places, front.distances
@@ -354,13 +368,13 @@ def sink(front: Front, count: int) -> None:
     places[vertex] = place
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def after(half: int) -> int:
     """Return the next half-edge of the same triangle."""
     return half + 1 if half % 3 < 2 else half - 2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def before(half: int) -> int:
     """Return the half-edge of the same triangle that ends where this one starts."""
     return half - 1 if half % 3 > 0 else half + 2

@@ -80,7 +80,7 @@ class Window(NamedTuple):
     left: Line
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
     """Set the distances of what is seen from seed vertices through the triangles around them."""
     for vertex in vertices:
@@ -99,7 +99,7 @@ def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
                 break
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def see_along(mesh: Mesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
     """Offer a corner the straight line from the seed, `angle` counter-clockwise from its half-edge."""
     vertex = mesh.corners[corner]
@@ -108,7 +108,7 @@ def see_along(mesh: Mesh, front: Front, corner: int, distance: float, bearing: f
         arrive(front, vertex, distance, bearing + angle * mesh.stretch[vertex])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def see_from_pieces(mesh: Mesh, front: Front, faces: IntArray, starts: FloatArray, ends: FloatArray) -> None:
     """Set the distances of what is seen from straight pieces inside triangles.
 
@@ -134,7 +134,7 @@ def see_from_pieces(mesh: Mesh, front: Front, faces: IntArray, starts: FloatArra
             leave_segment(mesh, front, half, corners, end, start, longest)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def see_corner(
     mesh: Mesh, front: Front, corner: int, here: Point, following: Point, start: Point, end: Point, touching: float
 ) -> None:
@@ -157,7 +157,7 @@ def see_corner(
     see_along(mesh, front, corner, distance, mesh.bearings[corner], angle)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def leave_point(
     mesh: Mesh, front: Front, half: int, corners: tuple[Point, Point, Point], place: Point, longest: float
 ) -> None:
@@ -171,7 +171,7 @@ def leave_point(
             follow(mesh, front, source, window, REACH * longest)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def leave_segment(
     mesh: Mesh,
     front: Front,
@@ -196,7 +196,7 @@ def leave_segment(
             follow(mesh, front, source, Window(half + i, start, end, rightmost, leftmost), REACH * longest)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: float) -> None:
     """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees.
 
@@ -232,14 +232,14 @@ def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: floa
             windows.append(Window(last, apex, window.end, middle, window.left))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def is_nearer(front: Front, vertex: int, source: Source, place: Point, tie: float) -> bool:
     """Tell whether a vertex, unfolded to a place, is nearer to another piece of the seed."""
     back = travelled(source, place)
     return front.distances[vertex] < sqrt(back.x * back.x + back.y * back.y) - tie
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def travelled(source: Source, place: Point) -> Point:
     """Return the way that a straight line from the source has come at a place."""
     x, y = place.x - source.place.x, place.y - source.place.y
@@ -249,7 +249,7 @@ def travelled(source: Source, place: Point) -> Point:
     return Point(height * source.normal.x, height * source.normal.y)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def line_from(source: Source, place: Point) -> Line:
     """Return the straight line from the source through a place."""
     x, y = source.normal.x, source.normal.y
@@ -258,13 +258,13 @@ def line_from(source: Source, place: Point) -> Line:
     return Line(-y, x, y * place.x - x * place.y)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def side(line: Line, place: Point) -> float:
     """Return a positive number on the left of a line and a negative one on its right."""
     return line.a * place.x + line.b * place.y + line.c
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def gap(source: Source, start: Point, end: Point) -> float:
     """Return how far the nearest point of an edge is from the source, along the lines that leave it [mm]."""
     first, last = travelled(source, start), travelled(source, end)
@@ -276,19 +276,19 @@ def gap(source: Source, start: Point, end: Point) -> float:
     return sqrt((first.x + share * x) ** 2 + (first.y + share * y) ** 2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def turn(first: Point, second: Point) -> float:
     """Return the angle between two vectors, without its sign [rad]."""
     return abs(atan2(first.x * second.y - first.y * second.x, first.x * second.x + first.y * second.y))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def separation(first: Point, second: Point) -> float:
     """Return the distance between two points of the plane [mm]."""
     return sqrt((first.x - second.x) ** 2 + (first.y - second.y) ** 2)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def beyond(mesh: Mesh, half: int, start: Point, end: Point) -> Point:
     """Return the corner opposite to a half-edge that runs from start to end, on its left."""
     length, right, left = mesh.lengths[half], mesh.lengths[before(half)], mesh.lengths[after(half)]
@@ -298,14 +298,14 @@ def beyond(mesh: Mesh, half: int, start: Point, end: Point) -> Point:
     return Point(start.x + along * x - away * y, start.y + along * y + away * x)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def triangle(mesh: Mesh, half: int) -> tuple[Point, Point, Point]:
     """Return the corners of a triangle in the plane: the start of the half-edge at the origin, its end on the x axis."""
     start, end = Point(0.0, 0.0), Point(mesh.lengths[half], 0.0)
     return start, end, beyond(mesh, half, start, end)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
     """Return the point of a triangle with the given barycentric weights."""
     x = weights[0] * corners[0].x + weights[1] * corners[1].x + weights[2] * corners[2].x
@@ -313,7 +313,7 @@ def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
     return Point(x, y)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def longest_side(mesh: Mesh, half: int) -> float:
     """Return the longest side of the triangle of a half-edge [mm]."""
     return max(mesh.lengths[half], max(mesh.lengths[after(half)], mesh.lengths[before(half)]))
