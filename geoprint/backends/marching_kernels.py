@@ -157,10 +157,10 @@ def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: floa
     """
     vertex = mesh.corners[corner]
     known = front.distances[vertex]
-    # A farther vertex cannot lower a nearer one.
-    if known > front.distances[nearest] and not front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED):
-        edge, last = after(corner), before(corner)
-        start, end = mesh.corners[edge], mesh.corners[last]
+    edge, last = after(corner), before(corner)
+    start, end = mesh.corners[edge], mesh.corners[last]
+    # An edge farther than the vertex on both ends cannot lower it.
+    if known > min(front.distances[start], front.distances[end]) and not front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED):
         if front.distances[start] == inf:
             offer, share = front.distances[end] + mesh.lengths[last], 1.0
         elif front.distances[end] == inf:
