@@ -38,23 +38,54 @@ def crossing_shares(
     """
     shares = np.empty(levels.size)
     for k in range(levels.size):
-        start, end = edges[k, 0], edges[k, 1]
-        low, high = front.distances[start], front.distances[end]
-        shares[k] = min(1.0, max(0.0, (levels[k] - low) / (high - low)))
-        half = half_edge_between(mesh, start, end, lengths[k])
-        turned = half < 0
-        if turned:
-            half = half_edge_between(mesh, end, start, lengths[k])
-        if half >= 0:
-            first, last = slopes(mesh, front, half)
-            if turned:
-                first, last = -last, -first
-            first, last = first * lengths[k], last * lengths[k]
-            if first - last > meeting * lengths[k]:
-                shares[k] = ridge_share(low, high, first, last, levels[k], shares[k])
-            else:
-                shares[k] = cubic_crossing(low, high, first, last, levels[k])
+        low, high = front.distances[edges[k, 0]], front.distances[edges[k, 1]]
+        first, last = edge_slopes(mesh, front, edges[k, 0], edges[k, 1], lengths[k])
+        if first - last > meeting * lengths[k]:
+            shares[k] = ridge_crossing(low, high, first, last, levels[k])
+        else:
+            shares[k] = cubic_crossing(low, high, first, last, levels[k])
     return shares
+
+
+@njit(cache=True, error_model="numpy")
+def slopes_at(
+    mesh: Mesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
+) -> FloatArray:
+    """Return the (k,) derivatives of the distance along edges, per mm, at the given shares of the way.
+
+    The other arguments are those of `crossing_shares`.
+    """
+    slopes = np.empty(shares.size)
+    for k in range(shares.size):
+        low, high = front.distances[edges[k, 0]], front.distances[edges[k, 1]]
+        first, last = edge_slopes(mesh, front, edges[k, 0], edges[k, 1], lengths[k])
+        share, rest = shares[k], 1.0 - shares[k]
+        if first - last > meeting * lengths[k]:
+            on_first = low + share * first < high - rest * last
+            slopes[k] = (first if on_first else last) / lengths[k]
+        else:
+            climb = high - low
+            change = (first - climb) * rest * (1.0 - 3.0 * share) + (climb - last) * share * (2.0 - 3.0 * share)
+            slopes[k] = (climb + change) / lengths[k]
+    return slopes
+
+
+@njit(cache=True, error_model="numpy")
+def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
+    """Return the derivatives of the distance by the share of the way along an edge, at its start and its end.
+
+    Both are the difference of the distances where the edge is no side of a triangle.
+    """
+    half = half_edge_between(mesh, start, end, length)
+    if half >= 0:
+        first, last = slopes_along(mesh, front, half)
+        return first * length, last * length
+    half = half_edge_between(mesh, end, start, length)
+    if half >= 0:
+        last, first = slopes_along(mesh, front, half)
+        return -first * length, -last * length
+    climb = front.distances[end] - front.distances[start]
+    return climb, climb
 
 
 @njit(cache=True, error_model="numpy")
@@ -70,7 +101,7 @@ def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def slopes(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
+def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
     start, following = mesh.corners[half], after(half)
     end = mesh.corners[following]
@@ -80,12 +111,13 @@ def slopes(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
 
 
 @njit(cache=True, error_model="numpy")
-def ridge_share(low: float, high: float, first: float, last: float, level: float, linear: float) -> float:
-    """Return where a level is crossed on the side of a ridge that rises or falls through it."""
-    if high > low:
-        share = (level - low) / first if first > 0.0 else linear
-    else:
-        share = 1.0 + (level - high) / last if last < 0.0 else linear
+def ridge_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
+    """Return where a level between the values at 0 and 1 is crossed on the way from the lower one to the ridge."""
+    share = (level - low) / (high - low)
+    if high > low and first > 0.0:
+        share = (level - low) / first
+    elif high < low and last < 0.0:
+        share = 1.0 + (level - high) / last
     return min(1.0, max(0.0, share))
 
 

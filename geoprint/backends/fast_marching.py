@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends.edge_crossings import crossing_shares
+from geoprint.backends.edge_crossings import crossing_shares, slopes_at
 from geoprint.backends.intrinsic import IntrinsicTriangulation, delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
@@ -26,6 +26,7 @@ from geoprint.backends.marching_kernels import (
     march,
     measure_corners,
 )
+from geoprint.backends.ridge_corners import with_ridge_corners
 from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
 from geoprint.backends.seed_windows import see_from_pieces, see_from_vertices
 from geoprint.errors import FieldError
@@ -80,12 +81,18 @@ class FastMarching:
         levels = level_distances(field, spacing=spacing)
 
         def edge_shares(edges: IntArray, values: FloatArray) -> FloatArray:
-            ends = self._surface.vertices[edges]
-            lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-            return crossing_shares(mesh, front, edges, lengths, values, MEETING_SLOPES)
+            return crossing_shares(mesh, front, edges, self._lengths(edges), values, MEETING_SLOPES)
+
+        def edge_slopes(edges: IntArray, shares: FloatArray) -> FloatArray:
+            return slopes_at(mesh, front, edges, self._lengths(edges), shares, MEETING_SLOPES)
 
         curves, curve_levels = isolines(self._surface, field, levels=levels, edge_shares=edge_shares)
+        curves = with_ridge_corners(self._surface, curves, edge_slopes=edge_slopes)
         return Contours(curves, curve_levels, spacing, field)
+
+    def _lengths(self, edges: IntArray) -> FloatArray:
+        ends = self._surface.vertices[edges]
+        return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
     def _march(self, seed: Seed) -> tuple[Mesh, Front]:
         pieces = seed_pieces(self._surface, seed)
