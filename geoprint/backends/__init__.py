@@ -11,6 +11,8 @@ from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend
 from geoprint.backends.lscm import Lscm
 
-BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType({"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm})
+BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType(
+    {"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm}
+)
 
 __all__ = ["BACKENDS", "Backend", "FastMarching", "Heat", "Lscm"]

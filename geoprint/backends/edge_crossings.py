@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from geoprint.backends.marching_kernels import Front, Mesh, after, before, slope
+from geoprint.backends.marching_front import Front, Mesh, after, before
+from geoprint.backends.marching_kernels import slope
 from geoprint.model import FloatArray, IntArray
 
 # Half-edges whose length differs by more than this share from the edge's are another line between its ends.
@@ -38,8 +39,9 @@ def crossing_shares(
     """
     shares = np.empty(levels.size)
     for k in range(levels.size):
-        low, high = front.distances[edges[k, 0]], front.distances[edges[k, 1]]
-        first, last = edge_slopes(mesh, front, edges[k, 0], edges[k, 1], lengths[k])
+        start, end = int(edges[k, 0]), int(edges[k, 1])
+        low, high = front.distances[start], front.distances[end]
+        first, last = edge_slopes(mesh, front, start, end, lengths[k])
         if first - last > meeting * lengths[k]:
             shares[k] = ridge_crossing(low, high, first, last, levels[k])
         else:
@@ -57,8 +59,9 @@ def slopes_at(
     """
     slopes = np.empty(shares.size)
     for k in range(shares.size):
-        low, high = front.distances[edges[k, 0]], front.distances[edges[k, 1]]
-        first, last = edge_slopes(mesh, front, edges[k, 0], edges[k, 1], lengths[k])
+        start, end = int(edges[k, 0]), int(edges[k, 1])
+        low, high = front.distances[start], front.distances[end]
+        first, last = edge_slopes(mesh, front, start, end, lengths[k])
         share, rest = shares[k], 1.0 - shares[k]
         if first - last > meeting * lengths[k]:
             on_first = low + share * first < high - rest * last

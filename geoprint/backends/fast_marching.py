@@ -17,15 +17,15 @@ from geoprint.backends.edge_crossings import crossing_shares, slopes_at
 from geoprint.backends.intrinsic import IntrinsicTriangulation, delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
-from geoprint.backends.marching_kernels import (
+from geoprint.backends.marching_front import (
     SEED_FIRST_EDGE,
     SEED_LAST_EDGE,
     SEED_VERTEX,
     Front,
     Mesh,
-    march,
     measure_corners,
 )
+from geoprint.backends.marching_kernels import march
 from geoprint.backends.ridge_corners import with_ridge_corners
 from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
 from geoprint.backends.seed_windows import see_from_pieces, see_from_vertices
@@ -39,8 +39,6 @@ FLIP_MARGIN = 0.26
 SMALLEST_IMPROVEMENT = 1e-9
 # Where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet on it.
 MEETING_SLOPES = 0.5
-# A border vertex with a wider angle than this [rad] is rounded by the front as if it were a point.
-REFLEX_ANGLE = np.pi
 
 
 @final
@@ -56,8 +54,9 @@ class FastMarching:
 
     def __init__(self, surface: Surface) -> None:
         self._surface = surface
-        self._extrinsic = intrinsic_triangulation(surface)
-        self._mesh = half_edge_mesh(delaunay(self._extrinsic, margin=FLIP_MARGIN))
+        self._mesh = half_edge_mesh(delaunay(intrinsic_triangulation(surface), margin=FLIP_MARGIN))
+        border = np.flatnonzero(self._mesh.twins < 0)
+        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[_following(border)]])
 
     def distance(self, seed: Seed) -> ScalarField:
         """Return the geodesic distance from the seed at the vertices of the surface [mm].
@@ -95,11 +94,11 @@ class FastMarching:
         return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
     def _march(self, seed: Seed) -> tuple[Mesh, Front]:
-        pieces = seed_pieces(self._surface, seed)
+        pieces = seed_pieces(self._surface, seed, rim=self._rim)
         mesh = self._mesh
         if pieces.faces.size:
-            apart = flipped_apart_from(self._extrinsic, np.unique(pieces.faces), margin=FLIP_MARGIN)
-            mesh = half_edge_mesh(apart)
+            whole = intrinsic_triangulation(self._surface)
+            mesh = half_edge_mesh(flipped_apart_from(whole, np.unique(pieces.faces), margin=FLIP_MARGIN))
         front = seeded_front(mesh, pieces)
         march(mesh, front, SMALLEST_IMPROVEMENT * float(mesh.lengths.mean()), MEETING_SLOPES)
         self._require_reached(front)
@@ -147,9 +146,7 @@ def flipped_apart_from(
     kept = kept[cut.ravel()[kept] >= 0]
     cut.ravel()[cut.ravel()[kept]] = -1
     cut.ravel()[kept] = -1
-    opened = IntrinsicTriangulation(
-        triangulation.corners, triangulation.lengths, cut, triangulation.vertex_count
-    )
+    opened = IntrinsicTriangulation(triangulation.corners, triangulation.lengths, cut, triangulation.vertex_count)
     flipped = delaunay(opened, margin=margin)
     starts, ends = flipped.corners.ravel(), np.roll(flipped.corners, -1, axis=1).ravel()
     sewn = flipped.twins.copy()
@@ -178,8 +175,7 @@ def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
     front.marks[pieces.vertices] = SEED_VERTEX
     front.heap[: pieces.vertices.size] = pieces.vertices
     front.places[pieces.vertices] = np.arange(pieces.vertices.size)
-    half = mesh.first[pieces.border]
-    ends = mesh.corners[np.where(half % 3 < 2, half + 1, half - 2)]
+    ends = mesh.corners[_following(mesh.first[pieces.border])]
     front.marks[pieces.border] |= SEED_FIRST_EDGE
     front.marks[ends] |= SEED_LAST_EDGE
     both = SEED_FIRST_EDGE | SEED_LAST_EDGE
@@ -187,3 +183,8 @@ def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
     see_from_vertices(mesh, front, as_points)
     see_from_pieces(mesh, front, pieces.faces, pieces.starts, pieces.ends)
     return front
+
+
+def _following(half_edges: IntArray) -> IntArray:
+    """Return the next half-edge of the same triangle for each half-edge."""
+    return half_edges + np.where(half_edges % 3 < 2, 1, -2)

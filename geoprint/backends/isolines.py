@@ -17,7 +17,6 @@ import numpy as np
 from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import numbered_edges
 
-
 EdgeShares: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
 
 

@@ -1,30 +1,26 @@
-"""Front marching on triangles given by their side lengths: numba kernels on plain half-edge arrays.
-
-Half-edge 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3), and stands for that corner too.
-Directions at a vertex are bearings: angles [rad] counter-clockwise from its first half-edge, stretched at a vertex
-inside the surface so that a full turn is 2 pi whatever angles meet there [Polthier1998]. On the border the first
-half-edge is the one along the border, and nothing is stretched.
-"""
+"""Front marching on triangles given by their side lengths: the numba kernels that spread a distance."""
 
 from __future__ import annotations
 
-from math import acos, atan2, cos, inf, pi, sin, sqrt
-from typing import NamedTuple
+from math import atan2, cos, inf, pi, sin, sqrt
 
-import numpy as np
 from numba import njit
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.backends.marching_front import (
+    BESIDE_SEED,
+    SEED_FIRST_EDGE,
+    SEED_LAST_EDGE,
+    SEED_VERTEX,
+    SEEN_FROM_SEED,
+    Front,
+    Mesh,
+    after,
+    arrive,
+    before,
+    border_bearing,
+    pop_nearest,
+)
 
-# Marks of a vertex, added up. A seed vertex has distance 0; along border edges of the seed the front starts parallel.
-SEED_VERTEX = 1
-SEED_FIRST_EDGE = 2
-SEED_LAST_EDGE = 4
-# A corner of a triangle that holds a piece of the seed inside: between it and the next corner the distance has a
-# valley, through which nothing is marched.
-BESIDE_SEED = 8
-# The arrival was computed along a straight line from the seed.
-SEEN_FROM_SEED = 16
 # A line that bends may beat such an arrival, but not by the error of marching near a point: this share of it.
 SEEN_MARGIN = 0.05
 
@@ -36,88 +32,13 @@ NEWTON_ROUNDS = 6
 LARGEST_STEP = 0.5
 
 
-class Mesh(NamedTuple):
-    """Half-edge arrays of m triangles and n vertices.
-
-    Attributes:
-        corners: (3 m,) vertex that each half-edge starts from.
-        lengths: (3 m,) length [mm].
-        twins: (3 m,) half-edge on the other side of the edge; -1 on the border.
-        angles: (3 m,) angle of the corner [rad], not stretched.
-        bearings: (3 m,) bearing of the half-edge at the vertex it starts from [rad].
-        stretch: (n,) bearing by angle: 2 pi by the sum of angles inside, 1 on the border.
-        first: (n,) first half-edge of each vertex; -1 where no triangle uses it.
-    """
-
-    corners: IntArray
-    lengths: FloatArray
-    twins: IntArray
-    angles: FloatArray
-    bearings: FloatArray
-    stretch: FloatArray
-    first: IntArray
-
-
-class Front(NamedTuple):
-    """What is known of the distance so far, and the vertices from which it still has to spread.
-
-    Attributes:
-        distances: (n,) [mm], infinite where nothing has arrived.
-        origins: (n,) bearing back to where the shortest line to the vertex comes from [rad].
-        marks: (n,) sum of the marks of the vertex.
-        heap: (n,) binary heap of waiting vertices, the nearest first.
-        places: (n,) place of each vertex in the heap, -1 outside.
-        waiting: (1,) number of vertices in the heap.
-    """
-
-    distances: FloatArray
-    origins: FloatArray
-    marks: IntArray
-    heap: IntArray
-    places: IntArray
-    waiting: IntArray
-
-
-@njit(cache=True, error_model="numpy")
-def measure_corners(
-    corners: IntArray, lengths: FloatArray, twins: IntArray, vertex_count: int
-) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Return angles, bearings, stretch and first half-edges, as `Mesh` holds them."""
-    angles = np.empty(corners.size)
-    first = np.full(vertex_count, -1)
-    sums = np.zeros(vertex_count)
-    for half in range(corners.size):
-        right, left, across = lengths[half], lengths[before(half)], lengths[after(half)]
-        cosine = (right * right + left * left - across * across) / (2.0 * right * left)
-        angles[half] = acos(min(1.0, max(-1.0, cosine)))
-        vertex = corners[half]
-        sums[vertex] += angles[half]
-        if twins[half] < 0 or first[vertex] < 0:
-            first[vertex] = half
-    bearings = np.zeros(corners.size)
-    stretch = np.ones(vertex_count)
-    for vertex in range(vertex_count):
-        half = first[vertex]
-        if half < 0:
-            continue
-        if twins[half] >= 0:
-            stretch[vertex] = 2.0 * pi / sums[vertex]
-        angle = 0.0
-        while True:
-            bearings[half] = angle * stretch[vertex]
-            angle += angles[half]
-            half = twins[before(half)]
-            if half < 0 or half == first[vertex]:
-                break
-    return angles, bearings, stretch, first
-
-
 @njit(cache=True, error_model="numpy")
 def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
     """Spread the distance from the waiting vertices until nothing changes.
 
-    The nearest waiting vertex leaves the heap and offers its distance to the triangles around it; a vertex that
-    improves later comes back. So the result does not hang on the order where triangles are obtuse.
+    The nearest waiting vertex leaves the heap, and the edges of the triangles around it offer their distance to the
+    corners opposite to them; a vertex that improves later comes back. An edge with one end still farther than the
+    corner offers too: the shortest line may cross it near its other end.
 
     Args:
         mesh: m triangles.
@@ -135,8 +56,8 @@ def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
         count += 1
         half = mesh.first[vertex]
         while True:
-            improve(mesh, front, after(half), vertex, tolerance, meeting)
-            improve(mesh, front, before(half), vertex, tolerance, meeting)
+            improve(mesh, front, after(half), tolerance, meeting)
+            improve(mesh, front, before(half), tolerance, meeting)
             half = mesh.twins[before(half)]
             if half < 0 or half == mesh.first[vertex]:
                 break
@@ -144,23 +65,24 @@ def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: float, meeting: float) -> None:
+def improve(mesh: Mesh, front: Front, corner: int, tolerance: float, meeting: float) -> None:
     """Offer the vertex at a corner the shortest line through its triangle, from the edge opposite to it.
 
     Args:
         mesh: m triangles.
         front: changed in place.
         corner: half-edge that starts from the vertex.
-        nearest: which end of the opposite edge has just left the heap; no waiting vertex is nearer.
         tolerance: smaller improvements are not made [mm].
         meeting: as for `march`.
     """
-    vertex = mesh.corners[corner]
+    vertex = int(mesh.corners[corner])
     known = front.distances[vertex]
     edge, last = after(corner), before(corner)
-    start, end = mesh.corners[edge], mesh.corners[last]
+    start, end = int(mesh.corners[edge]), int(mesh.corners[last])
     # An edge farther than the vertex on both ends cannot lower it.
-    if known > min(front.distances[start], front.distances[end]) and not front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED):
+    if known > min(front.distances[start], front.distances[end]) and not front.marks[vertex] & (
+        SEED_VERTEX | BESIDE_SEED
+    ):
         if front.distances[start] == inf:
             offer, share = front.distances[end] + mesh.lengths[last], 1.0
         elif front.distances[end] == inf:
@@ -172,18 +94,6 @@ def improve(mesh: Mesh, front: Front, corner: int, nearest: int, tolerance: floa
         if offer < known - tolerance:
             angle = crossing_angle(mesh.lengths[edge], mesh.lengths[corner], mesh.lengths[last], share)
             arrive(front, vertex, offer, mesh.bearings[corner] + angle * mesh.stretch[vertex])
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def arrive(front: Front, vertex: int, distance: float, origin: float) -> None:
-    """Set a smaller distance of a vertex and let it wait for its turn."""
-    front.distances[vertex] = distance
-    front.origins[vertex] = origin
-    if front.places[vertex] < 0:
-        front.heap[front.waiting[0]] = vertex
-        front.places[vertex] = front.waiting[0]
-        front.waiting[0] += 1
-    rise(front, front.places[vertex])
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -199,7 +109,7 @@ def through_edge(mesh: Mesh, front: Front, corner: int, known: float, meeting: f
         Distance [mm], no sharp one where it cannot beat `known`; s.
     """
     edge, last = after(corner), before(corner)
-    length, start, end = mesh.lengths[edge], mesh.corners[edge], mesh.corners[last]
+    length, start, end = mesh.lengths[edge], int(mesh.corners[edge]), int(mesh.corners[last])
     # The corner seen from the start of the edge: `along` it and `away` from it.
     along, away = apex(length, mesh.lengths[corner], mesh.lengths[last])
     low, high = front.distances[start], front.distances[end]
@@ -308,73 +218,3 @@ def slope(mesh: Mesh, front: Front, vertex: int, bearing: float) -> float:
         if remaining < 0.5 * pi:
             steepest = min(steepest, sin(remaining))
     return max(steepest, 0.0)
-
-
-@njit(cache=True, error_model="numpy")
-def border_bearing(mesh: Mesh, vertex: int) -> float:
-    """Return the bearing of the last edge of a border vertex: the sum of its angles [rad]."""
-    half = mesh.first[vertex]
-    while mesh.twins[before(half)] >= 0:
-        half = mesh.twins[before(half)]
-    return mesh.bearings[half] + mesh.angles[half]
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def pop_nearest(front: Front) -> int:
-    """Take the nearest vertex out of the heap."""
-    heap, places = front.heap, front.places
-    nearest = heap[0]
-    places[nearest] = -1
-    front.waiting[0] -= 1
-    count = front.waiting[0]
-    if count > 0:
-        heap[0] = heap[count]
-        places[heap[0]] = 0
-        sink(front, count)
-    return nearest
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def rise(front: Front, place: int) -> None:
-    """Move the vertex at a place of the heap up to where it belongs."""
-    heap, places, keys = front.heap, front.places, front.distances
-    vertex = heap[place]
-    while place > 0:
-        parent = (place - 1) >> 1
-        if keys[heap[parent]] <= keys[vertex]:
-            break
-        heap[place] = heap[parent]
-        places[heap[place]] = place
-        place = parent
-    heap[place] = vertex
-    places[vertex] = place
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def sink(front: Front, count: int) -> None:
-    """Move the vertex at the top of a heap of `count` down to where it belongs."""
-    heap, places, keys = front.heap, front.places, front.distances
-    vertex, place = heap[0], 0
-    while 2 * place + 1 < count:
-        child = 2 * place + 1
-        if child + 1 < count and keys[heap[child + 1]] < keys[heap[child]]:
-            child += 1
-        if keys[heap[child]] >= keys[vertex]:
-            break
-        heap[place] = heap[child]
-        places[heap[place]] = place
-        place = child
-    heap[place] = vertex
-    places[vertex] = place
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def after(half: int) -> int:
-    """Return the next half-edge of the same triangle."""
-    return half + 1 if half % 3 < 2 else half - 2
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def before(half: int) -> int:
-    """Return the half-edge of the same triangle that ends where this one starts."""
-    return half - 1 if half % 3 > 0 else half + 2

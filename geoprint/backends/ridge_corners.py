@@ -59,7 +59,7 @@ def with_ridge_corners(surface: Surface, curves: SurfaceCurves, *, edge_slopes: 
 def _edges_of(surface: Surface, points: SurfacePoints) -> tuple[IntArray, FloatArray, BoolArray]:
     """Return (k, 2) ends of the edge of each point, its (k,) share from the first, and (k,) whether it is between."""
     opposite = np.argmin(points.weights, axis=1)
-    row = np.arange(opposite.size)
+    row = np.arange(len(points.faces))
     start, end = (opposite + 1) % 3, (opposite + 2) % 3
     corners = surface.faces[points.faces]
     shares = points.weights[row, end]
@@ -68,7 +68,7 @@ def _edges_of(surface: Surface, points: SurfacePoints) -> tuple[IntArray, FloatA
 
 
 def _directions(ends: FloatArray, slopes: FloatArray, normals: FloatArray, chords: FloatArray) -> FloatArray:
-    """Return the (k, 3) unit directions of level curves at edges: of the two with the slope, the one along the chord."""
+    """Return the (k, 3) unit directions of level curves at edges: of two with the slope, the one along the chord."""
     along = ends[:, 1] - ends[:, 0]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     across = np.cross(normals, along)
@@ -84,7 +84,7 @@ def _weights(corners: FloatArray, normals: FloatArray, places: FloatArray) -> Fl
     """Return the (k, 3) barycentric weights of places in the planes of triangles."""
     following, last = np.roll(corners, -1, axis=1), np.roll(corners, -2, axis=1)
     doubled = np.cross(following - places[:, None], last - places[:, None])
-    parts = np.einsum("kcx,kx->kc", doubled, normals)
+    parts: FloatArray = np.einsum("kcx,kx->kc", doubled, normals)
     return parts / parts.sum(axis=1, keepdims=True)
 
 

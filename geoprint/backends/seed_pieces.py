@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Seed, Surface, SurfacePoints
-from geoprint.surfaces import boundary_half_edges, closest, half_edges, positions
+from geoprint.surfaces import closest, positions
 
 # Barycentric weights below this are rounding: the point lies on the opposite side, or at the corner that is left.
 WEIGHT_ROUNDING = 1e-9
@@ -37,10 +37,15 @@ class SeedPieces:
     ends: FloatArray
 
 
-def seed_pieces(surface: Surface, seed: Seed) -> SeedPieces:
+def seed_pieces(surface: Surface, seed: Seed, *, rim: IntArray) -> SeedPieces:
     """Cut a seed into pieces.
 
     Two neighbouring points of a curve with no triangle in common are joined along the surface below their chord.
+
+    Args:
+        surface: m faces.
+        seed: curves and points on it.
+        rim: (b, 2) start and end vertex of the border half-edges.
 
     Raises:
         InputError: a point names a face that the surface does not have.
@@ -50,7 +55,7 @@ def seed_pieces(surface: Surface, seed: Seed) -> SeedPieces:
     is_end[seed.curves.offsets[1:] - 1] = True
     first = np.flatnonzero(~is_end)
     at_vertex, vertex = _at_vertices(surface, points)
-    border = _border_edges(surface, vertex[first], vertex[first + 1])
+    border = _border_edges(rim, vertex[first], vertex[first + 1])
     # A chord from a vertex to itself is a point.
     inner = first[(border < 0) & ~((vertex[first] >= 0) & (vertex[first] == vertex[first + 1]))]
     faces, starts, ends = _inside(surface, _picked(points, inner), _picked(points, inner + 1))
@@ -78,10 +83,10 @@ def _at_vertices(surface: Surface, points: SurfacePoints) -> tuple[BoolArray, In
     return at_vertex, np.where(at_vertex, vertex, -1)
 
 
-def _border_edges(surface: Surface, starts: IntArray, ends: IntArray) -> IntArray:
+def _border_edges(rim: IntArray, starts: IntArray, ends: IntArray) -> IntArray:
     """Return the start of the border half-edge between two vertices, whichever way it runs, else -1."""
-    following = np.full(len(surface.vertices) + 1, -1)
-    rim = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
+    # The last place stands for "no vertex" and follows nothing.
+    following = np.full(max(int(ends.max(initial=0)), int(rim.max(initial=0)), int(starts.max(initial=0))) + 2, -1)
     following[rim[:, 0]] = rim[:, 1]
     known = (starts >= 0) & (ends >= 0)
     forwards, backwards = known & (following[starts] == ends), known & (following[ends] == starts)

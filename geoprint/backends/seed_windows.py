@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from numba import njit
 
-from geoprint.backends.marching_kernels import (
+from geoprint.backends.marching_front import (
     BESIDE_SEED,
     SEED_VERTEX,
     SEEN_FROM_SEED,
@@ -84,7 +84,7 @@ class Window(NamedTuple):
 def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
     """Set the distances of what is seen from seed vertices through the triangles around them."""
     for vertex in vertices:
-        half = mesh.first[vertex]
+        half = int(mesh.first[vertex])
         while True:
             opposite = after(half)
             see_along(mesh, front, opposite, mesh.lengths[half], mesh.bearings[opposite], mesh.angles[opposite])
@@ -94,7 +94,7 @@ def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
             source = Source(here, Point(0.0, 0.0))
             window = Window(opposite, right, apex, line_from(source, right), line_from(source, apex))
             follow(mesh, front, source, window, REACH * longest_side(mesh, half))
-            half = mesh.twins[last]
+            half = int(mesh.twins[last])
             if half < 0 or half == mesh.first[vertex]:
                 break
 
@@ -102,7 +102,7 @@ def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
 @njit(cache=True, error_model="numpy")
 def see_along(mesh: Mesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
     """Offer a corner the straight line from the seed, `angle` counter-clockwise from its half-edge."""
-    vertex = mesh.corners[corner]
+    vertex = int(mesh.corners[corner])
     if distance < front.distances[vertex]:
         front.marks[vertex] |= SEEN_FROM_SEED
         arrive(front, vertex, distance, bearing + angle * mesh.stretch[vertex])
@@ -206,15 +206,15 @@ def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: floa
     tie = TIE * reach
     while len(windows) > 0:
         window = windows.pop()
-        half = mesh.twins[window.half]
+        half = int(mesh.twins[window.half])
         if half < 0 or gap(source, window.start, window.end) > reach:
             continue
         apex = beyond(mesh, half, window.end, window.start)
         first, last = after(half), before(half)
         if (
-            is_nearer(front, mesh.corners[half], source, window.end, tie)
-            and is_nearer(front, mesh.corners[first], source, window.start, tie)
-            and is_nearer(front, mesh.corners[last], source, apex, tie)
+            is_nearer(front, int(mesh.corners[half]), source, window.end, tie)
+            and is_nearer(front, int(mesh.corners[first]), source, window.start, tie)
+            and is_nearer(front, int(mesh.corners[last]), source, apex, tie)
         ):
             continue
         to_left, to_right = side(window.left, apex), side(window.right, apex)
@@ -300,7 +300,7 @@ def beyond(mesh: Mesh, half: int, start: Point, end: Point) -> Point:
 
 @njit(cache=True, error_model="numpy")
 def triangle(mesh: Mesh, half: int) -> tuple[Point, Point, Point]:
-    """Return the corners of a triangle in the plane: the start of the half-edge at the origin, its end on the x axis."""
+    """Return the corners of a triangle in the plane: its half-edge starts at the origin, along the x axis."""
     start, end = Point(0.0, 0.0), Point(mesh.lengths[half], 0.0)
     return start, end, beyond(mesh, half, start, end)
 
@@ -316,4 +316,4 @@ def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
 @njit(cache=True, error_model="numpy")
 def longest_side(mesh: Mesh, half: int) -> float:
     """Return the longest side of the triangle of a half-edge [mm]."""
-    return max(mesh.lengths[half], max(mesh.lengths[after(half)], mesh.lengths[before(half)]))
+    return max(mesh.lengths[half], mesh.lengths[after(half)], mesh.lengths[before(half)])
