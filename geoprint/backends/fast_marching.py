@@ -28,7 +28,7 @@ from geoprint.backends.marching_front import (
 from geoprint.backends.marching_kernels import march
 from geoprint.backends.ridge_corners import with_ridge_corners
 from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
-from geoprint.backends.seed_windows import see_from_pieces, see_from_vertices
+from geoprint.backends.seed_windows import see_from_border, see_from_pieces, see_from_vertices
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 
@@ -123,9 +123,8 @@ class FastMarching:
 
 def half_edge_mesh(triangulation: IntrinsicTriangulation) -> Mesh:
     """Return a triangulation as the kernels read it."""
-    corners, lengths, twins = (
-        array.ravel() for array in (triangulation.corners, triangulation.lengths, triangulation.twins)
-    )
+    corners, twins = triangulation.corners.ravel(), triangulation.twins.ravel()
+    lengths = triangulation.lengths.ravel()
     return Mesh(corners, lengths, twins, *measure_corners(corners, lengths, twins, triangulation.vertex_count))
 
 
@@ -181,6 +180,9 @@ def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
     both = SEED_FIRST_EDGE | SEED_LAST_EDGE
     as_points = pieces.vertices[front.marks[pieces.vertices] & both != both]
     see_from_vertices(mesh, front, as_points)
+    if as_points.size or pieces.faces.size:
+        # What is seen from a point is nearer still where it lies square to the border beside it.
+        see_from_border(mesh, front, mesh.first[pieces.border])
     see_from_pieces(mesh, front, pieces.faces, pieces.starts, pieces.ends)
     return front
 

@@ -77,7 +77,7 @@ def _directions(ends: FloatArray, slopes: FloatArray, normals: FloatArray, chord
     # The gradient turned clockwise.
     candidates = np.stack([rest * along - steep * across, -rest * along - steep * across])
     better = _dot(candidates[0], chords) >= _dot(candidates[1], chords)
-    return np.where(better[:, None], candidates[0], candidates[1])
+    return candidates[np.where(better, 0, 1), np.arange(len(slopes))]
 
 
 def _weights(corners: FloatArray, normals: FloatArray, places: FloatArray) -> FloatArray:

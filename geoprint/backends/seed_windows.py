@@ -100,6 +100,21 @@ def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
+def see_from_border(mesh: Mesh, front: Front, border: IntArray) -> None:
+    """Set the distances of what is seen squarely from seeded border edges, given by their half-edges."""
+    for k in range(border.size):
+        side_number = border[k] % 3
+        half = border[k] - side_number
+        corners = triangle(mesh, half)
+        start, end, opposite = corners[side_number], corners[(side_number + 1) % 3], corners[(side_number + 2) % 3]
+        back = way_to_segment(opposite, start, end)
+        angle = turn(Point(start.x - opposite.x, start.y - opposite.y), back)
+        corner = before(int(border[k]))
+        see_along(mesh, front, corner, sqrt(back.x * back.x + back.y * back.y), mesh.bearings[corner], angle)
+        leave_segment(mesh, front, half, corners, start, end, longest_side(mesh, half))
+
+
+@njit(cache=True, error_model="numpy")
 def see_along(mesh: Mesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
     """Offer a corner the straight line from the seed, `angle` counter-clockwise from its half-edge."""
     vertex = int(mesh.corners[corner])
@@ -139,12 +154,7 @@ def see_corner(
     mesh: Mesh, front: Front, corner: int, here: Point, following: Point, start: Point, end: Point, touching: float
 ) -> None:
     """Offer a corner of a triangle its distance from a segment in it."""
-    x, y = end.x - start.x, end.y - start.y
-    square = x * x + y * y
-    share = 0.0
-    if square > 0.0:
-        share = min(1.0, max(0.0, ((here.x - start.x) * x + (here.y - start.y) * y) / square))
-    back = Point(start.x + share * x - here.x, start.y + share * y - here.y)
+    back = way_to_segment(here, start, end)
     distance = sqrt(back.x * back.x + back.y * back.y)
     if distance <= touching:
         vertex = mesh.corners[corner]
@@ -155,6 +165,17 @@ def see_corner(
     front.marks[mesh.corners[corner]] |= BESIDE_SEED
     angle = turn(Point(following.x - here.x, following.y - here.y), back)
     see_along(mesh, front, corner, distance, mesh.bearings[corner], angle)
+
+
+@njit(cache=True, error_model="numpy")
+def way_to_segment(here: Point, start: Point, end: Point) -> Point:
+    """Return the shortest way from a point to a segment, which may be a point."""
+    x, y = end.x - start.x, end.y - start.y
+    square = x * x + y * y
+    share = 0.0
+    if square > 0.0:
+        share = min(1.0, max(0.0, ((here.x - start.x) * x + (here.y - start.y) * y) / square))
+    return Point(start.x + share * x - here.x, start.y + share * y - here.y)
 
 
 @njit(cache=True, error_model="numpy")
