@@ -25,7 +25,7 @@ from geoprint.backends.marching_front import (
     Mesh,
     measure_corners,
 )
-from geoprint.backends.marching_kernels import march
+from geoprint.backends.marching_kernels import march, settle
 from geoprint.backends.ridge_corners import with_ridge_corners
 from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
 from geoprint.backends.seed_windows import see_from_border, see_from_pieces, see_from_vertices
@@ -39,6 +39,7 @@ FLIP_MARGIN = 0.26
 SMALLEST_IMPROVEMENT = 1e-9
 # Where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet on it.
 MEETING_SLOPES = 0.5
+SETTLING_PASSES = 2
 
 
 @final
@@ -101,6 +102,8 @@ class FastMarching:
             mesh = half_edge_mesh(flipped_apart_from(whole, np.unique(pieces.faces), margin=FLIP_MARGIN))
         front = seeded_front(mesh, pieces)
         march(mesh, front, SMALLEST_IMPROVEMENT * float(mesh.lengths.mean()), MEETING_SLOPES)
+        for _ in range(SETTLING_PASSES):
+            settle(mesh, front, np.argsort(front.distances), MEETING_SLOPES)
         self._require_reached(front)
         return mesh, front
 

@@ -20,6 +20,7 @@ from geoprint.backends.marching_front import (
     border_bearing,
     pop_nearest,
 )
+from geoprint.model import IntArray
 
 # A line that bends may beat such an arrival, but not by the error of marching near a point: this share of it.
 SEEN_MARGIN = 0.05
@@ -66,6 +67,39 @@ def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
             if half < 0 or half == mesh.first[vertex]:
                 break
     return count
+
+
+@njit(cache=True, error_model="numpy")
+def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
+    """Find every distance anew from what its neighbours know in the end.
+
+    While the front marches, an edge may offer an arrival before the direction at its farther end is final; such an
+    arrival can be too small, and stays. Here it goes.
+
+    Args:
+        mesh: m triangles.
+        front: as marching left it; changed in place.
+        order: (n,) vertices by rising distance.
+        meeting: as for `march`.
+    """
+    for k in range(order.size):
+        vertex = int(order[k])
+        if front.marks[vertex] & (SEED_VERTEX | BESIDE_SEED | SEEN_FROM_SEED) or front.distances[vertex] == inf:
+            continue
+        best, origin, known = inf, 0.0, front.distances[vertex]
+        half = int(mesh.first[vertex])
+        while True:
+            edge, last = after(half), before(half)
+            if known > min(front.distances[mesh.corners[edge]], front.distances[mesh.corners[last]]):
+                offer, share = through_edge(mesh, front, half, best, meeting)
+                if offer < best:
+                    angle = crossing_angle(mesh.lengths[edge], mesh.lengths[half], mesh.lengths[last], share)
+                    best, origin = offer, mesh.bearings[half] + angle * mesh.stretch[vertex]
+            half = int(mesh.twins[last])
+            if half < 0 or half == mesh.first[vertex]:
+                break
+        if best < inf:
+            front.distances[vertex], front.origins[vertex] = best, origin
 
 
 @njit(cache=True, error_model="numpy", inline="always")
