@@ -37,8 +37,11 @@ from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Su
 FLIP_MARGIN = 0.26
 # Improvements below this share of the mean side are not made: they are rounding.
 SMALLEST_IMPROVEMENT = 1e-9
-# Where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet on it.
-MEETING_SLOPES = 0.5
+# Where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet on it. Less,
+# and the curvature of a front passes for a ridge; more, and shallow ridges are smeared.
+MEETING_SLOPES = 0.15
+# Passes that find all distances anew after marching. One takes away what offers with unsettled directions left behind;
+# after two a planar front is exact over thousands of triangles.
 SETTLING_PASSES = 2
 
 

@@ -103,10 +103,11 @@ def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
 def see_from_border(mesh: Mesh, front: Front, border: IntArray) -> None:
     """Set the distances of what is seen squarely from seeded border edges, given by their half-edges."""
     for k in range(border.size):
-        side_number = border[k] % 3
-        half = border[k] - side_number
+        side_number = int(border[k]) % 3
+        half = int(border[k]) - side_number
         corners = triangle(mesh, half)
-        start, end, opposite = corners[side_number], corners[(side_number + 1) % 3], corners[(side_number + 2) % 3]
+        start, end = corners[side_number], corners[(side_number + 1) % 3]
+        opposite = corners[(side_number + 2) % 3]
         back = way_to_segment(opposite, start, end)
         angle = turn(Point(start.x - opposite.x, start.y - opposite.y), back)
         corner = before(int(border[k]))
