@@ -27,12 +27,16 @@ Sources, by the keys that docstrings use:
                         numbers. ACM Trans. Graph. 32(4), 2013.
     [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
     [Kahan2014]         Kahan: Miscalculating area and angles of a needle-like triangle. Lecture notes, Berkeley, 2014.
+    [Kimmel1998]        Kimmel, Sethian: Computing geodesic paths on manifolds. Proc. Natl. Acad. Sci. 95(15), 1998.
     [Levy2002]          Lévy, Petitjean, Ray, Maillot: Least squares conformal maps. ACM Trans. Graph. 21(3), 2002.
     [Lorensen1987]      Lorensen, Cline: Marching cubes. Computer Graphics 21(4), 1987; here its planar form.
+    [Mitchell1987]      Mitchell, Mount, Papadimitriou: The discrete geodesic problem. SIAM J. Comput. 16(4), 1987.
     [Mullen2008]        Mullen, Tong, Alliez, Desbrun: Spectral conformal parameterization. Comput. Graph. Forum 27(5),
                         2008.
     [Pham2018]          Pham, Pham: A new approach to time-optimal path parameterization based on reachability analysis.
                         IEEE Trans. Robotics 34(3), 2018.
+    [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
+                        1998.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.
     [VanOosterom1983]   Van Oosterom, Strackee: The solid angle of a plane triangle. IEEE Trans. Biomed. Eng. 30(2),
                         1983.

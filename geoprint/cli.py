@@ -116,7 +116,7 @@ def compare(
     *,
     out: Out,
     unit: Unit = None,
-    backends: Annotated[str, typer.Option(help="Backends to compare, with commas between them.")] = "lscm,heat",
+    backends: Annotated[str, typer.Option(help="Backends to compare, with commas between them, or all.")] = "lscm,heat",
     spacing: Spacing = None,
     rounds: Rounds = None,
     step: Step = None,
@@ -140,7 +140,7 @@ def compare(
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
-        compared = run(job, backends=[name.strip() for name in backends.split(",")], observe=observe)
+        compared = run(job, backends=_backend_names(backends), observe=observe)
         observe("writing")
         save_comparison(compared, out, overwrite=overwrite)
     if as_json:
@@ -175,6 +175,12 @@ def doctor() -> None:
 
     for line in examine():
         typer.echo(line)
+
+
+def _backend_names(text: str) -> list[str]:
+    from geoprint.backends import BACKENDS
+
+    return list(BACKENDS) if text.strip() == "all" else [name.strip() for name in text.split(",")]
 
 
 def _rounds(rounds: int | None, step: str | None) -> int | None:

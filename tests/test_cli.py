@@ -67,7 +67,7 @@ def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path
         (["--spacing", "nan"], 2, "spacing"),
         (["--spacing", "1000"], 3, "only 50 mm across"),
         (["--spacing", "35"], 3, "choose a spacing below"),
-        (["--spacing", "2", "--backend", "magic"], 2, "choose one of: heat, lscm"),
+        (["--spacing", "2", "--backend", "magic"], 2, "choose one of: heat, fast-marching, lscm"),
         (["--spacing", "2", "--place", "moon"], 2, "place"),
         (["--spacing", "2", "--cell", "nowhere.toml"], 2, "geoprint init"),
         (["--spacing", "2", "--seed", "0", "0", "99"], 3, "99"),

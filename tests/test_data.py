@@ -173,8 +173,13 @@ def test_the_plate_is_a_flat_rectangle_facing_up() -> None:
 
 
 @pytest.mark.skipif(find_spec("skimage") is None, reason="making the heart needs scikit-image")
-def test_making_the_parts_again_gives_the_same_bytes(tmp_path: Path) -> None:
+def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path) -> None:
     subprocess.run([sys.executable, str(DATA / "make_heart.py"), "--out", str(tmp_path)], check=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(TOPOLOGY)
-    differing = [name for name in TOPOLOGY if (tmp_path / name).read_bytes() != (DATA / name).read_bytes()]
-    assert differing == []
+    for name in TOPOLOGY:
+        again, kept = load(tmp_path / name, unit="mm"), part(name)
+        assert describe(again) == TOPOLOGY[name]
+        # The cut follows a geodesic distance, so a better one moves the rim by a little.
+        _, there = closest(kept, again.vertices)
+        _, back = closest(again, kept.vertices)
+        assert max(there.max(), back.max()) < 0.4

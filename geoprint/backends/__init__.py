@@ -6,10 +6,13 @@ A new backend is one file beside these and one line in `BACKENDS`.
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from geoprint.backends.fast_marching import FastMarching
 from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend
 from geoprint.backends.lscm import Lscm
 
-BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType({"heat": Heat, "lscm": Lscm})
+BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType(
+    {"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm}
+)
 
-__all__ = ["BACKENDS", "Backend", "Heat", "Lscm"]
+__all__ = ["BACKENDS", "Backend", "FastMarching", "Heat", "Lscm"]

@@ -8,12 +8,16 @@ outside, and pieces of neighbouring triangles join head to tail. Flat triangles 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import numbered_edges
+
+EdgeShares: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,20 +39,27 @@ class _Crossings:
     shares: FloatArray
 
 
-def isolines(surface: Surface, field: ScalarField, *, levels: FloatArray) -> tuple[SurfaceCurves, IntArray]:
+def isolines(
+    surface: Surface, field: ScalarField, *, levels: FloatArray, edge_shares: EdgeShares | None = None
+) -> tuple[SurfaceCurves, IntArray]:
     """Trace level curves.
 
     Args:
         surface: n vertices, m faces.
         field: (n,) values at the vertices.
         levels: (l,) strictly rising values.
+        edge_shares: given (k, 2) edges and (k,) values between those at their ends, returns the (k,) shares of the way
+            from the first end at which the field takes them; a field that is linear along edges by default.
 
     Returns:
         The curves, sorted by level, larger values on their left seen from outside, closed unless they end at the
         border; and (c,) the index of each curve's level. Where a level touches nothing it has no curve.
     """
     surface_edges, face_edges = numbered_edges(surface.faces)
-    pieces, crossings = _cut(surface, field.values, levels, surface_edges=surface_edges, face_edges=face_edges)
+    pieces, crossed, crossing_levels = _cut(surface, field.values, levels, face_edges)
+    crossed_edges, values = surface_edges[crossed], levels[crossing_levels]
+    shares = _linear_shares(field, crossed_edges, values) if edge_shares is None else edge_shares(crossed_edges, values)
+    crossings = _Crossings(crossed, crossing_levels, shares)
     order, offsets, closed = _chain(pieces.starts, pieces.ends, count=crossings.edges.size)
     outgoing = np.full(crossings.edges.size, -1)
     outgoing[pieces.ends] = pieces.faces
@@ -59,9 +70,13 @@ def isolines(surface: Surface, field: ScalarField, *, levels: FloatArray) -> tup
 
 
 def _cut(
-    surface: Surface, values: FloatArray, levels: FloatArray, *, surface_edges: IntArray, face_edges: IntArray
-) -> tuple[_Pieces, _Crossings]:
-    """Cut every triangle by every level between its smallest and its largest value."""
+    surface: Surface, values: FloatArray, levels: FloatArray, face_edges: IntArray
+) -> tuple[_Pieces, IntArray, IntArray]:
+    """Cut every triangle by every level between its smallest and its largest value.
+
+    Returns:
+        The pieces, and the (k,) edge and level of every crossing that they name.
+    """
     ranks = np.searchsorted(levels, values, side="right")[surface.faces]
     first = ranks.min(axis=1)
     count = ranks.max(axis=1) - first
@@ -72,11 +87,14 @@ def _cut(
     down, up = np.argmax(above & ~following, axis=1), np.argmax(~above & following, axis=1)
     key = np.concatenate([face_edges[face, down], face_edges[face, up]]) * levels.size + np.tile(level, 2)
     crossing, where = np.unique(key, return_inverse=True)
-    edge, crossing_level = crossing // levels.size, crossing % levels.size
-    low, high = values[surface_edges[edge, 0]], values[surface_edges[edge, 1]]
-    shares = np.clip((levels[crossing_level] - low) / (high - low), 0.0, 1.0)
     pieces = _Pieces(face, level, where[: face.size], where[face.size :])
-    return pieces, _Crossings(edge, crossing_level, shares)
+    return pieces, crossing // levels.size, crossing % levels.size
+
+
+def _linear_shares(field: ScalarField, edges: IntArray, values: FloatArray) -> FloatArray:
+    """Return where a field that is linear along edges takes values on them."""
+    low, high = field.values[edges].T
+    return np.clip((values - low) / (high - low), 0.0, 1.0)
 
 
 def _chain(starts: IntArray, ends: IntArray, *, count: int) -> tuple[IntArray, IntArray, BoolArray]:

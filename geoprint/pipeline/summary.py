@@ -21,7 +21,7 @@ NOTABLE_LEAN = 15.0
 # Paths whose spacing varies by more than this could be more even ...
 NOTABLE_CV = 0.01
 # ... with the backend nearest to the exact distance.
-CLOSEST_BACKEND = "heat"
+CLOSEST_BACKEND = "fast-marching"
 # Decimals of lengths [mm] and angles [degrees] in plan.json: finer than any machine, short enough to read.
 DECIMALS = 6
 

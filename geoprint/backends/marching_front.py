@@ -1,0 +1,187 @@
+"""What front marching works on: half-edge arrays, the state of the front, and the heap of vertices that wait.
+
+Half-edge 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3), and stands for that corner too.
+Directions at a vertex are bearings: angles [rad] counter-clockwise from its first half-edge, stretched at a vertex
+inside the surface so that a full turn is 2 pi whatever angles meet there [Polthier1998]. On the border the first
+half-edge is the one along the border, and nothing is stretched.
+
+Small kernels are inlined into the loops that call them: numba counts references to every array at each call.
+"""
+
+from __future__ import annotations
+
+from math import acos, pi
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from geoprint.model import FloatArray, IntArray
+
+# Marks of a vertex, added up. A seed vertex has distance 0; along border edges of the seed the front starts parallel.
+SEED_VERTEX = 1
+SEED_FIRST_EDGE = 2
+SEED_LAST_EDGE = 4
+# A corner of a triangle that holds a piece of the seed inside: between it and the next corner the distance has a
+# valley, through which nothing is marched.
+BESIDE_SEED = 8
+# The arrival was computed along a straight line from the seed.
+SEEN_FROM_SEED = 16
+
+
+class Mesh(NamedTuple):
+    """Half-edge arrays of m triangles and n vertices.
+
+    Attributes:
+        corners: (3 m,) vertex that each half-edge starts from.
+        lengths: (3 m,) length [mm].
+        twins: (3 m,) half-edge on the other side of the edge; -1 on the border.
+        angles: (3 m,) angle of the corner [rad], not stretched.
+        bearings: (3 m,) bearing of the half-edge at the vertex it starts from [rad].
+        stretch: (n,) bearing by angle: 2 pi by the sum of angles inside, 1 on the border.
+        first: (n,) first half-edge of each vertex; -1 where no triangle uses it.
+    """
+
+    corners: IntArray
+    lengths: FloatArray
+    twins: IntArray
+    angles: FloatArray
+    bearings: FloatArray
+    stretch: FloatArray
+    first: IntArray
+
+
+class Front(NamedTuple):
+    """What is known of the distance so far, and the vertices from which it still has to spread.
+
+    Attributes:
+        distances: (n,) [mm], infinite where nothing has arrived.
+        origins: (n,) bearing back to where the shortest line to the vertex comes from [rad].
+        marks: (n,) sum of the marks of the vertex.
+        heap: (n,) binary heap of waiting vertices, the nearest first.
+        places: (n,) place of each vertex in the heap, -1 outside.
+        waiting: (1,) number of vertices in the heap.
+    """
+
+    distances: FloatArray
+    origins: FloatArray
+    marks: IntArray
+    heap: IntArray
+    places: IntArray
+    waiting: IntArray
+
+
+@njit(cache=True, error_model="numpy")
+def measure_corners(
+    corners: IntArray, lengths: FloatArray, twins: IntArray, vertex_count: int
+) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
+    """Return angles, bearings, stretch and first half-edges, as `Mesh` holds them."""
+    angles = np.empty(corners.size)
+    first = np.full(vertex_count, -1)
+    sums = np.zeros(vertex_count)
+    for half in range(corners.size):
+        right, left, across = lengths[half], lengths[before(half)], lengths[after(half)]
+        cosine = (right * right + left * left - across * across) / (2.0 * right * left)
+        angles[half] = acos(min(1.0, max(-1.0, cosine)))
+        vertex = corners[half]
+        sums[vertex] += angles[half]
+        if twins[half] < 0 or first[vertex] < 0:
+            first[vertex] = half
+    bearings = np.zeros(corners.size)
+    stretch = np.ones(vertex_count)
+    for vertex in range(vertex_count):
+        half = first[vertex]
+        if half < 0:
+            continue
+        if twins[half] >= 0:
+            stretch[vertex] = 2.0 * pi / sums[vertex]
+        angle = 0.0
+        while True:
+            bearings[half] = angle * stretch[vertex]
+            angle += angles[half]
+            half = twins[before(half)]
+            if half < 0 or half == first[vertex]:
+                break
+    return angles, bearings, stretch, first
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def arrive(front: Front, vertex: int, distance: float, origin: float) -> None:
+    """Set a smaller distance of a vertex and let it wait for its turn."""
+    front.distances[vertex] = distance
+    front.origins[vertex] = origin
+    if front.places[vertex] < 0:
+        front.heap[front.waiting[0]] = vertex
+        front.places[vertex] = front.waiting[0]
+        front.waiting[0] += 1
+    rise(front, front.places[vertex])
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def pop_nearest(front: Front) -> int:
+    """Take the nearest vertex out of the heap."""
+    heap, places = front.heap, front.places
+    nearest = heap[0]
+    places[nearest] = -1
+    front.waiting[0] -= 1
+    count = front.waiting[0]
+    if count > 0:
+        heap[0] = heap[count]
+        places[heap[0]] = 0
+        sink(front, count)
+    return nearest
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def rise(front: Front, place: int) -> None:
+    """Move the vertex at a place of the heap up to where it belongs."""
+    heap, places, keys = front.heap, front.places, front.distances
+    vertex = heap[place]
+    while place > 0:
+        parent = (place - 1) >> 1
+        if keys[heap[parent]] <= keys[vertex]:
+            break
+        heap[place] = heap[parent]
+        places[heap[place]] = place
+        place = parent
+    heap[place] = vertex
+    places[vertex] = place
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def sink(front: Front, count: int) -> None:
+    """Move the vertex at the top of a heap of `count` down to where it belongs."""
+    heap, places, keys = front.heap, front.places, front.distances
+    vertex, place = heap[0], 0
+    while 2 * place + 1 < count:
+        child = 2 * place + 1
+        if child + 1 < count and keys[heap[child + 1]] < keys[heap[child]]:
+            child += 1
+        if keys[heap[child]] >= keys[vertex]:
+            break
+        heap[place] = heap[child]
+        places[heap[place]] = place
+        place = child
+    heap[place] = vertex
+    places[vertex] = place
+
+
+@njit(cache=True, error_model="numpy")
+def border_bearing(mesh: Mesh, vertex: int) -> float:
+    """Return the bearing of the last edge of a border vertex: the sum of its angles [rad]."""
+    half = int(mesh.first[vertex])
+    while mesh.twins[before(half)] >= 0:
+        half = int(mesh.twins[before(half)])
+    return mesh.bearings[half] + mesh.angles[half]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def after(half: int) -> int:
+    """Return the next half-edge of the same triangle."""
+    return half + 1 if half % 3 < 2 else half - 2
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def before(half: int) -> int:
+    """Return the half-edge of the same triangle that ends where this one starts."""
+    return half - 1 if half % 3 > 0 else half + 2
