@@ -24,14 +24,13 @@ from itertools import pairwise
 from types import MappingProxyType
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from benchmarks.surfaces import SHAPES, STYLES, exact_distance, make
 from geoprint.backends import BACKENDS
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
 from geoprint.model import FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
-from geoprint.surfaces import boundary_loops, boundary_seed, edge_lengths, positions
+from geoprint.surfaces import PolylineDistance, boundary_loops, boundary_seed, edge_lengths, even_points, positions
 
 # Level curves between the border and the farthest point.
 LEVELS = 20
@@ -62,7 +61,12 @@ def _peer(*, robust: bool) -> Field:
 PEER, ROBUST_PEER = "potpourri3d heat", "potpourri3d robust"
 # Every field that is compared: a new backend is one line.
 FIELDS: Mapping[str, Field] = MappingProxyType(
-    {"heat": _own("heat"), PEER: _peer(robust=False), ROBUST_PEER: _peer(robust=True)}
+    {
+        "heat": _own("heat"),
+        "fast-marching": _own("fast-marching"),
+        PEER: _peer(robust=False),
+        ROBUST_PEER: _peer(robust=True),
+    }
 )
 
 
@@ -154,19 +158,22 @@ def order(sizes: Sizes) -> Iterator[str]:
 
 
 def timing(sizes: Sizes) -> Iterator[str]:
-    """Seconds for the field on a cap, with and without 100 levels of curves, and their ratios to the peer's."""
-    yield _row("faces", "heat: field", "field + 100 levels", f"{PEER}: field", "field + 100 levels", "ratios")
-    yield _rule(6)
-    FIELDS["heat"](make("cap", faces=500))  # Compiles.
+    """Seconds for each field on a cap, with and without 100 levels of curves, and their ratios to the peer's."""
+    yield _row("faces", "field", "seconds", "with 100 levels", f"over {PEER}'s")
+    yield _rule(5)
+    own = [name for name in FIELDS if name in BACKENDS]
+    for name in own:
+        FIELDS[name](make("cap", faces=500))  # Compiles.
     for faces in sizes.timed:
         surface = make("cap", faces=faces)
-        times = _times(surface, FIELDS["heat"], _traced)
+        times = {name: _times(surface, FIELDS[name], _traced) for name in own}
         if PEER in _present_fields():
-            times += _times(surface, FIELDS[PEER], _traced_by_peer)
-            ratios = f"{times[0] / times[2]:.2f}, {times[1] / times[3]:.2f}"
-        else:
-            times, ratios = (*times, np.nan, np.nan), "potpourri3d is not installed"
-        yield _row(f"{len(surface.faces)}", *(f"{seconds:.3f} s" for seconds in times), ratios)
+            times[PEER] = _times(surface, FIELDS[PEER], _traced_by_peer)
+        for name, (field, traced) in times.items():
+            beside = "-"
+            if PEER in times:
+                beside = f"{field / times[PEER][0]:.2f}, {traced / times[PEER][1]:.2f}"
+            yield _row(f"{len(surface.faces)}", name, f"{field:.3f}", f"{traced:.3f}", beside)
 
 
 def seeds(sizes: Sizes) -> Iterator[str]:
@@ -225,7 +232,9 @@ def _ratio(errors: dict[str, FloatArray], peer: str) -> float:
     return float(errors["heat"].mean() / errors[peer].mean()) if peer in errors else np.nan
 
 
-def _times(surface: Surface, field: Field, trace: Callable[[Surface, FloatArray, float], object]) -> tuple[float, ...]:
+def _times(
+    surface: Surface, field: Field, trace: Callable[[Surface, FloatArray, float], object]
+) -> tuple[float, float]:
     """Return the least seconds for a field, and for it and its level curves."""
     times: list[tuple[float, float]] = []
     for _ in range(REPEATS if len(surface.faces) < LARGE else 1):
@@ -234,7 +243,8 @@ def _times(surface: Surface, field: Field, trace: Callable[[Surface, FloatArray,
         solved = time.perf_counter()
         trace(surface, values, float(values.max()) / TIMED_LEVELS)
         times.append((solved - start, time.perf_counter() - start))
-    return tuple(np.min(times, axis=0).tolist())
+    field_seconds, traced_seconds = np.min(times, axis=0).tolist()
+    return field_seconds, traced_seconds
 
 
 def _traced(surface: Surface, values: FloatArray, step: float) -> list[list[FloatArray]]:
@@ -253,23 +263,15 @@ def _traced_by_peer(surface: Surface, values: FloatArray, step: float) -> None:
 
 def _spacing_ratios(surface: Surface, values: FloatArray, step: float) -> FloatArray:
     """Return the distance from samples on every level to the level before, over the step."""
-    ratios: list[FloatArray] = []
-    for outer, inner in pairwise(_traced(surface, values, step)):
-        pieces = [_evenly(line, step / PIECES_PER_SPACING) for line in outer]
-        starts, ends = np.vstack([line[:-1] for line in pieces]), np.vstack([line[1:] for line in pieces])
-        samples = np.vstack([_evenly(line, step / SAMPLES_PER_SPACING) for line in inner])
-        _, near = KDTree(0.5 * (starts + ends)).query(samples, k=min(6, len(starts)))
-        near = np.asarray(near).reshape(len(samples), -1)
-        along, away = (ends - starts)[near], samples[:, None] - starts[near]
-        share = np.clip((away * along).sum(axis=2) / np.maximum((along**2).sum(axis=2), 1e-30), 0.0, 1.0)
-        ratios.append(np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=2)).min(axis=1) / step)
-    return np.concatenate(ratios)
-
-
-def _evenly(line: FloatArray, step: float) -> FloatArray:
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    stations = np.linspace(0.0, float(arcs[-1]), max(int(np.ceil(arcs[-1] / step)), 1) + 1)
-    return np.column_stack([np.interp(stations, arcs, line[:, axis]) for axis in range(3)])
+    return np.concatenate(
+        [
+            PolylineDistance(outer, step=step / PIECES_PER_SPACING)(
+                np.vstack([even_points(line, step=step / SAMPLES_PER_SPACING) for line in inner])
+            )
+            / step
+            for outer, inner in pairwise(_traced(surface, values, step))
+        ]
+    )
 
 
 def _row(*cells: str) -> str:

@@ -6,11 +6,11 @@ python -m benchmarks.uniformity [--picture FILE] [--smoke]
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from geoprint.config import Job, job_of
-from geoprint.pipeline import Comparison, Planned, compare, comparison_picture
+from geoprint.pipeline import COMPARED, Comparison, Planned, compare, comparison_picture
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -31,6 +31,7 @@ PARTS = (
     Part("heart, apex, strongly curved", "heart_apex_patch.ply", "heart.ply", 1.0),
 )
 SMOKE = Part("plate, flat, coarse", "plate.ply", None, 4.0)
+BACKENDS = ("lscm", "heat", "fast-marching")
 PICTURED = "heart_apex_patch.ply"
 
 
@@ -43,12 +44,13 @@ def main() -> None:
     print("| part | backend | spacing CV | p95 | area uncovered | printable |")
     print("|---|---|---|---|---|---|")
     for part in (SMOKE,) if arguments.smoke else PARTS:
-        compared = compare(_job(part))
+        compared = compare(_job(part), backends=BACKENDS)
         for line in _rows(part, compared):
             print(line)
         if arguments.picture is not None and part.file == PICTURED:
             arguments.picture.parent.mkdir(parents=True, exist_ok=True)
-            arguments.picture.write_bytes(comparison_picture(compared))
+            pair = tuple((name, outcome) for name, outcome in compared.outcomes if name in COMPARED)
+            arguments.picture.write_bytes(comparison_picture(replace(compared, outcomes=pair)))
 
 
 def _job(part: Part) -> Job:
@@ -68,7 +70,7 @@ def _rows(part: Part, compared: Comparison) -> list[str]:
             measured = outcome.uniformity
             printable = "yes" if outcome.plan.robot is not None else f"no: {outcome.not_printable}"
             rows.append(
-                f"| {part.title} | {name} | {measured.cv:.1%} | {measured.percentile(95):.3f} | "
+                f"| {part.title} | {name} | {measured.cv:.2%} | {measured.percentile(95):.3f} | "
                 f"{measured.uncovered:.2%} | {printable} |"
             )
         else:
