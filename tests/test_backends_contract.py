@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from geoprint.backends import BACKENDS
@@ -78,11 +80,15 @@ def test_the_error_on_a_plate_falls_with_the_triangles(name: str) -> None:
 
 
 @every_backend
-def test_rigid_motion_and_scale_leave_distances_as_they_are(name: str) -> None:
+@settings(max_examples=5, deadline=None)
+@given(angles=st.tuples(*[st.floats(-180, 180)] * 3), scale=st.floats(0.2, 5.0))
+def test_rigid_motion_and_scale_leave_distances_as_they_are(
+    name: str, angles: tuple[float, float, float], scale: float
+) -> None:
     surface = lopsided_cap()
-    turn = Rotation.from_euler("xyz", [20, 40, 60], degrees=True).as_matrix()
-    moved = Surface(3.0 * surface.vertices @ turn.T + [5.0, -70.0, 11.0], surface.faces)
-    np.testing.assert_allclose(distance(name, moved), 3.0 * distance(name, surface), atol=1e-9)
+    turn = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+    moved = Surface(scale * surface.vertices @ turn.T + [5.0, -70.0, 11.0], surface.faces)
+    np.testing.assert_allclose(distance(name, moved) / scale, distance(name, surface), atol=1e-9)
 
 
 @every_backend

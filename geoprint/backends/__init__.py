@@ -6,6 +6,7 @@ A new backend is one file beside these and one line in `BACKENDS`.
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from geoprint.backends.diagnostics import Diagnostics, diagnostics
 from geoprint.backends.fast_marching import FastMarching
 from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend
@@ -15,4 +16,4 @@ BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType(
     {"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm}
 )
 
-__all__ = ["BACKENDS", "Backend", "FastMarching", "Heat", "Lscm"]
+__all__ = ["BACKENDS", "Backend", "Diagnostics", "FastMarching", "Heat", "Lscm", "diagnostics"]

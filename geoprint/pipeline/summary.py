@@ -9,6 +9,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.backends import diagnostics
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
@@ -37,6 +38,7 @@ def summary(plan: Plan) -> dict[str, Json]:
         "settings": _settings(plan),
         "surface": _surface(plan),
         "paths": _paths(plan),
+        "field": _field(plan),
     }
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
@@ -166,6 +168,11 @@ def _paths(plan: Plan) -> dict[str, Json]:
         "largest_distance_mm": _rounded(plan.contours.distance.maximum),
         "largest_lean_deg": _rounded(np.degrees(largest_lean(poses))),
     }
+
+
+def _field(plan: Plan) -> dict[str, Json]:
+    found = diagnostics(plan.workpiece.surface, plan.contours.distance)
+    return {name: _rounded(value) for name, value in asdict(found).items()}
 
 
 def _motion(robot: RobotPlan) -> dict[str, Json]:
