@@ -120,6 +120,7 @@ def compare(
     spacing: Spacing = None,
     rounds: Rounds = None,
     step: Step = None,
+    seed: SeedPoint = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -135,8 +136,8 @@ def compare(
     from geoprint.pipeline import comparison_summary, comparison_table, save_comparison
 
     job = job_of(
-        surface=surface, unit=unit, flip=flip, spacing=spacing, rounds=_rounds(rounds, step), body=body, cell=cell,
-        place=place, robot=not no_robot,
+        surface=surface, unit=unit, flip=flip, spacing=spacing, rounds=_rounds(rounds, step), seed=seed, body=body,
+        cell=cell, place=place, robot=not no_robot,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
