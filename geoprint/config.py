@@ -42,8 +42,8 @@ SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
 SixRanges = Annotated[
     list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
 ]
-# The most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2]; printing takes a tenth of it.
-TipSpeed = Annotated[float, Field(gt=0.0, le=250.0)]
+# From slower than any bead to the most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2].
+TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 
 

@@ -39,7 +39,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
     ("old", "new", "complaint"),
     [
         ("speed_mm_s = 20", "speed_mm_s = nan", r"process\.speed_mm_s: .*found nan"),
-        ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than 0"),
+        ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than or equal to 0.1"),
         ("speed_mm_s = 20", 'speed_mm_s = "fast"', r"process\.speed_mm_s: .*found 'fast'"),
         ("speed_mm_s = 20", "speed_mm_min = 20", r"process\.(speed_mm_s|speed_mm_min): .*1 more"),
         ("tcp_mm = [84.8528137, 0, 124.8528137]", "tcp_mm = [1, 2]", r"tool\.tcp_mm: .*3 items"),

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
-from geoprint.motion.steps import deposit_steps, same_sign
+from geoprint.motion.steps import deposit_steps
 from geoprint.motion.targets import ANGLE_TOLERANCE, FINE_SHARE, LARGEST_ZONE, SMALLEST_SPEED, written_targets
+from geoprint.transforms import same_sign
 from tests.cells import bent_cell
 from tests.joint_paths import DOWN, arc, line, stream, tilted, two_runs
 

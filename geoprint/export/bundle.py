@@ -84,6 +84,7 @@ def write_bundle(
     Raises:
         UsageError: the folder exists and may not or must not be replaced.
         ExportError: nothing can be written there.
+        VerificationError: a file does not read back as it was written, or `verify` says so.
     """
     contents = {_relative(name): content for name, content in {**files, MANIFEST: manifest(files)}.items()}
     if len(contents) != len(files) + 1:
@@ -98,6 +99,7 @@ def write_bundle(
             place.parent.mkdir(parents=True, exist_ok=True)
             temporary = place.parent / _hidden_name(place, "tmp")
             _write_files(temporary, contents)
+            _compare(temporary, contents)
         verify(temporary)
         with _translated(directory):
             _swap_in(temporary, place, overwrite=overwrite)
@@ -184,6 +186,14 @@ def _write_files(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
             os.fsync(handle.fileno())
     for path in (folder, *(path for path in folder.rglob("*") if path.is_dir())):
         _sync_folder(path)
+
+
+def _compare(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
+    for name, content in files.items():
+        if (folder / name).read_bytes() != content:
+            raise VerificationError(
+                f"{name} does not read back as it was written; the disk may be faulty: write again."
+            )
 
 
 def _sync_folder(folder: Path) -> None:

@@ -43,7 +43,7 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
         points: four or more, of which any three or more that remain without one are not on one line.
 
     Returns:
-        The calibrated placement, with the distance left at each point.
+        The calibrated placement, with the distance of each point from where the others put it.
 
     Raises:
         InputError: fewer than four points, points on a line, points listed mirrored, or one that does not fit to
@@ -57,7 +57,7 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
         >>> placement = fit_touched_points(TouchedPoints(model=corners, touched=touched, T_fixture_work=np.eye(4)))
         >>> placement.T_base_work[:3, 3].round(9)
         array([300.,   0.,   0.])
-        >>> float(placement.residuals.max()) < 1e-9
+        >>> float(placement.misses.max()) < 1e-9
         True
     """
     count = len(points.model)
@@ -73,13 +73,11 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
     ]
     planar = bool(min(extent[2] / extent[0] for extent in extents) < PLANAR_SHARE)
     _refuse_mirrored(points, planar=planar)
-    _refuse_misses(points)
-    T_base_fixture = _fitted(points.model, points.touched)
     return Placement(
-        T_base_fixture=T_base_fixture,
+        T_base_fixture=_fitted(points.model, points.touched),
         T_fixture_work=points.T_fixture_work,
         calibrated=True,
-        residuals=np.linalg.norm(transforms.apply(T_base_fixture, points.model) - points.touched, axis=1),
+        misses=_misses(points),
     )
 
 
@@ -116,7 +114,7 @@ def demo_placement(surface: Surface, *, position: FloatArray) -> Placement:
         T_base_fixture=transforms.rigid(np.eye(3), position),
         T_fixture_work=transforms.rigid(rotation, -rotation @ centroid),
         calibrated=False,
-        residuals=np.empty(0),
+        misses=np.empty(0),
     )
 
 
@@ -172,8 +170,8 @@ def _refuse_mirrored(points: TouchedPoints, *, planar: bool) -> None:
         )
 
 
-def _refuse_misses(points: TouchedPoints) -> None:
-    """Refuse a touched point that is not where the others put it.
+def _misses(points: TouchedPoints) -> FloatArray:
+    """Return the (k,) distance of each touched point from where the others put it [mm].
 
     Raises:
         InputError: a point misses by more than LARGEST_MISS, or the others lie on a line and cannot tell.
@@ -200,3 +198,4 @@ def _refuse_misses(points: TouchedPoints) -> None:
             point=worst + 1,
             miss_mm=float(misses[worst]),
         )
+    return misses
