@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -37,6 +40,12 @@ def test_linked_files_exist() -> None:
         assert (ROOT / link).is_file(), link
 
 
-def test_every_command_of_the_examples_is_one_of_the_command_line() -> None:
-    commands = set(re.findall(r"^geoprint (\w+)", "\n".join(blocks("sh")), flags=re.MULTILINE))
-    assert commands == {"init", "plan", "compare", "doctor"}
+def test_the_examples_run_one_after_the_other(tmp_path: Path) -> None:
+    lines = [line for line in "\n".join(blocks("sh")).splitlines() if line.startswith("geoprint ")]
+    assert [line.split()[1] for line in lines] == ["init", "plan", "plan", "compare", "doctor"]
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    for line in lines:
+        command = [sys.executable, "-m", *shlex.split(line, comments=True)]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
+        assert done.returncode == 0, f"{line}: {done.stderr}"
+    assert {path.name for path in tmp_path.iterdir()} == {"cells", "compared", "data", "plan", "plan20"}
