@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from geoprint.backends.marching_front import Front, Mesh, after, before
+from geoprint.backends.marching_front import Front, Mesh, after, before, uncounted
 from geoprint.backends.marching_kernels import slope
 from geoprint.model import FloatArray, IntArray
 
@@ -73,7 +73,7 @@ def slopes_at(
     return slopes
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
     """Return the derivatives of the distance by the share of the way along an edge, at its start and its end.
 
@@ -91,7 +91,7 @@ def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -
     return climb, climb
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
     """Return the half-edge of a length from one vertex to another, -1 where there is none."""
     half = mesh.first[start]
@@ -103,7 +103,7 @@ def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
             return -1
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
     start, following = mesh.corners[half], after(half)
@@ -113,7 +113,7 @@ def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
     return first, -slope(mesh, front, end, back)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def ridge_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
     """Return where a level between the values at 0 and 1 is crossed on the way from the lower one to the ridge."""
     share = (level - low) / (high - low)
@@ -124,7 +124,7 @@ def ridge_crossing(low: float, high: float, first: float, last: float, level: fl
     return min(1.0, max(0.0, share))
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def cubic_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
     """Return where the cubic with the given values and slopes at 0 and 1 takes a level between the values."""
     rising = high > low
