@@ -273,6 +273,16 @@ def test_level_curves_of_a_curved_front_do_not_cut_it_short() -> None:
     assert missed(contours.curves, contours.levels) < 0.2 * missed(straight, levels)
 
 
+def test_edges_may_be_twice_as_long_where_the_part_is_coarse_and_no_longer_where_it_is_fine() -> None:
+    coarse, fine = spherical_cap(rings=5), spherical_cap(rings=60)
+    assert FastMarching.edge_length(coarse, spacing=0.4) == pytest.approx(0.2)
+    assert FastMarching.edge_length(fine, spacing=0.4) == pytest.approx(0.1)
+    between = spherical_cap(rings=24)
+    eighth = float(edge_lengths(between).mean()) / 8
+    assert FastMarching.edge_length(between, spacing=0.4) == pytest.approx(eighth)
+    assert 0.1 < eighth < 0.2
+
+
 def test_faces_kept_apart_stay_and_are_sewn_in_again() -> None:
     triangulation = intrinsic_triangulation(stretched_plate(20.0))
     kept = np.array([100, 101, 555])
