@@ -102,7 +102,7 @@ class FastMarching:
         def edge_shares(edges: IntArray, values: FloatArray) -> FloatArray:
             return crossing_shares(mesh, front, edges, self._lengths(edges), values, MEETING_SLOPES)
 
-        def edge_slopes(edges: IntArray, shares: FloatArray) -> FloatArray:
+        def edge_slopes(edges: IntArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
             return slopes_at(mesh, front, edges, self._lengths(edges), shares, MEETING_SLOPES)
 
         curves, curve_levels = isolines(self._surface, field, levels=levels, edge_shares=edge_shares)
