@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.backends import BACKENDS
 from geoprint.errors import FieldError, UsageError
-from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import boundary_seed, positions
+from geoprint.model import Contours, FloatArray, Surface
+from geoprint.surfaces import PolylineDistance, boundary_seed, even_points, positions, refine
 from tests.meshes import cylinder_patch, plate, spherical_cap
 
 every_backend = pytest.mark.parametrize("name", sorted(BACKENDS))
@@ -33,6 +35,18 @@ def lopsided_cap() -> Surface:
     cap = spherical_cap(rings=10, jitter_seed=7)
     x, y, z = cap.vertices.T
     return Surface(np.column_stack([1.3 * x + 0.004 * x**2, y + 0.03 * x, z]), cap.faces)
+
+
+def spacing_ratios(surface: Surface, contours: Contours) -> FloatArray:
+    """Return the straight distance of points on every level from the level outside, over the spacing."""
+    lines = np.split(positions(surface, contours.curves.points), contours.curves.offsets[1:-1])
+    levels = [[lines[i] for i in np.flatnonzero(contours.levels == level)] for level in np.unique(contours.levels)]
+    step = contours.spacing / 20
+    distances = [
+        PolylineDistance(outer, step=step)(np.vstack([even_points(line, step=5 * step) for line in inner]))
+        for outer, inner in pairwise(levels)
+    ]
+    return np.concatenate(distances) / contours.spacing
 
 
 def plate_distance(surface: Surface, size: tuple[float, float]) -> FloatArray:
@@ -114,6 +128,27 @@ def test_contours_lie_half_a_spacing_and_then_whole_spacings_from_the_seed(name:
     assert np.abs(found - wanted).mean() < STATED_ERROR * 2.0
     assert sorted(set(contours.levels.tolist())) == list(range(int(contours.levels.max()) + 1))
     assert contours.curves.closed.all()
+
+
+@every_backend
+def test_the_edges_asked_for_scale_with_part_and_spacing_and_are_at_most_half_a_spacing(name: str) -> None:
+    part = spherical_cap(rings=6, jitter_seed=2)
+    wider = Surface(3.0 * part.vertices, part.faces)
+    for spacing in (0.01, 0.3, 1.0, 10.0):
+        wanted = BACKENDS[name].edge_length(part, spacing=spacing)
+        assert 0.0 < wanted <= spacing / 2
+        assert BACKENDS[name].edge_length(wider, spacing=3.0 * spacing) == pytest.approx(3.0 * wanted)
+
+
+@every_backend
+def test_a_part_with_the_edges_asked_for_gets_even_contours(name: str) -> None:
+    part = cylinder_patch(radius=30.0, angle=1.0, length=24.0, divisions=(6, 5), jitter_seed=3)
+    spacing = 1.0
+    surface = refine(part, edge_length=BACKENDS[name].edge_length(part, spacing=spacing))
+    contours = BACKENDS[name](surface).contours(boundary_seed(surface), spacing=spacing)
+    ratios = spacing_ratios(surface, contours)
+    assert ratios.mean() == pytest.approx(1.0, abs=0.005)
+    assert ratios.std() < 0.01
 
 
 @every_backend

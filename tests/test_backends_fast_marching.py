@@ -16,6 +16,7 @@ from geoprint.backends import FastMarching
 from geoprint.backends.fast_marching import FLIP_MARGIN, flipped_apart_from
 from geoprint.backends.intrinsic import intrinsic_triangulation
 from geoprint.backends.isolines import isolines
+from geoprint.backends.seed_pieces import seed_pieces
 from geoprint.errors import FieldError, InputError
 from geoprint.model import FloatArray, IntArray, Seed, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import boundary_seed, closest, edge_lengths, point_seed, positions, refine
@@ -156,6 +157,19 @@ def test_a_curve_across_triangles_is_a_line_not_its_points(*, ends_only: bool) -
     assert error.max() < 0.2
 
 
+def test_long_chords_are_cut_at_every_edge_without_gaps() -> None:
+    surface = plate((40.0, 30.0), (20, 300), jitter_seed=1)
+    line = np.array([[7.3, 8.1, 0.0], [15.2, 19.7, 0.0], [24.4, 11.3, 0.0], [33.1, 22.2, 0.0]])
+    pieces = seed_pieces(surface, curve(surface, line), rim=np.zeros((0, 2), dtype=np.int64))
+    corners = surface.vertices[surface.faces[pieces.faces]]
+    ways = np.einsum("kc,kcx->kx", pieces.ends - pieces.starts, corners)
+    # Less than a thousandth is left open, where the line passes a vertex.
+    covered = np.linalg.norm(ways, axis=1).sum() / np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    assert 0.999 < covered < 1.0 + 1e-9
+    error = errors(marched(surface, curve(surface, line)), distance_to_polyline(surface.vertices, line), surface)
+    assert error.max() < 0.2
+
+
 def test_a_curve_along_inner_edges_of_the_mesh_is_a_line() -> None:
     surface = plate((40.0, 30.0), (16, 12))
     # From vertex to vertex of one row of the grid.
@@ -271,6 +285,16 @@ def test_level_curves_of_a_curved_front_do_not_cut_it_short() -> None:
         return float(np.abs(radii - np.repeat(2.0 + 4.0 * level, np.diff(curves.offsets))).mean())
 
     assert missed(contours.curves, contours.levels) < 0.2 * missed(straight, levels)
+
+
+def test_edges_may_be_twice_as_long_where_the_part_is_coarse_and_no_longer_where_it_is_fine() -> None:
+    coarse, fine = spherical_cap(rings=5), spherical_cap(rings=60)
+    assert FastMarching.edge_length(coarse, spacing=0.4) == pytest.approx(0.2)
+    assert FastMarching.edge_length(fine, spacing=0.4) == pytest.approx(0.1)
+    between = spherical_cap(rings=24)
+    eighth = float(edge_lengths(between).mean()) / 8
+    assert FastMarching.edge_length(between, spacing=0.4) == pytest.approx(eighth)
+    assert 0.1 < eighth < 0.2
 
 
 def test_faces_kept_apart_stay_and_are_sewn_in_again() -> None:

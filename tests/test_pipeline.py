@@ -17,7 +17,7 @@ from geoprint.motion import Arm
 from geoprint.pipeline import Plan, RobotPlan, compare, comparison_table, plan, save_comparison, save_plan
 from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.saving import verify_files
-from geoprint.surfaces import load, save_ply
+from geoprint.surfaces import edge_lengths, load, save_ply
 from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
 from tests.meshes import annulus, cylinder_patch, plate, sphere, spherical_cap
 from tests.shared_data import shared
@@ -222,6 +222,33 @@ def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -
             assert isinstance(outcome, Planned)
             assert outcome.uniformity.cv < 0.03
             assert outcome.uniformity.mean == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_part_is_refined_as_its_backend_asks_and_plan_json_says_how(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=5, jitter_seed=1)
+    part, eighth = saved(tmp_path, cap), float(edge_lengths(cap).mean()) / 8
+    faces: dict[str, int] = {}
+    for backend, wanted in (("heat", 0.25), ("fast-marching", eighth)):
+        planned = plan(job_of(surface=part, unit="mm", spacing=1.0, backend=backend, robot=False))
+        save_plan(planned, tmp_path / backend)
+        refinement = json.loads((tmp_path / backend / "plan.json").read_text())["field"]["refinement"]
+        assert refinement["edge_length_mm"] == pytest.approx(wanted, abs=1e-6)
+        assert refinement["faces_before"] == 150
+        assert refinement["faces_after"] == len(planned.workpiece.surface.faces)
+        faces[backend] = refinement["faces_after"]
+    assert faces["fast-marching"] < faces["heat"] / 2
+
+
+def test_compared_backends_share_the_finest_surface_that_any_of_them_asks_for(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=5, jitter_seed=1)
+    part, eighth = saved(tmp_path, cap), float(edge_lengths(cap).mean()) / 8
+    job = job_of(surface=part, unit="mm", spacing=1.0, robot=False)
+    for backends, wanted in ((["fast-marching", "heat"], 0.25), (["fast-marching"], eighth)):
+        compared = compare(job, backends=backends)
+        assert compared.workpiece.edge_length == pytest.approx(wanted, abs=1e-6)
+        for _, outcome in compared.outcomes:
+            assert isinstance(outcome, Planned)
+            assert outcome.plan.workpiece is compared.workpiece
 
 
 def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:

@@ -3,17 +3,15 @@
 A new backend is one file beside these and one line in `BACKENDS`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from geoprint.backends.diagnostics import Diagnostics, diagnostics
 from geoprint.backends.fast_marching import FastMarching
 from geoprint.backends.heat import Heat
-from geoprint.backends.interface import Backend
+from geoprint.backends.interface import Backend, BackendFactory
 from geoprint.backends.lscm import Lscm
 
-BACKENDS: Mapping[str, Callable[..., Backend]] = MappingProxyType(
-    {"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm}
-)
+BACKENDS: Mapping[str, BackendFactory] = MappingProxyType({"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm})
 
-__all__ = ["BACKENDS", "Backend", "Diagnostics", "FastMarching", "Heat", "Lscm", "diagnostics"]
+__all__ = ["BACKENDS", "Backend", "BackendFactory", "Diagnostics", "FastMarching", "Heat", "Lscm", "diagnostics"]

@@ -6,10 +6,12 @@ of the front. The front knows its slopes at both ends, and the cubic through val
 
 from __future__ import annotations
 
+from math import sin
+
 import numpy as np
 from numba import njit
 
-from geoprint.backends.marching_front import Front, Mesh, after, before
+from geoprint.backends.marching_front import SEED_VERTEX, Front, Mesh, after, before, uncounted
 from geoprint.backends.marching_kernels import slope
 from geoprint.model import FloatArray, IntArray
 
@@ -52,28 +54,35 @@ def crossing_shares(
 @njit(cache=True, error_model="numpy")
 def slopes_at(
     mesh: Mesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
-) -> FloatArray:
-    """Return the (k,) derivatives of the distance along edges, per mm, at the given shares of the way.
+) -> tuple[FloatArray, FloatArray]:
+    """Return the derivatives of the distance along edges, at the given shares of the way, and where it rises across.
 
     The other arguments are those of `crossing_shares`.
+
+    Returns:
+        (k,) derivatives, per mm; (k,) positive where the distance rises to the left of the edge, negative where to the
+        right, and 0 where the front does not know.
     """
-    slopes = np.empty(shares.size)
+    slopes, sides = np.empty(shares.size), np.empty(shares.size)
     for k in range(shares.size):
         start, end = int(edges[k, 0]), int(edges[k, 1])
         low, high = front.distances[start], front.distances[end]
         first, last = edge_slopes(mesh, front, start, end, lengths[k])
+        first_side, last_side = edge_sides(mesh, front, start, end, lengths[k])
         share, rest = shares[k], 1.0 - shares[k]
+        sides[k] = first_side if share < 0.5 else last_side
         if first - last > meeting * lengths[k]:
             on_first = low + share * first < high - rest * last
             slopes[k] = (first if on_first else last) / lengths[k]
+            sides[k] = first_side if on_first else last_side
         else:
             climb = high - low
             change = (first - climb) * rest * (1.0 - 3.0 * share) + (climb - last) * share * (2.0 - 3.0 * share)
             slopes[k] = (climb + change) / lengths[k]
-    return slopes
+    return slopes, sides
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
     """Return the derivatives of the distance by the share of the way along an edge, at its start and its end.
 
@@ -91,7 +100,23 @@ def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -
     return climb, climb
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
+def edge_sides(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
+    """Return whether the distance rises to the left (positive) or right of an edge, at its start and its end.
+
+    Both are 0 where the edge is no side of a triangle.
+    """
+    half = half_edge_between(mesh, start, end, length)
+    if half >= 0:
+        return sides_along(mesh, front, half)
+    half = half_edge_between(mesh, end, start, length)
+    if half >= 0:
+        last, first = sides_along(mesh, front, half)
+        return -first, -last
+    return 0.0, 0.0
+
+
+@uncounted
 def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
     """Return the half-edge of a length from one vertex to another, -1 where there is none."""
     half = mesh.first[start]
@@ -103,7 +128,7 @@ def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
             return -1
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
     start, following = mesh.corners[half], after(half)
@@ -113,7 +138,18 @@ def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
     return first, -slope(mesh, front, end, back)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
+def sides_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
+    """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the seed."""
+    start, following = mesh.corners[half], after(half)
+    end = mesh.corners[following]
+    back = mesh.bearings[following] + mesh.angles[following] * mesh.stretch[end]
+    first = 0.0 if front.marks[start] & SEED_VERTEX else sin(mesh.bearings[half] - front.origins[start])
+    last = 0.0 if front.marks[end] & SEED_VERTEX else -sin(back - front.origins[end])
+    return first, last
+
+
+@uncounted
 def ridge_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
     """Return where a level between the values at 0 and 1 is crossed on the way from the lower one to the ridge."""
     share = (level - low) / (high - low)
@@ -124,7 +160,7 @@ def ridge_crossing(low: float, high: float, first: float, last: float, level: fl
     return min(1.0, max(0.0, share))
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def cubic_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
     """Return where the cubic with the given values and slopes at 0 and 1 takes a level between the values."""
     rising = high > low

@@ -26,11 +26,13 @@ from geoprint.backends.marching_front import (
     measure_corners,
 )
 from geoprint.backends.marching_kernels import march, settle
+from geoprint.backends.resolution import linear_edge_length
 from geoprint.backends.ridge_corners import with_ridge_corners
 from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
 from geoprint.backends.seed_windows import see_from_border, see_from_pieces, see_from_vertices
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
+from geoprint.surfaces import edge_lengths
 
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
@@ -40,6 +42,10 @@ SMALLEST_IMPROVEMENT = 1e-9
 # Where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet on it. Less,
 # and the curvature of a front passes for a ridge; more, and shallow ridges are smeared.
 MEETING_SLOPES = 0.15
+# Longest useful edges: as a share of the spacing, and of the mean edge of the part. A part is flat inside its faces, so
+# that fronts bend no faster than over its edges; a distance that carries its gradient follows them with eight pieces.
+LONGEST_SHARE = 1 / 2
+LONGEST_PART_SHARE = 1 / 8
 # Passes that find all distances anew after marching. One takes away what offers with unsettled directions left behind;
 # after two a planar front is exact over thousands of triangles.
 SETTLING_PASSES = 2
@@ -61,6 +67,16 @@ class FastMarching:
         self._mesh = half_edge_mesh(delaunay(intrinsic_triangulation(surface), margin=FLIP_MARGIN))
         border = np.flatnonzero(self._mesh.twins < 0)
         self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[_following(border)]])
+
+    @staticmethod
+    def edge_length(part: Surface, *, spacing: float) -> float:
+        """Return how long edges may be for even contours at a spacing [mm].
+
+        On a part much coarser than the spacing they may be twice as long as for a distance that is linear in each
+        triangle.
+        """
+        longest = min(LONGEST_SHARE * spacing, LONGEST_PART_SHARE * float(edge_lengths(part).mean()))
+        return max(linear_edge_length(spacing=spacing), longest)
 
     def distance(self, seed: Seed) -> ScalarField:
         """Return the geodesic distance from the seed at the vertices of the surface [mm].
@@ -86,7 +102,7 @@ class FastMarching:
         def edge_shares(edges: IntArray, values: FloatArray) -> FloatArray:
             return crossing_shares(mesh, front, edges, self._lengths(edges), values, MEETING_SLOPES)
 
-        def edge_slopes(edges: IntArray, shares: FloatArray) -> FloatArray:
+        def edge_slopes(edges: IntArray, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
             return slopes_at(mesh, front, edges, self._lengths(edges), shares, MEETING_SLOPES)
 
         curves, curve_levels = isolines(self._surface, field, levels=levels, edge_shares=edge_shares)

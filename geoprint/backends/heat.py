@@ -19,6 +19,7 @@ from geoprint.backends.elements import Elements
 from geoprint.backends.intrinsic import delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
+from geoprint.backends.resolution import linear_edge_length
 from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, single_threaded_blas
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
@@ -70,6 +71,11 @@ class Heat:
         self._order = nested_dissection(self._elements.stiffness, coordinates=surface.vertices)
         self._latest: dict[bytes, _Held] = {}
         self._fields: dict[bytes, ScalarField] = {}
+
+    @staticmethod
+    def edge_length(_part: Surface, *, spacing: float) -> float:
+        """Return how long edges may be for even contours at a spacing [mm]."""
+        return linear_edge_length(spacing=spacing)
 
     def distance(self, seed: Seed) -> ScalarField:
         """Return the geodesic distance from the seed at the vertices [mm].

@@ -146,8 +146,10 @@ def _require_twins(twins: IntArray) -> None:
 def _require_triangles(lengths: FloatArray) -> None:
     if lengths.size and lengths.min() <= 0.0:
         raise InputError(f"every side must have a positive length; the shortest is {lengths.min():g} mm.")
-    excess = 2.0 * lengths.max(axis=1) - lengths.sum(axis=1)
-    if (excess > LENGTH_TOLERANCE * lengths.max(axis=1)).any():
+    first, second, third = lengths.T
+    longest = np.maximum(np.maximum(first, second), third)
+    excess = 2.0 * longest - (first + second + third)
+    if (excess > LENGTH_TOLERANCE * longest).any():
         face = int(np.argmax(excess))
         raise InputError(f"the sides of triangle {face}, {lengths[face].tolist()} mm, do not close to a triangle.")
 

@@ -15,7 +15,6 @@ from typing import TypeAlias
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
-from geoprint.surfaces import numbered_edges
 
 EdgeShares: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
 
@@ -25,18 +24,16 @@ class _Pieces:
     """Straight pieces of level curves, one a row: a triangle, and the crossings where it starts and ends."""
 
     faces: IntArray
-    levels: IntArray
     starts: IntArray
     ends: IntArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Crossings:
-    """Points where a level crosses an edge: edge, level, and share of the way from the edge's first vertex."""
+    """Points where a level crosses an edge, one a row: the edge's vertices, the smaller first, and the level."""
 
     edges: IntArray
     levels: IntArray
-    shares: FloatArray
 
 
 def isolines(
@@ -55,40 +52,51 @@ def isolines(
         The curves, sorted by level, larger values on their left seen from outside, closed unless they end at the
         border; and (c,) the index of each curve's level. Where a level touches nothing it has no curve.
     """
-    surface_edges, face_edges = numbered_edges(surface.faces)
-    pieces, crossed, crossing_levels = _cut(surface, field.values, levels, face_edges)
-    crossed_edges, values = surface_edges[crossed], levels[crossing_levels]
-    shares = _linear_shares(field, crossed_edges, values) if edge_shares is None else edge_shares(crossed_edges, values)
-    crossings = _Crossings(crossed, crossing_levels, shares)
-    order, offsets, closed = _chain(pieces.starts, pieces.ends, count=crossings.edges.size)
-    outgoing = np.full(crossings.edges.size, -1)
+    pieces, crossings = _cut(surface, field.values, levels)
+    values = levels[crossings.levels]
+    shares = (
+        _linear_shares(field, crossings.edges, values) if edge_shares is None else edge_shares(crossings.edges, values)
+    )
+    order, offsets, closed = _chain(pieces.starts, pieces.ends, count=shares.size)
+    outgoing = np.full(shares.size, -1)
     outgoing[pieces.ends] = pieces.faces
     outgoing[pieces.starts] = pieces.faces
-    points = _points_on(surface, surface_edges[crossings.edges[order]], crossings.shares[order], outgoing[order])
+    points = _points_on(surface, crossings.edges[order], shares[order], outgoing[order])
     curve_levels = crossings.levels[order[offsets[:-1]]]
     return _by_level(SurfaceCurves(points, offsets, closed), curve_levels)
 
 
-def _cut(
-    surface: Surface, values: FloatArray, levels: FloatArray, face_edges: IntArray
-) -> tuple[_Pieces, IntArray, IntArray]:
+def _cut(surface: Surface, values: FloatArray, levels: FloatArray) -> tuple[_Pieces, _Crossings]:
     """Cut every triangle by every level between its smallest and its largest value.
 
     Returns:
-        The pieces, and the (k,) edge and level of every crossing that they name.
+        The pieces, and the crossings that they name.
     """
     ranks = np.searchsorted(levels, values, side="right")[surface.faces]
-    first = ranks.min(axis=1)
-    count = ranks.max(axis=1) - first
+    first = np.minimum(np.minimum(ranks[:, 0], ranks[:, 1]), ranks[:, 2])
+    count = np.maximum(np.maximum(ranks[:, 0], ranks[:, 1]), ranks[:, 2]) - first
     face: IntArray = np.repeat(np.arange(int(count.size)), count)
     level = np.arange(face.size) - np.repeat(np.cumsum(count) - count - first, count)
     above = ranks[face] > level[:, None]
     following = np.roll(above, -1, axis=1)
     down, up = np.argmax(above & ~following, axis=1), np.argmax(~above & following, axis=1)
-    key = np.concatenate([face_edges[face, down], face_edges[face, up]]) * levels.size + np.tile(level, 2)
-    crossing, where = np.unique(key, return_inverse=True)
-    pieces = _Pieces(face, level, where[: face.size], where[face.size :])
-    return pieces, crossing // levels.size, crossing % levels.size
+    crossings, where = _numbered_crossings(surface, np.tile(face, 2), np.concatenate([down, up]), np.tile(level, 2))
+    return _Pieces(face, where[: face.size], where[face.size :]), crossings
+
+
+def _numbered_crossings(
+    surface: Surface, faces: IntArray, sides: IntArray, levels: IntArray
+) -> tuple[_Crossings, IntArray]:
+    """Return every crossing once, by edge and level, and which of them each of (k,) sides at a level is.
+
+    Only edges that are crossed are numbered: often a few of all.
+    """
+    starts, ends = surface.faces[faces, sides], surface.faces[faces, (sides + 1) % 3]
+    base = len(surface.vertices)
+    edges, edge = np.unique(np.minimum(starts, ends) * base + np.maximum(starts, ends), return_inverse=True)
+    count = int(levels.max(initial=0)) + 1
+    crossing, where = np.unique(edge * count + levels, return_inverse=True)
+    return _Crossings(np.column_stack(np.divmod(edges[crossing // count], base)), crossing % count), where
 
 
 def _linear_shares(field: ScalarField, edges: IntArray, values: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ import numpy as np
 from geoprint.backends.chart import conformal_chart
 from geoprint.backends.levels import level_distances
 from geoprint.backends.raster import DistanceImage
+from geoprint.backends.resolution import linear_edge_length
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import boundary_loops, closest
@@ -42,6 +43,11 @@ class Lscm:
         self._chart = conformal_chart(surface)
         self._border = boundary_loops(surface)[0]
         self._image = DistanceImage(self._chart.vertices[self._border, :2], resolution=resolution)
+
+    @staticmethod
+    def edge_length(_part: Surface, *, spacing: float) -> float:
+        """Return how long edges may be for even contours at a spacing [mm]: the chart is linear in each triangle."""
+        return linear_edge_length(spacing=spacing)
 
     def distance(self, seed: Seed) -> ScalarField:
         """Return the distance from the border in the chart at the vertices, scaled to the surface's area [mm].

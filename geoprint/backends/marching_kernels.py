@@ -19,6 +19,7 @@ from geoprint.backends.marching_front import (
     before,
     border_bearing,
     pop_nearest,
+    uncounted,
 )
 from geoprint.model import IntArray
 
@@ -37,7 +38,7 @@ LARGEST_STEP = 0.5
 CUBIC_TRUST = 0.5
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
     """Spread the distance from the waiting vertices until nothing changes.
 
@@ -69,7 +70,7 @@ def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
     """Find every distance anew from what its neighbours know in the end.
 
@@ -193,7 +194,7 @@ def reach(along: float, away: float, length: float, share: float) -> float:
     return sqrt(offset * offset + away * away)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def crossing_angle(length: float, right: float, left: float, share: float) -> float:
     """Return the angle at a corner between its sides to the start and to a point of the opposite edge [rad]."""
     along, away = apex(length, right, left)

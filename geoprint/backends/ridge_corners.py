@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from geoprint.backends.ridge_tips import tips_beyond
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import positions
 
@@ -19,7 +20,7 @@ LEAST_TURN = 0.2
 # A point with a smaller barycentric weight on an edge lies at its end, where the edge does not say the direction.
 VERTEX_WEIGHT = 1e-6
 
-EdgeSlopes: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
+EdgeSlopes: TypeAlias = Callable[[IntArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 def with_ridge_corners(surface: Surface, curves: SurfaceCurves, *, edge_slopes: EdgeSlopes) -> SurfaceCurves:
@@ -30,30 +31,45 @@ def with_ridge_corners(surface: Surface, curves: SurfaceCurves, *, edge_slopes: 
         curves: level curves of a distance, larger values on their left; every point on an edge and, but for the last
             of an open curve, in the face that the curve crosses next.
         edge_slopes: given (k, 2) edges and (k,) shares of the way along them, returns the (k,) derivatives of the
-            distance along them, per mm.
+            distance along them, per mm, and (k,) positive where it rises to the left of the edge, negative where to the
+            right, and 0 where that is not known.
 
     Returns:
-        The same curves with more points. Only turns to the left are ridges; a corner outside its triangle is left out.
+        The same curves with more points. Only turns to the left are ridges. A corner may lie beyond the third side of
+        its triangle, where the curve pokes through; one beyond a vertex is left out.
     """
     points = curves.points
     first = np.setdiff1d(np.arange(points.faces.size), curves.offsets[1:] - 1)
     faces = points.faces[first]
     places = positions(surface, points)
     edges, shares, on_edge = _edges_of(surface, points)
-    slopes = np.where(on_edge, edge_slopes(edges, shares), 0.0)
+    slopes, sides = edge_slopes(edges, shares)
     corners = surface.vertices[surface.faces[faces]]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     chords = places[first + 1] - places[first]
     entering, leaving = (
-        _directions(surface.vertices[edges[at]], slopes[at], normals, chords) for at in (first, first + 1)
+        _directions(surface.vertices[edges[at]], slopes[at], sides[at], normals, chords) for at in (first, first + 1)
     )
     turn = _dot(np.cross(entering, leaving), normals)
     is_ridge = on_edge[first] & on_edge[first + 1] & (turn > np.sin(LEAST_TURN))
     steps = np.divide(_dot(np.cross(chords, leaving), normals), turn, out=np.zeros_like(turn), where=is_ridge)
     weights = _weights(corners, normals, places[first] + steps[:, None] * entering)
-    keep = np.flatnonzero(is_ridge & (steps > 0.0) & (weights.min(axis=1) >= 0.0))
-    return _inserted(curves, first[keep] + 1, SurfacePoints(faces[keep], weights[keep]))
+    is_ridge &= steps > 0.0
+    inside = np.flatnonzero(is_ridge & (weights.min(axis=1) >= 0.0))
+    outside = np.flatnonzero(is_ridge & (np.count_nonzero(weights < 0.0, axis=1) == 1))
+    piece, tips = tips_beyond(
+        surface,
+        faces[outside],
+        first=points.weights[first[outside]],
+        corners=weights[outside],
+        last=_weights(corners[outside], normals[outside], places[first[outside] + 1]),
+    )
+    before = np.concatenate([first[inside], first[outside][piece]]) + 1
+    order = np.argsort(before, kind="stable")
+    added_faces = np.concatenate([faces[inside], tips.faces])[order]
+    added_weights = np.concatenate([weights[inside], tips.weights])[order]
+    return _inserted(curves, before[order], SurfacePoints(added_faces, added_weights))
 
 
 def _edges_of(surface: Surface, points: SurfacePoints) -> tuple[IntArray, FloatArray, BoolArray]:
@@ -67,8 +83,14 @@ def _edges_of(surface: Surface, points: SurfacePoints) -> tuple[IntArray, FloatA
     return np.column_stack([corners[row, start], corners[row, end]]), shares, between
 
 
-def _directions(ends: FloatArray, slopes: FloatArray, normals: FloatArray, chords: FloatArray) -> FloatArray:
-    """Return the (k, 3) unit directions of level curves at edges: of two with the slope, the one along the chord."""
+def _directions(
+    ends: FloatArray, slopes: FloatArray, sides: FloatArray, normals: FloatArray, chords: FloatArray
+) -> FloatArray:
+    """Return the (k, 3) unit directions of level curves at edges.
+
+    Two have the slope; it is the one with the larger values on its left, or where the side of those is not known the
+    one along the chord.
+    """
     along = ends[:, 1] - ends[:, 0]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     across = np.cross(normals, along)
@@ -76,8 +98,9 @@ def _directions(ends: FloatArray, slopes: FloatArray, normals: FloatArray, chord
     rest = np.sqrt(1.0 - steep * steep)
     # The gradient turned clockwise.
     candidates = np.stack([rest * along - steep * across, -rest * along - steep * across])
-    better = _dot(candidates[0], chords) >= _dot(candidates[1], chords)
-    return candidates[np.where(better, 0, 1), np.arange(len(slopes))]
+    along_chord = _dot(candidates[0], chords) - _dot(candidates[1], chords)
+    rising_left = np.where(sides == 0.0, along_chord, sides) >= 0.0
+    return candidates[np.where(rising_left, 0, 1), np.arange(len(slopes))]
 
 
 def _weights(corners: FloatArray, normals: FloatArray, places: FloatArray) -> FloatArray:

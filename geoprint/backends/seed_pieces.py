@@ -105,10 +105,53 @@ def _inside(surface: Surface, first: SurfacePoints, last: SurfacePoints) -> tupl
         if open_chords.size == 0:
             break
         first, last = _picked(first, open_chords), _picked(last, open_chords)
+        crossing, crosses = _on_shared_edge(surface, first, last)
         middle = _rounded(surface, closest(surface, (positions(surface, first) + positions(surface, last)) / 2)[0])
+        middle = SurfacePoints(
+            np.where(crosses, crossing.faces, middle.faces),
+            np.where(crosses[:, None], crossing.weights, middle.weights),
+        )
         first, last = _joined(first, middle), _joined(middle, last)
     faces, starts, ends = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return faces, starts, ends
+
+
+def _on_shared_edge(surface: Surface, first: SurfacePoints, last: SurfacePoints) -> tuple[SurfacePoints, BoolArray]:
+    """Return where straight lines cross the edges between neighbouring triangles, unfolded, and which lines do.
+
+    Args:
+        surface: m faces.
+        first: (k,) where each line starts.
+        last: (k,) where it ends.
+
+    Returns:
+        (k,) points on the edges; (k,) whether the triangles share an edge that the line crosses between its ends.
+        Elsewhere the point has no meaning.
+    """
+    corners, others = surface.faces[first.faces], surface.faces[last.faces]
+    same = corners[:, :, None] == others[:, None, :]
+    neighbours = np.count_nonzero(same, axis=(1, 2)) == 2
+    opposite, beyond = np.argmin(same.any(axis=2), axis=1), np.argmin(same.any(axis=1), axis=1)
+    row: IntArray = np.arange(int(opposite.size))
+    start, end = (opposite + 1) % 3, (opposite + 2) % 3
+    ends = surface.vertices[corners[row, start]], surface.vertices[corners[row, end]]
+    place, height = _along_and_away(*ends, positions(surface, first))
+    far_place, far_height = _along_and_away(*ends, positions(surface, last))
+    total = height + far_height
+    share = place + np.divide(height, total, out=np.zeros_like(total), where=total > 0.0) * (far_place - place)
+    inside = first.weights[row, opposite] > 0.0
+    crosses = neighbours & inside & (last.weights[row, beyond] > 0.0) & (share >= 0.0) & (share <= 1.0)
+    weights = np.zeros(first.weights.shape)
+    kept = np.clip(share, 0.0, 1.0)
+    weights[row, start], weights[row, end] = 1.0 - kept, kept
+    return SurfacePoints(first.faces, weights), crosses
+
+
+def _along_and_away(start: FloatArray, end: FloatArray, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return how far places lie along segments, as a share of them, and how far from their lines [mm]."""
+    along, slant = end - start, places - start
+    share = np.einsum("kx,kx->k", slant, along) / np.einsum("kx,kx->k", along, along)
+    return share, np.linalg.norm(slant - share[:, None] * along, axis=1)
 
 
 def _joined(first: SurfacePoints, last: SurfacePoints) -> SurfacePoints:

@@ -78,7 +78,8 @@ def compare(
 ) -> Comparison:
     """Plan one part with several backends and measure how even each is.
 
-    Like is compared with like: the same refined surface, seed and spacing. Evenness is reported whatever the robot
+    Like is compared with like: the same seed and spacing, and the same surface, refined to what the backend that needs
+    the finest one asks for. Evenness is reported whatever the robot
     says; what the cell cannot print carries the reason.
 
     Args:
@@ -94,7 +95,7 @@ def compare(
         InputError: the part cannot be read, or no backend can plan on it.
     """
     shared = Stages(observe)
-    workpiece, unplaced = _placed_workpiece(job, shared)
+    workpiece, unplaced = _placed_workpiece(job, shared, backends=backends)
     outcomes = tuple(
         (name, _outcome(replace_backend(job, name), workpiece, unplaced=unplaced, observe=observe))
         for name in dict.fromkeys(backends)
@@ -174,12 +175,12 @@ def _coverage(name: str, outcome: Planned) -> Coverage:
     )
 
 
-def _placed_workpiece(job: Job, stage: Stages) -> tuple[Workpiece, str | None]:
+def _placed_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:
     """Prepare the workpiece; where it cannot be placed, without a robot and with the reason."""
     try:
-        return prepare_workpiece(job, stage), None
+        return prepare_workpiece(job, stage, backends=backends), None
     except PlanError as error:
-        return prepare_workpiece(job.model_copy(update={"robot": False}), stage), str(error)
+        return prepare_workpiece(job.model_copy(update={"robot": False}), stage, backends=backends), str(error)
 
 
 def _outcome(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
-from geoprint.backends import BACKENDS, Backend
+from geoprint.backends import BACKENDS, BackendFactory
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import rapid_program
@@ -54,8 +54,6 @@ from geoprint.surfaces import (
 )
 from geoprint.transforms import smallest_rotation
 
-# Triangles per spacing: a distance that is linear in each triangle follows a curved front to a per cent of a spacing.
-TRIANGLES_PER_SPACING = 4
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
 # A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
@@ -86,6 +84,7 @@ class Workpiece:
         part: the surface as prepared, before refinement.
         body: what the part lies on, or None.
         preparation: what preparing changed.
+        edge_length: that the part was refined to [mm].
         surface: the refined surface to plan on.
         seed: where distance is zero.
         placement: where the part stands, or None where the job leaves the robot out.
@@ -95,6 +94,7 @@ class Workpiece:
     part: Surface
     body: Surface | None
     preparation: PreparationReport
+    edge_length: float
     surface: Surface
     seed: Seed
     placement: Placement | None
@@ -163,14 +163,14 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
         PlanError: no valid motion exists; says where and why.
     """
     stage = Stages(observe)
-    workpiece = prepare_workpiece(job, stage)
+    workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     paths = plan_paths(job, workpiece, stage)
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
 
 
-def prepare_workpiece(job: Job, stage: Stages) -> Workpiece:
-    """Read cell, part and body, decide where the part stands, and refine it to what the spacing needs."""
-    factory = _backend(job)
+def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
+    """Read cell, part and body, decide where the part stands, and refine it for whichever backend needs it finest."""
+    factories = [_factory(name) for name in backends]
     with stage("reading"):
         cell = load_cell(job.cell)
         _require_placement(job, cell)
@@ -178,16 +178,18 @@ def prepare_workpiece(job: Job, stage: Stages) -> Workpiece:
         body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
         placement = _placement(job, cell, part)
     with stage("refining"):
-        surface = refine(part, edge_length=_wanted_spacing(job, part, factory) / TRIANGLES_PER_SPACING)
+        spacing = _wanted_spacing(job, part)
+        edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
+        surface = refine(part, edge_length=edge_length)
         seed = _seed(job, surface)
-    return Workpiece(cell, part, body, preparation, surface, seed, placement)
+    return Workpiece(cell, part, body, preparation, edge_length, surface, seed, placement)
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     """Cover the workpiece with contours and turn them into poses; the robot is left out."""
     surface, process = workpiece.surface, workpiece.cell.process
     with stage("contours"):
-        backend = _backend(job)(surface)
+        backend = _factory(job.backend)(surface)
         spacing = job.spacing
         if spacing is None:
             spacing = backend.distance(workpiece.seed).maximum / (job.rounds or 1)
@@ -248,10 +250,10 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
 
 
-def _backend(job: Job) -> Callable[..., Backend]:
-    if job.backend not in BACKENDS:
-        raise UsageError(f"there is no backend named '{job.backend}'; choose one of: {', '.join(BACKENDS)}.")
-    return BACKENDS[job.backend]
+def _factory(name: str) -> BackendFactory:
+    if name not in BACKENDS:
+        raise UsageError(f"there is no backend named '{name}'; choose one of: {', '.join(BACKENDS)}.")
+    return BACKENDS[name]
 
 
 def _require_placement(job: Job, cell: Cell) -> None:
@@ -303,7 +305,7 @@ def _seed(job: Job, surface: Surface) -> Seed:
     return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
 
 
-def _wanted_spacing(job: Job, part: Surface, factory: Callable[..., Backend]) -> float:
+def _wanted_spacing(job: Job, part: Surface) -> float:
     """Return the spacing, or where rounds are given an estimate of it that is good enough to refine by.
 
     Raises:
@@ -318,7 +320,7 @@ def _wanted_spacing(job: Job, part: Surface, factory: Callable[..., Backend]) ->
     if job.spacing is not None:
         return job.spacing
     coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
-    depth = factory(coarse).distance(_seed(job, coarse)).maximum
+    depth = _factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
     if job.rounds is None:
         raise UsageError(
             f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "

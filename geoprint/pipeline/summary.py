@@ -171,8 +171,14 @@ def _paths(plan: Plan) -> dict[str, Json]:
 
 
 def _field(plan: Plan) -> dict[str, Json]:
-    found = diagnostics(plan.workpiece.surface, plan.contours.distance)
-    return {name: _rounded(value) for name, value in asdict(found).items()}
+    workpiece = plan.workpiece
+    found = diagnostics(workpiece.surface, plan.contours.distance)
+    refinement: dict[str, Json] = {
+        "edge_length_mm": _rounded(workpiece.edge_length),
+        "faces_before": len(workpiece.part.faces),
+        "faces_after": len(workpiece.surface.faces),
+    }
+    return {"refinement": refinement, **{name: _rounded(value) for name, value in asdict(found).items()}}
 
 
 def _motion(robot: RobotPlan) -> dict[str, Json]:

@@ -10,7 +10,7 @@ from geoprint.errors import InputError, ResourceError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.flips import flipped_inside
 from geoprint.surfaces.operators import face_areas
-from geoprint.surfaces.topology import numbered_edges
+from geoprint.surfaces.topology import half_edges
 
 # Faces of the largest mesh that is worth planning on: a million take the heat method about 1.4 GB.
 FACE_LIMIT = 5_000_000
@@ -54,19 +54,35 @@ def refine(surface: Surface, *, edge_length: float) -> Surface:
     vertices, faces, parents = surface.vertices, surface.faces, np.arange(len(surface.faces))
     thin = _thin_faces(surface)
     while True:
-        sides, side_edge = numbered_edges(faces)
-        ends = vertices[sides]
-        long = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > bound
-        if not long.any():
+        long = _long_sides(vertices, faces, bound=bound)
+        if not long.size:
             return Surface(vertices=vertices, faces=faces, name=surface.name)
-        long &= ~_waiting_edges(long, side_edge, parents, thin)
-        marked = long[side_edge]
+        ends, edge = _numbered(half_edges(faces)[long])
+        halved = ~_waiting_edges(edge, parents[long // 3], thin)
+        midpoint = np.full(faces.size, -1)
+        midpoint[long] = np.where(halved, len(vertices) + np.cumsum(halved) - 1, -1)[edge]
+        midpoint = midpoint.reshape(-1, 3)
+        marked = midpoint >= 0
         _check_count(surface, len(faces) + int(marked.sum()), edge_length=edge_length)
-        midpoint = np.where(long, len(vertices) + np.cumsum(long) - 1, -1)
-        vertices = np.concatenate([vertices, ends[long].mean(axis=1)])
-        faces = _split(vertices, faces, marked, midpoint[side_edge])
+        vertices = np.concatenate([vertices, vertices[ends[halved]].mean(axis=1)])
+        faces = _split(vertices, faces, marked, midpoint)
         parents = np.repeat(parents, 1 + marked.sum(axis=1))
         faces = flipped_inside(vertices, faces, np.where(thin[parents], parents, -1))
+
+
+def _long_sides(vertices: FloatArray, faces: IntArray, *, bound: float) -> IntArray:
+    """Return the half-edges longer than the bound, ascending."""
+    corners = vertices[faces]
+    along = (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
+    return np.flatnonzero(np.einsum("kx,kx->k", along, along) > bound**2)
+
+
+def _numbered(sides: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the (e, 2) edges of (k, 2) sides once, the smaller vertex first, and the (k,) edge of each side."""
+    ordered = np.sort(sides, axis=1)
+    base = int(ordered.max(initial=0)) + 1
+    keys, edge = np.unique(ordered[:, 0] * base + ordered[:, 1], return_inverse=True)
+    return np.column_stack(np.divmod(keys, base)), edge
 
 
 def _thin_faces(surface: Surface) -> BoolArray:
@@ -76,27 +92,27 @@ def _thin_faces(surface: Surface) -> BoolArray:
     return 2 * face_areas(surface) < THIN_FACE * longest**2
 
 
-def _waiting_edges(long: BoolArray, side_edge: IntArray, parents: IntArray, thin: BoolArray) -> BoolArray:
-    """Return which edges inside thin faces must not be halved yet, because the face's own sides are still long.
+def _waiting_edges(edge: IntArray, owner: IntArray, thin: BoolArray) -> BoolArray:
+    """Return which long edges inside thin faces must not be halved yet, because the face's own sides are still long.
 
     Args:
-        long: (e,) whether each edge is above the bound.
-        side_edge: (m, 3) the edges of each face.
-        parents: (m,) the given face that each face is a piece of.
+        edge: (k,) the edge of each long side, of e edges.
+        owner: (k,) the given face in which the side's face lies.
         thin: for each face given.
 
     Returns:
         (e,) whether to leave the edge for now.
     """
-    rows = thin[parents]
-    owner, edge = np.repeat(parents[rows], 3), side_edge[rows].ravel()
+    count = int(edge.max()) + 1
+    of_thin = thin[owner]
+    edge, owner = edge[of_thin], owner[of_thin]
     # Edges with one side in a thin face are on its border already; those between two of them are as well.
-    inside = np.bincount(edge, minlength=long.size) == 2
-    any_owner = np.zeros(long.size, dtype=np.int64)
+    inside = np.bincount(edge, minlength=count) == 2
+    any_owner = np.zeros(count, dtype=np.int64)
     any_owner[edge] = owner
     inside[edge[owner != any_owner[edge]]] = False
     unfinished = np.zeros(thin.size, dtype=np.bool_)
-    unfinished[owner[long[edge] & ~inside[edge]]] = True
+    unfinished[owner[~inside[edge]]] = True
     return inside & unfinished[any_owner]
 
 
