@@ -134,5 +134,5 @@ def _percentile(values: FloatArray, weights: FloatArray, percent: float) -> floa
     """Return the smallest value up to which this share of the weight [%] lies."""
     order = np.argsort(values)
     reached = np.cumsum(weights[order])
-    rank = int(np.searchsorted(reached, percent / 100.0 * reached[-1]))
+    rank = int((reached < percent / 100.0 * float(reached[-1])).sum())
     return float(values[order][min(rank, values.size - 1)])
