@@ -13,7 +13,17 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.errors import FieldError, PlanError, VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
-from geoprint.pipeline.planning import Plan, Stages, Workpiece, plan_paths, prepare_workpiece, upright, with_robot
+from geoprint.pipeline.planning import (
+    RASTERED,
+    Plan,
+    Stages,
+    Workpiece,
+    plan_paths,
+    prepare_workpiece,
+    require_raster,
+    upright,
+    with_robot,
+)
 from geoprint.pipeline.saving import plan_files, verify_files
 from geoprint.pipeline.summary import summary, uniformity_summary
 from geoprint.quality import Uniformity
@@ -82,7 +92,7 @@ def compare(
     says; what the cell cannot print carries the reason.
 
     Args:
-        job: what to plan; its backend is ignored.
+        job: what to plan; its backend is ignored, its resolution means the backends that have a raster.
         backends: which to compare.
         observe: called with the name of each stage as it starts.
 
@@ -93,8 +103,9 @@ def compare(
         UsageError: the job or its cell is unclear or contradicts itself.
         InputError: the part cannot be read, or no backend can plan on it.
     """
+    require_raster(job, backends)
     shared = Stages(observe)
-    workpiece, unplaced = _placed_workpiece(job, shared)
+    workpiece, unplaced = _placed_workpiece(replace_backend(job, job.backend), shared)
     outcomes = tuple(
         (name, _outcome(replace_backend(job, name), workpiece, unplaced=unplaced, observe=observe)) for name in backends
     )
@@ -105,8 +116,8 @@ def compare(
 
 
 def replace_backend(job: Job, name: str) -> Job:
-    """Return the same job for another backend."""
-    return job.model_copy(update={"backend": name})
+    """Return the same job for another backend; without the resolution where that has no raster."""
+    return job.model_copy(update={"backend": name, "resolution": job.resolution if name in RASTERED else None})
 
 
 def save_comparison(comparison: Comparison, directory: Path, *, overwrite: bool = False) -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import final
 
 import numpy as np
 
-from geoprint.backends import BACKENDS, Backend
+from geoprint.backends import BACKENDS, Backend, Flattening, Lscm
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, UsageError
 from geoprint.export import rapid_program
@@ -57,6 +58,8 @@ from geoprint.transforms import smallest_rotation
 TRIANGLES_PER_SPACING = 4
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
+# The backends that `--resolution` means.
+RASTERED = ("lscm",)
 # A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
 SEED_TOLERANCE = 1.0
 
@@ -113,6 +116,7 @@ class Plan:
         uniformity: how even the paths are, or None where there is but one level.
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
+        flattening: chart and raster of a backend that works in the plane, else None.
     """
 
     job: Job
@@ -123,6 +127,7 @@ class Plan:
     uniformity: Uniformity | None
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
+    flattening: Flattening | None
 
 
 @final
@@ -191,6 +196,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         if spacing is None:
             spacing = backend.distance(workpiece.seed).maximum / (job.rounds or 1)
         contours = backend.contours(workpiece.seed, spacing=spacing)
+        flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
     with stage("path"):
         toolpath = arrange(contours, surface)
         stream = poses(
@@ -203,7 +209,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         )
     with stage("evenness"):
         measured = uniformity(stream, surface, spacing=spacing) if np.ptp(toolpath.levels) > 0 else None
-    return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings))
+    return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings), flattening)
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
@@ -250,7 +256,23 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
 def _backend(job: Job) -> Callable[..., Backend]:
     if job.backend not in BACKENDS:
         raise UsageError(f"there is no backend named '{job.backend}'; choose one of: {', '.join(BACKENDS)}.")
-    return BACKENDS[job.backend]
+    if job.resolution is None:
+        return BACKENDS[job.backend]
+    require_raster(job, [job.backend])
+    return partial(BACKENDS[job.backend], resolution=job.resolution)
+
+
+def require_raster(job: Job, backends: Sequence[str]) -> None:
+    """Check that a resolution, if given, means one of the backends.
+
+    Raises:
+        UsageError: none of them has a raster.
+    """
+    if job.resolution is not None and not set(RASTERED).intersection(backends):
+        raise UsageError(
+            f"`--resolution {job.resolution}` sets the raster of {', '.join(RASTERED)}, but {', '.join(backends)} has "
+            f"none: leave it out, or choose the backend {RASTERED[0]}."
+        )
 
 
 def _require_placement(job: Job, cell: Cell) -> None:

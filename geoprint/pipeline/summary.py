@@ -9,7 +9,7 @@ from importlib.metadata import version
 
 import numpy as np
 
-from geoprint.backends import diagnostics
+from geoprint.backends import Flattening, diagnostics, distortion
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
@@ -40,6 +40,8 @@ def summary(plan: Plan) -> dict[str, Json]:
         "paths": _paths(plan),
         "field": _field(plan),
     }
+    if plan.flattening is not None:
+        result["chart"] = _chart(plan.workpiece.surface, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
@@ -120,6 +122,7 @@ def _settings(plan: Plan) -> dict[str, Json]:
     return {
         "backend": plan.job.backend,
         "spacing_mm": plan.contours.spacing,
+        "resolution": plan.job.resolution,
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
@@ -173,6 +176,17 @@ def _paths(plan: Plan) -> dict[str, Json]:
 def _field(plan: Plan) -> dict[str, Json]:
     found = diagnostics(plan.workpiece.surface, plan.contours.distance)
     return {name: _rounded(value) for name, value in asdict(found).items()}
+
+
+def _chart(surface: Surface, flattening: Flattening) -> dict[str, Json]:
+    found = distortion(surface, flattening.chart)
+    return {
+        "resolution": flattening.resolution,
+        "pixel_mm": _rounded(flattening.pixel),
+        "largest_pixel_on_surface_mm": _rounded(flattening.largest_pixel),
+        "area_scale": {f"p{share}": _rounded(found.scale_percentile(share)) for share in (1, 50, 99)},
+        "mean_dilatation": _rounded(found.mean_dilatation),
+    }
 
 
 def _motion(robot: RobotPlan) -> dict[str, Json]:
