@@ -19,7 +19,7 @@ from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.saving import verify_files
 from geoprint.surfaces import load, save_ply
 from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
-from tests.meshes import annulus, cylinder_patch, plate, sphere, spherical_cap
+from tests.meshes import cylinder_patch, plate, sphere, spherical_cap, torus
 from tests.shared_data import shared
 
 LIMITS_DEG = np.array([[-165, 165], [-110, 110], [-110, 70], [-160, 160], [-120, 120], [-400, 400]])
@@ -207,11 +207,12 @@ def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -
             assert outcome.uniformity.mean == pytest.approx(1.0, abs=0.02)
 
 
-def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
-    part = saved(tmp_path, annulus(divisions=(60, 8)))
+def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
+    closed = torus(major=12.0, minor=5.0)
+    part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, robot=False))
     table = comparison_table(compared)
-    assert "lscm refused: annulus.ply (annulus) cannot be flattened" in table
+    assert "lscm refused: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
     assert "not asked" in table
     save_comparison(compared, tmp_path / "out")
     rows = json.loads((tmp_path / "out" / "compare.json").read_text())["backends"]
@@ -221,6 +222,20 @@ def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tm
     assert (tmp_path / "out" / "heat" / "poses.csv").is_file()
     assert not (tmp_path / "out" / "lscm").exists()
     assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
+    job = job_of(surface=part, unit="mm", spacing=3.0, robot=False, resolution=200)
+    save_comparison(compare(job, backends=["lscm", "heat"]), tmp_path / "out")
+    found = {name: json.loads((tmp_path / "out" / name / "plan.json").read_text()) for name in ("lscm", "heat")}
+    assert found["lscm"]["settings"]["resolution"] == found["lscm"]["chart"]["resolution"] == 200
+    assert found["lscm"]["chart"]["pixel_mm"] == pytest.approx(50.0 / 200, rel=1e-3)
+    assert found["lscm"]["chart"]["area_scale"]["p99"] == pytest.approx(1.0, abs=1e-6)
+    assert found["heat"]["settings"]["resolution"] is None
+    assert "chart" not in found["heat"]
+    with pytest.raises(UsageError, match=r"--resolution 200.*heat, fast-marching has none"):
+        compare(job, backends=["heat", "fast-marching"])
 
 
 def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:
