@@ -81,10 +81,7 @@ class Lscm:
         self._surface = surface
         self._resolution = resolution
         self._chart = conformal_chart(surface)
-        rim = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
-        self._border_keys = _edge_keys(rim)
-        self._border = self._chart.vertices[rim][:, :, :2]
-        self._size = float(np.ptp(self._border, axis=(0, 1)).max())
+        self._size = float(np.ptp(border_segments(self._chart), axis=(0, 1)).max())
         self._scales = local_scales(surface, self._chart)
 
     def distance(self, seed: Seed) -> ScalarField:
@@ -93,7 +90,7 @@ class Lscm:
         Raises:
             InputError: a point of the seed names a face that the surface does not have.
         """
-        return ScalarField(point_distances(self._segments(seed), self._chart.vertices[:, :2]))
+        return ScalarField(point_distances(seed_segments(self._chart, seed), self._chart.vertices[:, :2]))
 
     def flattening(self, *, spacing: float) -> Flattening:
         """Return the chart, and the raster that `contours` takes for a spacing [mm].
@@ -135,8 +132,10 @@ class Lscm:
         """
         field = self.distance(seed)
         distances = level_distances(field, spacing=spacing)
-        region = region_image(self._border, resolution=self.flattening(spacing=spacing).resolution)
-        found = self._curves(seed, region, distances)
+        region, image = chart_images(self._chart, seed, resolution=self.flattening(spacing=spacing).resolution)
+        found = image.contours(distances)
+        if image is not region:
+            found = [[piece for line in level for piece in clipped(line, region)] for level in found]
         lines = [line for level in found for line in level]
         if not lines:
             raise FieldError(
@@ -145,29 +144,6 @@ class Lscm:
             )
         levels = np.repeat(np.arange(distances.size), [len(level) for level in found])
         return Contours(self._lifted(lines), levels, spacing, field)
-
-    def _curves(self, seed: Seed, region: DistanceImage, distances: FloatArray) -> list[list[FloatArray]]:
-        """Return the level curves in the chart, level by level."""
-        if self._is_whole_border(seed):
-            return region.contours(distances)
-        image = seed_image(region, self._segments(seed))
-        return [[piece for line in lines for piece in clipped(line, region)] for lines in image.contours(distances)]
-
-    def _segments(self, seed: Seed) -> FloatArray:
-        """Return the (s, 2, 2) image of a seed in the chart: pieces of its curves, points without length."""
-        places = positions(self._chart, seed.curves.points)[:, :2]
-        first, last = seed.curves.offsets[:-1], seed.curves.offsets[1:] - 1
-        starts = np.setdiff1d(np.arange(len(places)), last)
-        alone = first[first == last]
-        return np.stack([places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]], axis=1)
-
-    def _is_whole_border(self, seed: Seed) -> bool:
-        """Tell whether a seed runs along every border edge and nowhere else."""
-        points = seed.curves.points
-        vertices = self._surface.faces[points.faces, np.argmax(points.weights, axis=1)]
-        starts = np.setdiff1d(np.arange(vertices.size), seed.curves.offsets[1:] - 1)
-        keys = _edge_keys(np.column_stack([vertices[starts], vertices[starts + 1]]))
-        return bool((points.weights.max(axis=1) > 1.0 - AT_VERTEX).all()) and np.array_equal(keys, self._border_keys)
 
     def _lifted(self, lines: list[FloatArray]) -> SurfaceCurves:
         """Find the chart triangle of every node and keep its barycentric weights: the same point of the surface."""
@@ -178,6 +154,37 @@ class Lscm:
     def _tightest(self) -> str:
         """Return where the chart shrinks the surface most."""
         return "({:.2f}, {:.2f}, {:.2f}) mm".format(*self._surface.vertices[int(np.argmin(self._scales))])
+
+
+def chart_images(chart: Surface, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
+    """Return the distance to the border of a chart, negative outside, and the distance to the image of a seed.
+
+    Where the seed is the whole border both are one and the same image.
+
+    Args:
+        chart: flat, z = 0.
+        seed: on the surface that was flattened.
+        resolution: pixels along the longer side of the chart.
+
+    Raises:
+        InputError: a point of the seed names a face that the surface does not have.
+    """
+    region = region_image(border_segments(chart), resolution=resolution)
+    return region, region if _is_whole_border(chart, seed) else seed_image(region, seed_segments(chart, seed))
+
+
+def border_segments(chart: Surface) -> FloatArray:
+    """Return the (b, 2, 2) border edges of a chart [mm]."""
+    return chart.vertices[_border_edges(chart)][:, :, :2]
+
+
+def seed_segments(chart: Surface, seed: Seed) -> FloatArray:
+    """Return the (s, 2, 2) image of a seed in a chart [mm]: pieces of its curves, points as pieces without length."""
+    places = positions(chart, seed.curves.points)[:, :2]
+    first, last = seed.curves.offsets[:-1], seed.curves.offsets[1:] - 1
+    starts = np.setdiff1d(np.arange(len(places)), last)
+    alone = first[first == last]
+    return np.stack([places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]], axis=1)
 
 
 def local_scales(surface: Surface, chart: Surface) -> FloatArray:
@@ -195,6 +202,18 @@ def local_scales(surface: Surface, chart: Surface) -> FloatArray:
     return np.sqrt(np.where(used, on_chart, 1.0) / np.where(used, on_surface, 1.0))
 
 
-def _edge_keys(pairs: IntArray) -> IntArray:
-    """Return each undirected edge among (k, 2) pairs of vertices once, ascending."""
-    return np.unique(np.sort(pairs, axis=1), axis=0)
+def _border_edges(chart: Surface) -> IntArray:
+    return half_edges(chart.faces)[boundary_half_edges(chart.faces)]
+
+
+def _is_whole_border(chart: Surface, seed: Seed) -> bool:
+    """Tell whether a seed runs along every border edge and nowhere else."""
+    points = seed.curves.points
+    vertices = chart.faces[points.faces, np.argmax(points.weights, axis=1)]
+    starts = np.setdiff1d(np.arange(vertices.size), seed.curves.offsets[1:] - 1)
+    followed, border = (
+        np.unique(np.sort(pairs, axis=1), axis=0)
+        for pairs in (np.column_stack([vertices[starts], vertices[starts + 1]]), _border_edges(chart))
+    )
+    alone = bool((np.diff(seed.curves.offsets) == 1).any())
+    return not alone and bool((points.weights.max(axis=1) > 1.0 - AT_VERTEX).all()) and np.array_equal(followed, border)
