@@ -234,6 +234,8 @@ def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_
     assert found["lscm"]["chart"]["area_scale"]["p99"] == pytest.approx(1.0, abs=1e-6)
     assert found["heat"]["settings"]["resolution"] is None
     assert "chart" not in found["heat"]
+    assert (tmp_path / "out" / "lscm" / "chart.png").read_bytes().startswith(b"\x89PNG")
+    assert not (tmp_path / "out" / "heat" / "chart.png").exists()
     with pytest.raises(UsageError, match=r"--resolution 200.*heat, fast-marching has none"):
         compare(job, backends=["heat", "fast-marching"])
 

@@ -23,8 +23,8 @@ from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface, SurfaceCurves
 from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, positions
 
-# Pixels along the longer side of the chart: fewer show no shape; more do not fit a small machine, since each image of
-# them would be more than half a gigabyte of distances.
+# Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
+# than 2 GB.
 SMALLEST_RESOLUTION = 16
 LARGEST_RESOLUTION = 8192
 # Pixels a spacing at least, wherever on the surface. Corners of level curves are cut by a fraction of a pixel; with 16
