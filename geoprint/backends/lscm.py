@@ -93,7 +93,7 @@ class Lscm:
         return ScalarField(point_distances(seed_segments(self._chart, seed), self._chart.vertices[:, :2]))
 
     def flattening(self, *, spacing: float) -> Flattening:
-        """Return the chart, and the raster that `contours` takes for a spacing [mm].
+        """Return the chart, and the raster that `contours` takes for a positive spacing [mm].
 
         Raises:
             FieldError: the raster is too coarse for the spacing, or the one it needs is too large.
@@ -101,13 +101,7 @@ class Lscm:
         stretch = 1.0 / float(self._scales.min())
         needed = int(np.ceil(PIXELS_PER_SPACING * stretch * self._size / spacing - WHOLE_PIXEL))
         if self._resolution is None and needed > LARGEST_RESOLUTION:
-            raise FieldError(
-                f"paths {spacing:g} mm apart on {self._surface.name} need a raster of {needed} pixels across its "
-                f"chart, which shrinks the surface to {1 / stretch:.2g} of its size at {self._tightest()}; at most "
-                f"{LARGEST_RESOLUTION} are allowed: choose a spacing of at least "
-                f"{spacing * needed / LARGEST_RESOLUTION:.3g} mm, take a coarser raster with "
-                f"`--resolution {LARGEST_RESOLUTION}`, or use `--backend heat`, which has none."
-            )
+            raise self._too_fine(spacing, needed)
         resolution = max(needed, SMALLEST_RESOLUTION) if self._resolution is None else self._resolution
         pixel = self._size / resolution
         if pixel * stretch > spacing / FEWEST_PIXELS:
@@ -115,7 +109,9 @@ class Lscm:
                 f"a pixel of the chart of {self._surface.name} at resolution {resolution} is {pixel * stretch:.3g} mm "
                 f"on the surface at {self._tightest()}; for paths {spacing:g} mm apart it may be "
                 f"{spacing / FEWEST_PIXELS:.3g} mm: leave `--resolution` out, give more than "
-                f"{needed * FEWEST_PIXELS // PIXELS_PER_SPACING}, or use `--backend heat`, which has no raster."
+                f"{needed * FEWEST_PIXELS // PIXELS_PER_SPACING}, or use `--backend heat`, which has no raster.",
+                spacing=spacing,
+                resolution=resolution,
             )
         return Flattening(self._chart, resolution, pixel, pixel * stretch)
 
@@ -150,6 +146,22 @@ class Lscm:
         offsets = np.concatenate([[0], np.cumsum([len(line) for line in lines])])
         closed = np.array([bool((line[0] == line[-1]).all()) for line in lines])
         return SurfaceCurves(locate(self._chart, np.concatenate(lines)), offsets, closed)
+
+    def _too_fine(self, spacing: float, needed: int) -> FieldError:
+        """Return the refusal of a spacing that needs more pixels than are allowed."""
+        # Rounded to three digits, but not down.
+        finest = 1.005 * spacing * needed / LARGEST_RESOLUTION
+        coarser = needed * FEWEST_PIXELS <= LARGEST_RESOLUTION * PIXELS_PER_SPACING
+        return FieldError(
+            f"paths {spacing:g} mm apart on {self._surface.name} need a raster of {needed} pixels across its chart, "
+            f"whose scale at {self._tightest()} is {self._scales.min():.2g}; at most {LARGEST_RESOLUTION} are allowed: "
+            f"choose a spacing of at least {finest:.3g} mm, "
+            + (f"take a coarser raster with `--resolution {LARGEST_RESOLUTION}`, " if coarser else "")
+            + "or use `--backend heat`, which has no raster.",
+            spacing=spacing,
+            needed=needed,
+            allowed=LARGEST_RESOLUTION,
+        )
 
     def _tightest(self) -> str:
         """Return where the chart shrinks the surface most."""
