@@ -125,6 +125,7 @@ def compare(
     rounds: Rounds = None,
     step: Step = None,
     resolution: Resolution = None,
+    seed: SeedPoint = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -141,7 +142,7 @@ def compare(
 
     job = job_of(
         surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
-        body=body, cell=cell, place=place, robot=not no_robot,
+        seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:

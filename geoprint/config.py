@@ -33,12 +33,17 @@ from geoprint.transforms import rigid
 # The cells that come with geoprint, the default first.
 PACKAGED_CELLS = ("irb120-bent45", "irb120-straight160")
 
+# What the IRB 120 carries, by its maker.
+PAYLOAD_KG = 3.0
+
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
 SixRanges = Annotated[
     list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
 ]
+# From slower than any bead to the most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2].
+TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 
 
@@ -119,7 +124,7 @@ class _HomeTable(_Table):
 class _ToolTable(_Table):
     tcp_mm: Triple
     rpy_deg: Triple
-    mass_kg: PositiveFloat
+    mass_kg: Annotated[float, Field(gt=0.0, le=PAYLOAD_KG)]
     cog_mm: Triple
     inertia_kg_m2: Triple
 
@@ -172,19 +177,35 @@ class _WorkTable(_Table):
 
 
 class _ProcessTable(_Table):
-    speed_mm_s: PositiveFloat
-    travel_speed_mm_s: PositiveFloat
+    speed_mm_s: TipSpeed
+    travel_speed_mm_s: TipSpeed
     joint_speed_share: Annotated[float, Field(gt=0.0, le=1.0)]
     standoff_mm: PositiveFloat
     clearance_mm: PositiveFloat
     retract_mm: PositiveFloat
     layer_height_mm: PositiveFloat
 
+    @model_validator(mode="after")
+    def _lifts_clear(self) -> Self:
+        needed = self.clearance_mm + self.layer_height_mm
+        if self.retract_mm < needed:
+            raise ValueError(
+                f"retract_mm is {self.retract_mm:g}, but between runs the tip must pass over what was laid: at least "
+                f"clearance_mm + layer_height_mm = {needed:g} mm"
+            )
+        return self
+
 
 class _SignalsTable(_Table):
     mode: SignalMode
     dispenser: SignalName
     uv_lamp: SignalName
+
+    @model_validator(mode="after")
+    def _are_two(self) -> Self:
+        if self.dispenser.lower() == self.uv_lamp.lower():
+            raise ValueError(f"dispenser and uv_lamp are the same output {self.dispenser}: each needs its own")
+        return self
 
 
 class _BoxTable(_Table):

@@ -101,3 +101,27 @@ def interpolate_poses(Ts_from: FloatArray, Ts_to: FloatArray, shares: FloatArray
 def rotation_angle(rotations: FloatArray) -> FloatArray:
     """Return the angle [rad] in [0, pi] of each of (..., 3, 3) rotations."""
     return np.asarray(Rotation.from_matrix(rotations).magnitude())
+
+
+def same_sign(quaternions: FloatArray) -> FloatArray:
+    """Flip quaternions so that neighbours lie in one half-space; q and -q are the same attitude.
+
+    Args:
+        quaternions: (k, 4) unit quaternions.
+
+    Returns:
+        (k, 4) the same attitudes; the first keeps its sign.
+    """
+    turns = np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0.0
+    signs = np.where(np.concatenate([[False], np.cumsum(turns) % 2 == 1]), -1.0, 1.0)
+    return quaternions * signs[:, None]
+
+
+def wrapped(angles: FloatArray) -> FloatArray:
+    """Return angles [rad] in (-pi, pi], turned by whole turns.
+
+    Examples:
+        >>> wrapped(np.array([0.0, 3.0, -1.5]) * np.pi) / np.pi
+        array([0. , 1. , 0.5])
+    """
+    return np.pi - (np.pi - angles) % (2.0 * np.pi)

@@ -64,10 +64,10 @@ PLACEMENT = Placement(
     ),
     T_fixture_work=transforms.rigid(np.eye(3), np.array([1.25, 2.5, 10.0])),
     calibrated=True,
-    residuals=np.array([0.05, 0.11, 0.08, 0.02]),
+    misses=np.array([0.05, 0.11, 0.08, 0.02]),
 )
 
-DEMONSTRATION = replace(PLACEMENT, calibrated=False, residuals=np.empty(0))
+DEMONSTRATION = replace(PLACEMENT, calibrated=False, misses=np.empty(0))
 
 
 def circle(*, radius: float, points: int) -> FloatArray:

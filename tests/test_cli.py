@@ -41,7 +41,7 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, t
     found = json.loads(stdout)
     assert found["paths"]["levels"] == 5
     assert "written and verified" in stderr
-    assert sorted(path.name for path in out.iterdir()) == ["plan.json", "poses.csv", "surface.ply"]
+    assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "plan.json", "poses.csv", "surface.ply"]
 
 
 def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path: Path) -> None:
@@ -50,7 +50,13 @@ def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path
     assert status == 0, stderr
     assert stdout == ""
     assert "uncovered" in stderr
-    assert sorted(path.name for path in out.iterdir()) == ["compare.json", "compare.png", "heat", "lscm"]
+    assert sorted(path.name for path in out.iterdir()) == [
+        "compare.json",
+        "compare.png",
+        "heat",
+        "lscm",
+        "manifest.json",
+    ]
     assert (out / "heat" / "rapid" / "GeoPrint.mod").is_file()
 
 

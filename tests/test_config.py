@@ -39,7 +39,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
     ("old", "new", "complaint"),
     [
         ("speed_mm_s = 20", "speed_mm_s = nan", r"process\.speed_mm_s: .*found nan"),
-        ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than 0"),
+        ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than or equal to 0.1"),
         ("speed_mm_s = 20", 'speed_mm_s = "fast"', r"process\.speed_mm_s: .*found 'fast'"),
         ("speed_mm_s = 20", "speed_mm_min = 20", r"process\.(speed_mm_s|speed_mm_min): .*1 more"),
         ("tcp_mm = [84.8528137, 0, 124.8528137]", "tcp_mm = [1, 2]", r"tool\.tcp_mm: .*3 items"),
@@ -50,6 +50,10 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ('source = "demo"', 'source = "calibrated"', "needs the points that were touched"),
         ('source = "demo"', 'source = "demo"\nmodel_mm = [[0, 0, 0]]', "must be pairs"),
         ("joints_deg = [0, 28, 20, 0, 87, 180]", "joints_deg = [0, 28, 80, 0, 87, 180]", "joint 3 at 80"),
+        ("retract_mm = 5", "retract_mm = 0.9", r"process: retract_mm is 0\.9.*at least .* = 1 mm"),
+        ("travel_speed_mm_s = 60", "travel_speed_mm_s = 60000", r"process\.travel_speed_mm_s: .*250"),
+        ("mass_kg = 0.6", "mass_kg = 60", r"tool\.mass_kg: .*3"),
+        ('uv_lamp = "doUV"', 'uv_lamp = "DOVALVE"', "same output"),
         ("[robot]", "[robot", "not valid TOML"),
     ],
 )

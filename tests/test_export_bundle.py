@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -12,13 +13,13 @@ from pathlib import Path
 import pytest
 
 from geoprint.errors import ExportError, UsageError, VerificationError
-from geoprint.export.bundle import check_writable, json_bytes, write_bundle
+from geoprint.export.bundle import MANIFEST, check_writable, json_bytes, write_bundle
 
 FILES = {"plan.json": b"{}\n", "rapid/GeoPrint.mod": b"MODULE GeoPrint\nENDMODULE\n", "poses.csv": b"run\n"}
 
 
 def accept(folder: Path) -> None:
-    assert {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()} == set(FILES)
+    assert set(contents(folder)) == set(FILES)
 
 
 def refuse(folder: Path) -> None:
@@ -26,7 +27,8 @@ def refuse(folder: Path) -> None:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != MANIFEST)
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
 
 
 def listed(folder: Path) -> list[str]:
@@ -92,9 +94,7 @@ def test_an_existing_bundle_needs_overwrite(tmp_path: Path) -> None:
 
 def test_overwrite_replaces_the_whole_bundle(tmp_path: Path) -> None:
     old = tmp_path / "plan"
-    old.mkdir()
-    (old / "compare.json").write_text("{}")
-    (old / "stale.csv").write_text("old")
+    write_bundle(old, {"compare.json": b"{}", "stale.csv": b"old"}, overwrite=False, verify=lambda _: None)
     check_writable(old, overwrite=True)
     write(old, overwrite=True)
     assert contents(old) == FILES
@@ -137,11 +137,32 @@ def test_a_bundle_that_appeared_meanwhile_is_not_replaced_without_overwrite(tmp_
 def test_a_folder_that_geoprint_did_not_write_is_never_replaced(tmp_path: Path) -> None:
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "heart.jpg").write_bytes(b"x")
-    with pytest.raises(UsageError, match="only folders that it wrote itself"):
+    with pytest.raises(UsageError, match=r"holds heart\.jpg, which geoprint did not write"):
         write(tmp_path / "photos", overwrite=True)
-    with pytest.raises(UsageError, match="only folders that it wrote itself"):
+    with pytest.raises(UsageError, match=r"holds heart\.jpg, which geoprint did not write"):
         check_writable(tmp_path / "photos", overwrite=True)
     assert contents(tmp_path / "photos") == {"heart.jpg": b"x"}
+
+
+def test_a_file_of_the_user_among_those_of_a_bundle_is_never_lost(tmp_path: Path) -> None:
+    write(tmp_path / "plan")
+    (tmp_path / "plan" / "rapid" / "notes.txt").write_text("mine")
+    with pytest.raises(UsageError, match=r"holds rapid/notes\.txt"):
+        write(tmp_path / "plan", overwrite=True)
+    assert (tmp_path / "plan" / "rapid" / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"sha256": 5}', "not JSON"])
+def test_a_manifest_of_somebody_else_makes_no_folder_geoprints(tmp_path: Path, text: str) -> None:
+    (tmp_path / MANIFEST).write_text(text)
+    with pytest.raises(UsageError, match=r"holds manifest\.json"):
+        check_writable(tmp_path, overwrite=True)
+
+
+def test_the_manifest_lists_the_hash_of_every_file(tmp_path: Path) -> None:
+    write(tmp_path / "plan")
+    hashes = json.loads((tmp_path / "plan" / MANIFEST).read_bytes())["sha256"]
+    assert hashes == {name: hashlib.sha256(content).hexdigest() for name, content in FILES.items()}
 
 
 def test_an_empty_folder_is_filled_with_overwrite(tmp_path: Path) -> None:

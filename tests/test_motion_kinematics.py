@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -114,6 +115,17 @@ def test_unknown_arm_is_refused_with_the_known_ones() -> None:
     )
     with pytest.raises(UsageError, match=r"\.\./irb120.*known are: irb120"):
         Arm(robot, T_flange_tool=np.eye(4))
+
+
+@pytest.mark.parametrize("wider", ["limits", "speeds"])
+def test_a_cell_that_allows_the_arm_more_than_its_maker_is_refused(wider: str) -> None:
+    robot = straight_cell().robot
+    altered = {
+        "limits": replace(robot, limits=1.01 * robot.limits),
+        "speeds": replace(robot, speeds=1.01 * robot.speeds),
+    }
+    with pytest.raises(UsageError, match=r"allows joint 1 .* the maker of the irb120 \[-165.0, 165.0\] at 250.0"):
+        Arm(altered[wider], T_flange_tool=np.eye(4))
 
 
 @pytest.mark.parametrize("module", ["pinocchio", "py_opw_kinematics"])

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
-from geoprint.motion.steps import deposit_steps, same_sign
+from geoprint.motion.steps import deposit_steps
 from geoprint.motion.targets import ANGLE_TOLERANCE, FINE_SHARE, LARGEST_ZONE, SMALLEST_SPEED, written_targets
+from geoprint.transforms import same_sign
 from tests.cells import bent_cell
 from tests.joint_paths import DOWN, arc, line, stream, tilted, two_runs
 
@@ -49,19 +50,19 @@ def thinned(
 
 
 def deviations(poses: PoseStream, chosen: IntArray) -> tuple[float, float]:
-    """Return how far the poses are from the written path [mm, rad], by sampling each straight move densely."""
-    shares = np.linspace(0.0, 1.0, 2001)
+    """Return how far the poses are from the written path [mm, rad]; turns on the spot are sampled densely."""
     distance = angle = 0.0
     for first, last in zip(chosen[:-1].tolist(), chosen[1:].tolist(), strict=True):
-        places = poses.tips[first] + shares[:, None] * (poses.tips[last] - poses.tips[first])
+        way = poses.tips[last] - poses.tips[first]
         ends = Rotation.from_quat(poses.quaternions[[first, last]], scalar_first=True)
-        turned = Slerp([0.0, 1.0], ends)(shares)
         for pose in range(first + 1, last):
-            away = np.linalg.norm(places - poses.tips[pose], axis=1)
+            offset = poses.tips[pose] - poses.tips[first]
+            shares = np.clip(offset @ way / (way @ way), 0.0, 1.0)[None] if way.any() else np.linspace(0.0, 1.0, 2001)
             own = Rotation.from_quat(poses.quaternions[pose], scalar_first=True)
-            angles = np.asarray((turned * own.inv()).magnitude())
-            nearest = int(angles.argmin() if (poses.tips[first] == poses.tips[last]).all() else away.argmin())
-            distance, angle = max(distance, float(away[nearest])), max(angle, float(angles[nearest]))
+            angles = np.asarray((Slerp([0.0, 1.0], ends)(shares) * own.inv()).magnitude())
+            nearest = int(angles.argmin())
+            distance = max(distance, float(np.linalg.norm(offset - shares[nearest] * way)))
+            angle = max(angle, float(angles[nearest]))
     return distance, angle
 
 

@@ -75,3 +75,19 @@ def test_repeated_points_do_no_harm() -> None:
     found = positions(surface, resample(surface, points, step=0.7, chord_error=0.01))
     assert np.diff(arc_lengths(found)).min() > 0.1
     assert arc_lengths(found)[-1] == pytest.approx(6.0)
+
+
+def test_the_ends_of_a_chord_between_triangles_that_share_nothing_stay_what_they_are() -> None:
+    surface = spherical_cap(rings=12)
+    points = SurfacePoints(np.array([0, 200]), np.array([[0.2, 0.3, 0.5], [0.6, 0.3, 0.1]]))
+    found = interpolate(surface, points, np.array([0, 0]), np.array([1, 1]), np.array([0.0, 1.0]))
+    np.testing.assert_array_equal(found.faces, points.faces)
+    np.testing.assert_allclose(found.weights, points.weights, atol=1e-15)
+
+
+def test_a_curve_that_skips_triangles_is_left_by_no_sample_further_than_its_chords_are_from_the_surface() -> None:
+    surface = disc(rings=20, jitter_seed=1)
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)
+    points, _ = closest(surface, np.column_stack([9.0 * np.cos(angle), 9.0 * np.sin(angle), 0.0 * angle]))
+    found = positions(surface, resample(surface, points, step=0.4, chord_error=0.01))
+    assert distance_to_polyline(found, positions(surface, points)).max() < 1e-9

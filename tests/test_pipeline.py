@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geoprint.config import job_of, load_cell, packaged_cell_text
-from geoprint.errors import ClearanceError, FieldError, ReachError, UsageError, VerificationError
+from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import Surface
 from geoprint.motion import Arm
@@ -112,7 +112,7 @@ def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, tmp_path: Path) -> No
     files = sorted(path.relative_to(tmp_path / "a") for path in (tmp_path / "a").rglob("*") if path.is_file())
     assert len(files) >= 6
     for file in files:
-        if file.name != "plan.json":
+        if file.name not in {"plan.json", "manifest.json"}:
             assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
 
 
@@ -167,6 +167,23 @@ def test_without_a_calibrated_cell_or_a_demonstration_nothing_is_planned(tmp_pat
     part = saved(tmp_path, plate())
     with pytest.raises(UsageError, match=r"not calibrated.*--place demo"):
         plan(job_of(surface=part, unit="mm", spacing=3.0))
+
+
+def test_a_body_far_from_the_part_is_refused_because_it_checks_nothing(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate())
+    far = plate()
+    body = saved(tmp_path, Surface(far.vertices + 500.0, far.faces, name="elsewhere"))
+    with pytest.raises(InputError, match=r"is \d+ mm away from plate"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
+
+
+def test_names_with_dollar_signs_are_drawn_and_backends_named_twice_count_once(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.4, rings=6)
+    part = saved(tmp_path, Surface(cap.vertices, cap.faces, name="a$_$b$"))
+    compared = compare(job_of(surface=part, unit="mm", spacing=3.0, robot=False), backends=["heat", "heat"])
+    assert [name for name, _ in compared.outcomes] == ["heat"]
+    save_comparison(compared, tmp_path / "out")
+    assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_neither_spacing_nor_rounds_says_what_both_would_be_on_this_part(tmp_path: Path) -> None:

@@ -3,10 +3,14 @@
 A bundle is written into a temporary folder beside its place, brought to the disk, verified there, and renamed. A killed
 run leaves at most hidden folders `.NAME.tmp-PID-*` (unfinished) and `.NAME.old-PID-*` (the bundle it was about to
 replace); the next run that writes the same bundle removes them, or puts the old bundle back where nothing stands.
+
+`manifest.json` lists every file of a bundle with its hash. Only a folder in which nothing else lies is ever replaced,
+so that no file of a user can be lost.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -21,8 +25,8 @@ from geoprint.errors import ExportError, UsageError, VerificationError
 
 Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
 
-# One of these in a folder says that geoprint wrote it.
-MARKERS = ("plan.json", "compare.json")
+# What geoprint wrote into a folder; anything else there is the user's.
+MANIFEST = "manifest.json"
 
 
 def json_bytes(value: Json) -> bytes:
@@ -73,16 +77,17 @@ def write_bundle(
 
     Args:
         directory: where the bundle shall stand; missing parents are made.
-        files: name (with `/` between folders) to content.
+        files: name (with `/` between folders) to content; `manifest.json` is added.
         overwrite: whether an existing bundle may be replaced; it goes only after the new one stands.
         verify: called with the temporary folder; what it raises ends the writing.
 
     Raises:
         UsageError: the folder exists and may not or must not be replaced.
         ExportError: nothing can be written there.
+        VerificationError: a file does not read back as it was written, or `verify` says so.
     """
-    contents = {_relative(name): content for name, content in files.items()}
-    if len(contents) != len(files):
+    contents = {_relative(name): content for name, content in {**files, MANIFEST: manifest(files)}.items()}
+    if len(contents) != len(files) + 1:
         raise ExportError("two files of the bundle have the same name; give each its own.")
     check_writable(directory, overwrite=overwrite)
     made: list[Path] = []
@@ -94,12 +99,18 @@ def write_bundle(
             place.parent.mkdir(parents=True, exist_ok=True)
             temporary = place.parent / _hidden_name(place, "tmp")
             _write_files(temporary, contents)
+            _compare(temporary, contents)
         verify(temporary)
         with _translated(directory):
             _swap_in(temporary, place, overwrite=overwrite)
     except BaseException:
         _remove(temporary, made)
         raise
+
+
+def manifest(files: Mapping[str, bytes]) -> bytes:
+    """Return the content of manifest.json: the SHA-256 of each file, by name."""
+    return json_bytes({"sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}})
 
 
 @contextmanager
@@ -119,11 +130,27 @@ def _check_place(place: Path, *, overwrite: bool) -> None:
         raise ExportError(f"{place} is a file, not a folder; choose another place for the result.")
     if place.exists() and not overwrite:
         raise UsageError(f"{place} exists; choose another folder, or replace it with --overwrite.")
-    if place.exists() and any(place.iterdir()) and not any((place / marker).is_file() for marker in MARKERS):
-        raise UsageError(
-            f"{place} holds files but neither {' nor '.join(MARKERS)}: geoprint replaces only folders that it "
-            "wrote itself. Choose another folder, or empty this one."
-        )
+    if place.exists():
+        known = _listed(place / MANIFEST)
+        foreign = next((path for path in sorted(place.rglob("*")) if _is_foreign(path, place, known)), None)
+        if foreign is not None:
+            raise UsageError(
+                f"{place} holds {foreign.relative_to(place)}, which geoprint did not write: it replaces only folders "
+                f"in which everything is listed in the {MANIFEST} it left there. Choose another folder, or move that "
+                "file away."
+            )
+
+
+def _listed(path: Path) -> set[str]:
+    """Return the names that a manifest lists, its own among them; none where there is no manifest of geoprint's."""
+    try:
+        return {MANIFEST, *json.loads(path.read_bytes())["sha256"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+
+
+def _is_foreign(path: Path, place: Path, known: set[str]) -> bool:
+    return (path.is_symlink() or not path.is_dir()) and path.relative_to(place).as_posix() not in known
 
 
 def _place(directory: Path) -> Path:
@@ -159,6 +186,14 @@ def _write_files(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
             os.fsync(handle.fileno())
     for path in (folder, *(path for path in folder.rglob("*") if path.is_dir())):
         _sync_folder(path)
+
+
+def _compare(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
+    for name, content in files.items():
+        if (folder / name).read_bytes() != content:
+            raise VerificationError(
+                f"{name} does not read back as it was written; the disk may be faulty: write again."
+            )
 
 
 def _sync_folder(folder: Path) -> None:

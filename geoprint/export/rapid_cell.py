@@ -39,8 +39,10 @@ def header_lines(
     """
     lines = values.comment(f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.")
     if placement.calibrated:
-        residual = float(placement.residuals.max(initial=0.0))
-        lines += values.comment(f"Placement calibrated; largest residual of a touched point {residual:.3f} mm.")
+        miss = float(placement.misses.max(initial=0.0))
+        lines += values.comment(
+            f"Placement calibrated; touched points lie within {miss:.2f} mm of where others put them."
+        )
     else:
         lines += values.comment(f"{NOT_CALIBRATED}: runs dry only. GeoOn holds no instruction, whatever geoDryRun is.")
     lines += values.comment(f"Part: {part_name}")

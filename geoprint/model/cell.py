@@ -179,16 +179,16 @@ class Placement:
         T_base_fixture: (4, 4) from touched points (RAPID uframe).
         T_fixture_work: (4, 4) the part on its fixture (RAPID oframe).
         calibrated: whether touched points stand behind it; if not, a program may only run dry.
-        residuals: (k,) distance left at each touched point [mm]; empty for a demonstration.
+        misses: (k,) distance of each touched point from where the others put it [mm]; empty for a demonstration.
     """
 
     T_base_fixture: FloatArray
     T_fixture_work: FloatArray
     calibrated: bool
-    residuals: FloatArray
+    misses: FloatArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, T_base_fixture="float: 4 4", T_fixture_work="float: 4 4", residuals="float: k")
+        freeze_arrays(self, T_base_fixture="float: 4 4", T_fixture_work="float: 4 4", misses="float: k")
 
     @property
     def T_base_work(self) -> FloatArray:

@@ -20,8 +20,16 @@ from geoprint.motion.sweep import ALLOWANCE, LARGEST_STEP, Hits, Placements, fin
 from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
 from geoprint.motion.tool_solids import Solid, movements, tool_solids
 
-# Parts of the machine that no check looks at.
-NOT_CHECKED = ("arm links", "UV lamp", "cables", "material already laid")
+# What no check looks at.
+NOT_CHECKED = (
+    "arm links",
+    "UV lamp",
+    "cables",
+    "material already laid",
+    "the way to home from where the arm stands when the program starts",
+    "how the controller rounds corners within zones",
+    "that the controller's world frame is its base frame",
+)
 # Steps are cut so that they stay below the largest allowed one by this factor: equal parts in joint angles are not
 # quite equal movements.
 STEP_MARGIN = 0.9

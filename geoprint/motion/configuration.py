@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from geoprint import transforms
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.kinematics import Arm
 
@@ -51,7 +52,7 @@ def singularity_distances(joints: FloatArray, *, arm: Arm) -> FloatArray:
     rest = np.arctan2(lengths.c3, -lengths.a2)
     tilt, bend = joints[:, 1], joints[:, 2] + rest
     ahead = lengths.a1 + lengths.c2 * np.sin(tilt) + reach * np.sin(tilt + bend)
-    return np.column_stack([ahead, _wrapped(bend), _wrapped(joints[:, 4])])
+    return np.column_stack([ahead, transforms.wrapped(bend), transforms.wrapped(joints[:, 4])])
 
 
 def branch_of(joints: FloatArray, *, arm: Arm) -> IntArray:
@@ -91,7 +92,3 @@ def configuration_data(joints: FloatArray, *, arm: Arm) -> IntArray:
 def _sides(joints: FloatArray, *, arm: Arm) -> tuple[IntArray, IntArray, IntArray]:
     behind = (singularity_distances(joints, arm=arm) < -TIE).astype(np.int64)
     return behind[:, 0], behind[:, 1], behind[:, 2]
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return np.pi - (np.pi - angles) % (2.0 * np.pi)

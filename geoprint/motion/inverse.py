@@ -155,7 +155,7 @@ def _rank_ways(
     joints = np.swapaxes(joints, 1, 2).reshape(SPINS * BRANCHES, keys.size, JOINTS)
     usable = _usable(joints, arm.robot, deposit=samples.deposit[keys], minimum_wrist_angle=minimum_wrist_angle)
     comfort = np.where(usable, _comfort(joints, arm, preferred_wrist_angle=preferred_wrist_angle), 0.0).min(axis=1)
-    from_home = np.linalg.norm(_wrapped(joints - arm.robot.home), axis=2).mean(axis=1)
+    from_home = np.linalg.norm(transforms.wrapped(joints - arm.robot.home), axis=2).mean(axis=1)
     share = usable.mean(axis=1)
     # Turns missed between keyframes cost an attempt only: the winding is checked again along the whole stream.
     least, most = _whole_turns(np.unwrap(joints, axis=1), arm.robot)
@@ -175,7 +175,7 @@ def _keyframes(samples: _Samples) -> IntArray:
 def _limit_margins(joints: FloatArray, robot: Robot) -> FloatArray:
     """Return how far each joint [rad] of (..., 6) is inside its limits, at the whole turn that suits it best."""
     centre, half = robot.limits.mean(axis=1), np.ptp(robot.limits, axis=1) / 2.0
-    return half - np.abs(_wrapped(joints - centre))
+    return half - np.abs(transforms.wrapped(joints - centre))
 
 
 def _usable(joints: FloatArray, robot: Robot, *, deposit: BoolArray, minimum_wrist_angle: float) -> BoolArray:
@@ -332,7 +332,3 @@ def _turned(quaternions: FloatArray, spin: float) -> FloatArray:
     """Return (k, 4) attitudes turned about the tool's z axis; their signs stay continuous along the stream."""
     attitudes = Rotation.from_quat(quaternions, scalar_first=True)
     return (attitudes * Rotation.from_rotvec([0.0, 0.0, spin])).as_quat(scalar_first=True)
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return np.pi - (np.pi - angles) % (2.0 * np.pi)

@@ -109,10 +109,29 @@ class Arm:
                 f"{'present' if self._model.existFrame(FLANGE_FRAME) else 'absent'}; geoprint needs six joints and "
                 f"that frame: correct its URDF."
             )
+        self._require_limits_of_the_arm()
         self._flange = self._model.getFrameId(FLANGE_FRAME)
         self.lengths = self._lengths()
         self._inverse = self._closed_form()
         self._verify()
+
+    def _require_limits_of_the_arm(self) -> None:
+        """Refuse a cell that allows the arm more than its maker does."""
+        model, robot = self._model, self.robot
+        room = 1.0 + AGREEMENT
+        wider = (robot.limits[:, 0] < model.lowerPositionLimit * room) | (
+            robot.limits[:, 1] > model.upperPositionLimit * room
+        )
+        faster = robot.speeds > model.velocityLimit * room
+        if wider.any() or faster.any():
+            joint = int(np.argmax(wider | faster))
+            lowest, highest = np.degrees([model.lowerPositionLimit[joint], model.upperPositionLimit[joint]])
+            raise UsageError(
+                f"robot: the cell allows joint {joint + 1} {np.degrees(robot.limits[joint]).round(1).tolist()} degrees "
+                f"at {np.degrees(robot.speeds[joint]):.1f} deg/s, the maker of the {robot.model} "
+                f"[{lowest:.1f}, {highest:.1f}] at {np.degrees(model.velocityLimit[joint]):.1f}: correct limits_deg "
+                "or speeds_deg_s in the cell file."
+            )
 
     def flange_poses(self, joints: FloatArray) -> FloatArray:
         """Return where the flange is, by Pinocchio.

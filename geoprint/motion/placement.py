@@ -22,8 +22,12 @@ MIRROR_FACTOR = 2.0
 # A shorter mean of the unit normals says that the part faces so many ways that "its normal up" means nothing.
 SHORTEST_MEAN_NORMAL = 0.6
 
-# A touched point farther than this [mm] from where the fit puts it was swapped, mistyped or touched badly.
-LARGEST_RESIDUAL = 1.0
+# Three points fit wherever they were touched; only a fourth shows that one of them is wrong.
+FEWEST_POINTS = 4
+
+# A touched point farther than this [mm] from where the others put it was swapped, mistyped or touched badly. The
+# distance that the fit of all of them leaves says less: it follows a bad point, by three quarters on a square.
+LARGEST_MISS = 1.0
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -36,13 +40,14 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
     in the base frame then.
 
     Args:
-        points: three or more, not on one line.
+        points: four or more, of which any three or more that remain without one are not on one line.
 
     Returns:
-        The calibrated placement, with the distance left at each point.
+        The calibrated placement, with the distance of each point from where the others put it.
 
     Raises:
-        InputError: fewer than three points, points on a line, points listed mirrored, or one that does not fit.
+        InputError: fewer than four points, points on a line, points listed mirrored, or one that does not fit to
+            where the others put it.
 
     Examples:
         The paper touches the corners of a square pedestal of edge 100 mm, centred at (300, 0, 0):
@@ -52,31 +57,27 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
         >>> placement = fit_touched_points(TouchedPoints(model=corners, touched=touched, T_fixture_work=np.eye(4)))
         >>> placement.T_base_work[:3, 3].round(9)
         array([300.,   0.,   0.])
-        >>> float(placement.residuals.max()) < 1e-9
+        >>> float(placement.misses.max()) < 1e-9
         True
     """
     count = len(points.model)
-    if count < 3:
+    if count < FEWEST_POINTS:
         raise InputError(
-            f"the fixture has {count} touched points; at least 3 are needed: touch more corners.", count=count
+            f"the fixture has {count} touched points; at least {FEWEST_POINTS} are needed, because three fit wherever "
+            "they were touched: touch more corners.",
+            count=count,
         )
-    centre_model, centre_touched = points.model.mean(axis=0), points.touched.mean(axis=0)
-    model, touched = points.model - centre_model, points.touched - centre_touched
-    extents = [_extents(model, name="model"), _extents(touched, name="touched")]
+    extents = [
+        _extents(places - places.mean(axis=0), name=name)
+        for places, name in ((points.model, "model"), (points.touched, "touched"))
+    ]
     planar = bool(min(extent[2] / extent[0] for extent in extents) < PLANAR_SHARE)
-    rotation = _best_rotation(model, touched, planar=planar)
-    T_base_fixture = transforms.rigid(rotation, centre_touched - rotation @ centre_model)
-    residuals = np.linalg.norm(transforms.apply(T_base_fixture, points.model) - points.touched, axis=1)
-    worst = int(np.argmax(residuals))
-    if residuals[worst] > LARGEST_RESIDUAL:
-        raise InputError(
-            f"touched point {worst + 1} of {count} lies {residuals[worst]:.2f} mm from where the fit of all of "
-            f"them puts it, allowed are {LARGEST_RESIDUAL:g} mm: check the order of the points, or touch it again.",
-            point=worst + 1,
-            residual_mm=float(residuals[worst]),
-        )
+    _refuse_mirrored(points, planar=planar)
     return Placement(
-        T_base_fixture=T_base_fixture, T_fixture_work=points.T_fixture_work, calibrated=True, residuals=residuals
+        T_base_fixture=_fitted(points.model, points.touched),
+        T_fixture_work=points.T_fixture_work,
+        calibrated=True,
+        misses=_misses(points),
     )
 
 
@@ -113,7 +114,7 @@ def demo_placement(surface: Surface, *, position: FloatArray) -> Placement:
         T_base_fixture=transforms.rigid(np.eye(3), position),
         T_fixture_work=transforms.rigid(rotation, -rotation @ centroid),
         calibrated=False,
-        residuals=np.empty(0),
+        misses=np.empty(0),
     )
 
 
@@ -136,23 +137,30 @@ def _extents(centred: FloatArray, *, name: str) -> FloatArray:
     return extents
 
 
-def _best_rotation(model: FloatArray, touched: FloatArray, *, planar: bool) -> FloatArray:
-    """Return the rotation that takes centred model points nearest to centred touched points.
+def _fitted(model: FloatArray, touched: FloatArray, *, handedness: float = 1.0) -> FloatArray:
+    """Return the (4, 4) motion that takes model points nearest to touched points; with -1 the best reflection."""
+    centre_model, centre_touched = model.mean(axis=0), touched.mean(axis=0)
+    left, _, right = np.linalg.svd((touched - centre_touched).T @ (model - centre_model))
+    rotation = (left * [1.0, 1.0, handedness * np.sign(np.linalg.det(left @ right))]) @ right
+    return transforms.rigid(rotation, centre_touched - rotation @ centre_model)
+
+
+def _refuse_mirrored(points: TouchedPoints, *, planar: bool) -> None:
+    """Refuse points that are listed mirrored.
 
     Raises:
-        InputError: the points are listed mirrored.
+        InputError: a reflection fits much better than any rotation; or, in a plane, the fixture stands upside down.
     """
-    left, _, right = np.linalg.svd(touched.T @ model)
-    handedness = np.sign(np.linalg.det(left @ right))
-    rotation = (left * [1.0, 1.0, handedness]) @ right
-    mirror = (left * [1.0, 1.0, -handedness]) @ right
-    miss, mirrored_miss = (np.linalg.norm(touched - model @ fit.T) for fit in (rotation, mirror))
+    rotation, mirror = (_fitted(points.model, points.touched, handedness=sign) for sign in (1.0, -1.0))
+    miss, mirrored_miss = (
+        float(np.linalg.norm(points.touched - points.model @ fit[:3, :3].T - fit[:3, 3])) for fit in (rotation, mirror)
+    )
     if not planar and mirrored_miss * MIRROR_FACTOR < miss:
         raise InputError(
             f"the touched points are a mirror image of the model points (a reflection leaves {mirrored_miss:.3g} mm, "
             f"the best rotation {miss:.3g} mm): check their order and the signs of their coordinates.",
-            rotation_mm=float(miss),
-            reflection_mm=float(mirrored_miss),
+            rotation_mm=miss,
+            reflection_mm=mirrored_miss,
         )
     if planar and rotation[2, 2] <= 0.0:
         raise InputError(
@@ -160,4 +168,34 @@ def _best_rotation(model: FloatArray, touched: FloatArray, *, planar: bool) -> F
             "order: check their order, or turn the model points so that their z axis points up.",
             z_up=float(rotation[2, 2]),
         )
-    return rotation
+
+
+def _misses(points: TouchedPoints) -> FloatArray:
+    """Return the (k,) distance of each touched point from where the others put it [mm].
+
+    Raises:
+        InputError: a point misses by more than LARGEST_MISS, or the others lie on a line and cannot tell.
+    """
+    count = len(points.model)
+    misses = np.empty(count)
+    for k in range(count):
+        others = np.arange(count) != k
+        centred = points.model[others] - points.model[others].mean(axis=0)
+        along, across = np.linalg.svd(centred, compute_uv=False)[:2]
+        if across <= COLLINEAR_SHARE * along:
+            raise InputError(
+                f"without touched point {k + 1} the other {count - 1} lie on a line, so nothing would show that it is "
+                "wrong: touch another point aside of that line.",
+                point=k + 1,
+            )
+        expected = transforms.apply(_fitted(points.model[others], points.touched[others]), points.model[k : k + 1])
+        misses[k] = np.linalg.norm(expected[0] - points.touched[k])
+    worst = int(np.argmax(misses))
+    if misses[worst] > LARGEST_MISS:
+        raise InputError(
+            f"touched point {worst + 1} of {count} lies {misses[worst]:.2f} mm from where the others put it, allowed "
+            f"are {LARGEST_MISS:g} mm: check the order of the points, or touch it again.",
+            point=worst + 1,
+            miss_mm=float(misses[worst]),
+        )
+    return misses

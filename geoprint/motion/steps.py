@@ -23,9 +23,3 @@ def turns(poses: PoseStream) -> FloatArray:
 def deposit_steps(poses: PoseStream) -> BoolArray:
     """Return the (p - 1,) steps on which material is laid: those that join two depositing poses of one run."""
     return poses.deposit[:-1] & poses.deposit[1:] & (poses.runs[1:] == poses.runs[:-1])
-
-
-def same_sign(quaternions: FloatArray) -> FloatArray:
-    """Return (p, 4) quaternions of the same attitudes, each turned to the side of the one before it."""
-    against = np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0.0
-    return quaternions * np.where(np.cumsum(np.append([False], against)) % 2 == 1, -1.0, 1.0)[:, None]

@@ -9,7 +9,8 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Targets, Trajectory
-from geoprint.motion.steps import deposit_steps, same_sign, tip_ways
+from geoprint.motion.steps import deposit_steps, tip_ways
+from geoprint.transforms import same_sign
 
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
 # it moves the flange by 0.2 mm.

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.model import FloatArray
-from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, smallest_rotation
+from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, same_sign, smallest_rotation
 
 # Standard deviation of the smoothing along the arc [mm]: about an edge of a well-made part mesh, below a bend of it.
 SMOOTHING_LENGTH = 1.0
@@ -67,20 +67,6 @@ def tool_quaternions(axes: FloatArray, *, R_base_work: FloatArray) -> FloatArray
     R_work_level = R_base_work.T @ STRAIGHT_DOWN
     rotations = smallest_rotation(R_work_level[:, 2], -axes) @ R_work_level
     return same_sign(quaternion_of(rotations))
-
-
-def same_sign(quaternions: FloatArray) -> FloatArray:
-    """Flip quaternions so that neighbours lie in one half-space; q and -q are the same attitude.
-
-    Args:
-        quaternions: (k, 4) unit quaternions.
-
-    Returns:
-        (k, 4) the same attitudes; the first keeps its sign.
-    """
-    turns = np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0.0
-    signs = np.where(np.concatenate([[False], np.cumsum(turns) % 2 == 1]), -1.0, 1.0)
-    return quaternions * signs[:, None]
 
 
 def slerp(start: FloatArray, end: FloatArray, shares: FloatArray) -> FloatArray:

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Toolpath
-from geoprint.paths.attitude import same_sign, slerp, smoothed_axes, tool_quaternions
+from geoprint.paths.attitude import slerp, smoothed_axes, tool_quaternions
 from geoprint.paths.travel import crossing, over, sampled_polyline
 from geoprint.surfaces import arc_lengths, normals, positions
-from geoprint.transforms import rotation_of
+from geoprint.transforms import rotation_of, same_sign
 
 # A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
 # stops there for an instant.

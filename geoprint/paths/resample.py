@@ -43,7 +43,8 @@ def interpolate(
 ) -> SurfacePoints:
     """Return points on the way between pairs of surface points.
 
-    Inside a common triangle that is exact. Where a pair has none, the chord's point is projected to the surface.
+    Inside a common triangle that is exact. Where a pair has none, the chord's point is projected to the surface; its
+    ends stay what they are.
 
     Args:
         surface: m faces.
@@ -57,12 +58,16 @@ def interpolate(
     """
     ahead, ahead_sum = _carried(surface, points, source=second, target=first)
     back, back_sum = _carried(surface, points, source=first, target=second)
-    use_back = (ahead_sum < back_sum)[:, None]
+    in_first, in_second = ahead_sum >= 1.0 - WHOLE, back_sum >= 1.0 - WHOLE
+    use_back = (~in_first & in_second)[:, None]
     start = np.where(use_back, back, points.weights[first])
     end = np.where(use_back, points.weights[second], ahead)
     faces = np.where(use_back[:, 0], points.faces[second], points.faces[first])
     weights = (1.0 - shares)[:, None] * start + shares[:, None] * end
-    apart = (np.maximum(ahead_sum, back_sum) < 1.0 - WHOLE) & (shares > 0.0)
+    at_start, at_end = shares == 0.0, shares == 1.0
+    faces[at_start], weights[at_start] = points.faces[first[at_start]], points.weights[first[at_start]]
+    faces[at_end], weights[at_end] = points.faces[second[at_end]], points.weights[second[at_end]]
+    apart = ~(in_first | in_second | at_start | at_end)
     if apart.any():
         places = positions(surface, points)
         chord = places[first[apart]] + shares[apart, None] * (places[second[apart]] - places[first[apart]])

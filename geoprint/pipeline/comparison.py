@@ -93,7 +93,7 @@ def compare(
 
     Args:
         job: what to plan; its backend is ignored, its resolution means the backends that have a raster.
-        backends: which to compare.
+        backends: which to compare; a name that comes twice counts once.
         observe: called with the name of each stage as it starts.
 
     Returns:
@@ -107,7 +107,8 @@ def compare(
     shared = Stages(observe)
     workpiece, unplaced = _placed_workpiece(replace_backend(job, job.backend), shared)
     outcomes = tuple(
-        (name, _outcome(replace_backend(job, name), workpiece, unplaced=unplaced, observe=observe)) for name in backends
+        (name, _outcome(replace_backend(job, name), workpiece, unplaced=unplaced, observe=observe))
+        for name in dict.fromkeys(backends)
     )
     refusals = [outcome.reason for _, outcome in outcomes if isinstance(outcome, Refused)]
     if len(refusals) == len(outcomes):

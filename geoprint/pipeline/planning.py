@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint.backends import BACKENDS, Backend, Flattening, Lscm
 from geoprint.config import Job, load_cell
-from geoprint.errors import FieldError, UsageError
+from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import rapid_program
 from geoprint.model import (
     Cell,
@@ -46,6 +46,7 @@ from geoprint.quality import Uniformity, uniformity
 from geoprint.surfaces import (
     PreparationReport,
     boundary_seed,
+    closest,
     load,
     mean_normal,
     point_seed,
@@ -179,7 +180,7 @@ def prepare_workpiece(job: Job, stage: Stages) -> Workpiece:
         cell = load_cell(job.cell)
         _require_placement(job, cell)
         part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
-        body = None if job.body is None else load(job.body, unit=job.unit)
+        body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
         placement = _placement(job, cell, part)
     with stage("refining"):
         surface = refine(part, edge_length=_wanted_spacing(job, part, factory) / TRIANGLES_PER_SPACING)
@@ -282,6 +283,19 @@ def _require_placement(job: Job, cell: Cell) -> None:
             "fixture that the tool touched under [work], or add `--place demo` for a program that only runs dry, or "
             "`--no-robot` for the path alone."
         )
+
+
+def _body(part: Surface, body: Surface) -> Surface:
+    """Return the body; one that lies farther from the part than the part is large is another's, or in another unit."""
+    _, distances = closest(body, part.vertices)
+    size = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    if distances.min() > size:
+        raise InputError(
+            f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: a body that "
+            "the part lies on touches it. Give both in the same coordinates and unit.",
+            distance=float(distances.min()),
+        )
+    return body
 
 
 def _placement(job: Job, cell: Cell, part: Surface) -> Placement | None:

@@ -199,7 +199,7 @@ def _motion(robot: RobotPlan) -> dict[str, Json]:
         "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
         "stretched_pieces": robot.trajectory.stretched,
         "placement_calibrated": placement.calibrated,
-        "placement_rms_mm": _rounded(np.sqrt(np.mean(placement.residuals**2))) if placement.calibrated else None,
+        "largest_touch_miss_mm": _rounded(placement.misses.max()) if placement.calibrated else None,
         "T_base_work": [[_rounded(value) for value in row] for row in placement.T_base_work],
     }
 

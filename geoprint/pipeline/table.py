@@ -7,7 +7,7 @@ import io
 from geoprint.pipeline.comparison import Comparison, Planned, Refused
 
 # Wide enough for every column on one line; a narrower terminal wraps the reasons below the table, not the figures.
-WIDTH = 118
+WIDTH = 124
 HEADINGS = (
     "backend", "spacing mean", "CV", "p95", "uncovered", "runs", "length mm", "print s", "printable", "clearance mm",
     "planned in s",
@@ -25,7 +25,7 @@ def comparison_table(comparison: Comparison) -> str:
 
     table = Table(title=_title(comparison), title_justify="left", title_style="")
     for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in {"backend", "printable"} else "right")
+        table.add_column(heading, justify="left" if heading in {"backend", "printable"} else "right", no_wrap=True)
     for name, outcome in comparison.outcomes:
         table.add_row(*(_refused_row(name) if isinstance(outcome, Refused) else _row(name, outcome)))
     buffer = io.StringIO()

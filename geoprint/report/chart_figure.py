@@ -95,7 +95,8 @@ def chart_figure(
     _draw_curves(figure, axes[2], flattened, (flattened.places @ R_view_work.T)[:, :2], spacing=spacing)
     for axis, name in zip(axes, ("chart", "distance in the chart", "curves on the surface"), strict=True):
         axis.set_title(name, fontsize=13, loc="left")
-    figure.suptitle(title, fontsize=12, x=0.01, ha="left")
+    # A file name may hold dollar signs.
+    figure.suptitle(title, fontsize=12, x=0.01, ha="left", parse_math=False)
     return png_bytes(figure)
 
 

@@ -76,10 +76,11 @@ def coverage_figure(
     for axis, panel in zip(axes, panels, strict=True):
         draw_part(axis, surface, R_view_work)
         _draw_runs(axis, panel, R_view_work, spacing=spacing)
-        axis.set_title(panel.title, fontsize=13, loc="left")
-        axis.set_xlabel(panel.caption, fontsize=10)
+        axis.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
+        axis.set_xlabel(panel.caption, fontsize=10, parse_math=False)
     _add_scale(figure, axes)
-    figure.suptitle(title, fontsize=12, x=0.01, ha="left")
+    # A file name may hold dollar signs.
+    figure.suptitle(title, fontsize=12, x=0.01, ha="left", parse_math=False)
     return png_bytes(figure)
 
 

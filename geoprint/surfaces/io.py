@@ -38,9 +38,11 @@ def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
 
     Raises:
         UsageError: the unit is missing or unknown.
-        InputError: the file cannot be read (see `formats.read_mesh`), the size is implausible, or the part lies so
-            far from the origin that single precision does not resolve it.
+        InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
+            implausible, or the part lies so far from the origin that single precision does not resolve it.
     """
+    if not path.name.isprintable():
+        raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
     vertices, faces = read_mesh(path)

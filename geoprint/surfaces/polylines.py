@@ -10,8 +10,8 @@ from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray
 
-# Nearest pieces that are looked at: a piece's middle may be a little farther than another's and its end nearer.
-CANDIDATES = 6
+# Nearest pieces that are looked at first: a piece's middle may be a little farther than another's and its end nearer.
+CANDIDATES = 12
 
 
 def arc_lengths(points: FloatArray) -> FloatArray:
@@ -49,22 +49,46 @@ class PolylineDistance:
 
     Args:
         lines: (k, 3) corners of each, k >= 2.
-        step: the lines are cut into pieces of at most this length [mm] to find the near ones; the distance to a piece
-            is exact, so the step sets speed, not accuracy, as long as it is short against the lines' distances.
+        step: the lines are cut into pieces of at most this length [mm] to find the near ones; it sets speed, not
+            accuracy: about a twentieth of the usual distance is quickest.
     """
 
     def __init__(self, lines: Sequence[FloatArray], *, step: float) -> None:
-        cut = [even_points(line, step=step) for line in lines]
+        cut = [_cut(line, step=step) for line in lines]
         self._starts = np.vstack([line[:-1] for line in cut])
         self._along = np.vstack([np.diff(line, axis=0) for line in cut])
         self._tree = KDTree(self._starts + 0.5 * self._along)
+        self._reach = 0.5 * float(np.linalg.norm(self._along, axis=1).max())
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Return the (k,) straight distance from each of (k, 3) points to the nearest polyline [mm]."""
-        _, near = self._tree.query(points, k=min(CANDIDATES, len(self._starts)))
-        near = np.asarray(near).reshape(len(points), -1)
+        distances = np.empty(len(points))
+        open_points, count = np.arange(len(points)), CANDIDATES
+        while open_points.size:
+            count = min(count, len(self._starts))
+            best, horizon = self._among_nearest(points[open_points], count)
+            # No piece beyond the horizon of middles reaches closer than the best so far.
+            settled = (horizon - self._reach >= best) | (count == len(self._starts))
+            distances[open_points[settled]] = best[settled]
+            open_points, count = open_points[~settled], 2 * count
+        return distances
+
+    def _among_nearest(self, points: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+        """Return the distance to the pieces with the nearest middles, and how far the last of these middles is."""
+        middles, near = self._tree.query(points, k=count)
+        middles, near = np.asarray(middles).reshape(len(points), -1), np.asarray(near).reshape(len(points), -1)
         start, along = self._starts[near], self._along[near]
         away = points[:, None] - start
         squared = np.maximum((along**2).sum(axis=2), np.finfo(np.float64).tiny)
         share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
-        return np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=2).min(axis=1))
+        best = np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=2).min(axis=1))
+        return best, middles[:, -1]
+
+
+def _cut(points: FloatArray, *, step: float) -> FloatArray:
+    """Return the corners of a polyline with as many points between each two that no piece is longer than a step."""
+    sides = np.diff(points, axis=0)
+    parts = np.maximum(np.ceil(np.linalg.norm(sides, axis=1) / step), 1.0).astype(np.int64)
+    side = np.repeat(np.arange(int(parts.size)), parts)
+    shares = (np.arange(side.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[side]
+    return np.vstack([points[side] + shares[:, None] * sides[side], points[-1:]])

@@ -1,6 +1,6 @@
 MODULE GeoCell
   ! Written by geoprint VERSION. Change the plan and write again, not this.
-  ! Placement calibrated; largest residual of a touched point 0.110 mm.
+  ! Placement calibrated; touched points lie within 0.11 mm of where others put them.
   ! Part: two rings
   ! Cell: bench; robot: irb120
   ! Spacing: 2.0000 mm; runs: 2; targets: 18
