@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.backends.conformal_map import ComplexArray, PinnedMap, conformal_energy, turning_pull
+from geoprint.backends.conformal_map import PinnedMap, conformal_energy, turning_pull
 from geoprint.backends.overlap import refuse_overlaps, signed_areas
 from geoprint.errors import FieldError
 from geoprint.model import IntArray, Surface
 from geoprint.surfaces import boundary_loops, component_labels, describe, euler_characteristic, face_areas
 
-__all__ = ["conformal_chart", "farthest_pair", "pinned_map", "signed_areas"]
+__all__ = ["conformal_chart", "farthest_pair", "signed_areas"]
 
 
 def conformal_chart(surface: Surface) -> Surface:
@@ -19,8 +19,9 @@ def conformal_chart(surface: Surface) -> Surface:
     A disc is pinned at two far vertices of its border, as in [Levy2002]. With holes two pins do not settle the map: on
     a band about a cylinder z and 1/z are both conformal, and a sum of them folds. There the longest loop, as a
     function of its arc length, has its first harmonic fixed instead, which asks it to go round once,
-    counter-clockwise. Either way it is one sparse positive definite system. The chart is scaled so that its area is
-    the surface's, which makes chart lengths right on average.
+    counter-clockwise; of maps that keep all angles, as on a plane part, that changes the scale alone. Either way it is
+    one sparse positive definite system. The chart is scaled so that its area is the surface's, which makes chart
+    lengths right on average.
 
     Args:
         surface: one component without handle, one boundary loop or more.
@@ -35,29 +36,17 @@ def conformal_chart(surface: Surface) -> Surface:
     """
     loops = boundary_loops(surface)
     _require_planar(surface, loops)
-    pins = farthest_pair(surface, loops[0])
-    image = pinned_map(surface, pins=pins) if len(loops) == 1 else _once_around(surface, loops, pins)
+    longest, pins = loops[0], farthest_pair(surface, loops[0])
+    solved = PinnedMap(conformal_energy(surface, loops), coordinates=surface.vertices, pins=pins)
+    image = solved.image
+    if len(loops) > 1:
+        ends, count = np.roll(longest, -1), len(surface.vertices)
+        lengths = np.linalg.norm(surface.vertices[ends] - surface.vertices[longest], axis=1)
+        image = solved.pulled(turning_pull(longest, ends, lengths=lengths, turn=2 * np.pi, unknowns=count))
     flat = np.column_stack([image.real, image.imag])
     refuse_overlaps(surface, flat, loops)
     scale = np.sqrt(face_areas(surface).sum() / signed_areas(flat, surface.faces).sum())
     return Surface(np.column_stack([scale * flat, np.zeros(len(flat))]), surface.faces, name=surface.name)
-
-
-def pinned_map(surface: Surface, *, pins: IntArray) -> ComplexArray:
-    """Return the least squares conformal map with one vertex at 0 and another at 1 [Levy2002].
-
-    Args:
-        surface: n vertices, at least one boundary loop.
-        pins: (2,) the vertex at 0 and the one at 1.
-
-    Returns:
-        (n,) images u + iv; nothing is checked.
-
-    Raises:
-        FieldError: the system is singular.
-    """
-    energy = conformal_energy(surface, boundary_loops(surface))
-    return PinnedMap(energy, coordinates=surface.vertices, pins=pins).image
 
 
 def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
@@ -82,14 +71,6 @@ def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
         if distances[there] <= reach:
             return np.array([loop[there], loop[here]])
         here, reach = there, float(distances[there])
-
-
-def _once_around(surface: Surface, loops: tuple[IntArray, ...], pins: IntArray) -> ComplexArray:
-    """Return the (n,) images of least energy for which the longest loop has a given first harmonic."""
-    solved = PinnedMap(conformal_energy(surface, loops), coordinates=surface.vertices, pins=pins)
-    ends = np.roll(loops[0], -1)
-    lengths = np.linalg.norm(surface.vertices[ends] - surface.vertices[loops[0]], axis=1)
-    return solved.pulled(turning_pull(loops[0], ends, lengths=lengths, turn=2 * np.pi, unknowns=len(surface.vertices)))
 
 
 def _require_planar(surface: Surface, loops: tuple[IntArray, ...]) -> None:
