@@ -149,7 +149,8 @@ def test_a_chart_that_overlaps_without_a_flip_is_refused_with_its_place() -> Non
     vertices = np.column_stack([reach * np.cos(turn), reach * np.sin(turn), 0.8 * turn])
     with pytest.raises(FieldError, match=r"border of ramp crosses itself \d+ times in the chart, the first at \(") as e:
         conformal_chart(Surface(vertices, flat.faces[:, ::-1], name="ramp"))
-    place = np.array(e.value.details["place"])
+    count, place = e.value.details["count"], np.array(e.value.details["place"])
+    assert f"itself {count} times" in str(e.value)
     assert np.linalg.norm(vertices - place, axis=1).min() < 1e-9
 
 

@@ -161,7 +161,7 @@ def flat_turn(surface: Surface, loops: tuple[IntArray, ...]) -> float:
     """Return by how much the first loop of an annulus turns once the surface is flat [rad].
 
     On the surface the loops turn by angles that differ by its curvature, which flattening moves onto them. A metric
-    that is stretched least has no stretch on the border [Springborn2008, app. E]; then the curvature of a place goes
+    that is stretched least has no stretch on the border [Springborn2008]; then the curvature of a place goes
     to the first loop by its harmonic measure there: the function that is 1 on that loop, 0 on the other and harmonic
     in between.
     """
