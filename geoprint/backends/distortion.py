@@ -121,11 +121,13 @@ def _area_scales(surface: Surface, chart: Surface) -> FloatArray:
             "they must be the same, in the same order."
         )
     flat = signed_areas(chart.vertices, chart.faces)
-    if flat.min() <= 0.0:
+    count = int((flat <= 0.0).sum())
+    if count:
         place = surface.vertices[surface.faces[int(np.argmax(flat <= 0.0))]].mean(axis=0)
         raise FieldError(
-            f"{int((flat <= 0.0).sum())} of {flat.size} triangles of {surface.name} are flipped or collapsed in the "
-            f"chart, the first at ({place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}) mm: it has no stretch to measure."
+            f"{count} of {flat.size} triangles of {surface.name} are flipped or collapsed in the "
+            f"chart, the first at ({place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}) mm: it has no stretch to measure.",
+            count=count,
         )
     return flat / face_areas(surface)
 

@@ -35,16 +35,19 @@ def refuse_overlaps(surface: Surface, flat: FloatArray, loops: tuple[IntArray, .
     bad = areas <= COLLAPSED_SHARE * abs(areas.mean())
     if bad.any():
         place = surface.vertices[surface.faces[int(np.argmax(bad))]].mean(axis=0)
-        raise _overlap(f"{int(bad.sum())} of {areas.size} triangles of {surface.name} are flipped or collapsed", place)
+        count = int(bad.sum())
+        raise _overlap(f"{count} of {areas.size} triangles of {surface.name} are flipped or collapsed", place, count)
     turned = [loop for loop in loops if _enclosed(flat[loop]) > 0.0][1:]
     if turned:
         place = surface.vertices[turned[0]].mean(axis=0)
-        raise _overlap(f"{len(turned)} of {len(loops) - 1} holes of {surface.name} are turned inside out", place)
+        raise _overlap(
+            f"{len(turned)} of {len(loops) - 1} holes of {surface.name} are turned inside out", place, len(turned)
+        )
     start, end = np.concatenate(loops), np.concatenate([np.roll(loop, -1) for loop in loops])
     crossing = crossing_segments(flat[start], flat[end])
     if len(crossing):
         place = surface.vertices[start[crossing[0, 0]]]
-        raise _overlap(f"the border of {surface.name} crosses itself {len(crossing)} times", place)
+        raise _overlap(f"the border of {surface.name} crosses itself {len(crossing)} times", place, len(crossing))
 
 
 def signed_areas(flat: FloatArray, faces: IntArray) -> FloatArray:
@@ -111,10 +114,11 @@ def _enclosed(polygon: FloatArray) -> float:
     return 0.5 * float(_cross(polygon, np.roll(polygon, -1, axis=0)).sum())
 
 
-def _overlap(what: str, place: FloatArray) -> FieldError:
+def _overlap(what: str, place: FloatArray, count: int) -> FieldError:
     x, y, z = place.tolist()
     return FieldError(
         f"{what} in the chart, the first at ({x:.2f}, {y:.2f}, {z:.2f}) mm: the flattened part would overlap itself. "
         "Use `--backend heat`, or a smaller patch.",
         place=(x, y, z),
+        count=count,
     )
