@@ -59,7 +59,7 @@ Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouri
 Rounds = Annotated[int | None, typer.Option(help="Number of rounds from the seed inwards.")]
 Step = Annotated[str | None, typer.Option(help="Step of the normalised distance, 0.05 or 1/20 for 20 rounds.")]
 Resolution = Annotated[
-    int | None, typer.Option(help="Pixels along the longer side of lscm's raster; by default 16 a spacing or more.")
+    int | None, typer.Option(help="Pixels along the longer side of lscm's raster; by default 16 a spacing.")
 ]
 SeedPoint = Annotated[
     tuple[float, float, float] | None,
