@@ -27,8 +27,8 @@ from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, posit
 # than 2 GB.
 SMALLEST_RESOLUTION = 16
 LARGEST_RESOLUTION = 8192
-# Pixels a spacing that are taken, wherever on the surface, and those that have to be. Corners of level curves are cut by
-# a fraction of a pixel; with 16 of them that adds 0.4 % to the spacing's variation, with 8 of them 1.4 %. Around
+# Pixels a spacing that are taken, wherever on the surface, and those that have to be. Corners of level curves are cut
+# by a fraction of a pixel; with 16 of them that adds 0.4 % to the variation of the spacing, with 8 of them 1.4 %. Around
 # corners of the border, where the distance bends most, curves lie within spacing / 1024 or / 256 of their place.
 PIXELS_PER_SPACING = 16
 ENOUGH_PIXELS = 8
