@@ -58,6 +58,9 @@ Unit = Annotated[str | None, typer.Option(help="Length unit of the file: mm, cm,
 Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouring paths in mm.")]
 Rounds = Annotated[int | None, typer.Option(help="Number of rounds from the seed inwards.")]
 Step = Annotated[str | None, typer.Option(help="Step of the normalised distance, 0.05 or 1/20 for 20 rounds.")]
+Resolution = Annotated[
+    int | None, typer.Option(help="Pixels along the longer side of lscm's raster; by default 16 a spacing.")
+]
 SeedPoint = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
@@ -81,6 +84,7 @@ def plan(
     spacing: Spacing = None,
     rounds: Rounds = None,
     step: Step = None,
+    resolution: Resolution = None,
     seed: SeedPoint = None,
     body: Body = None,
     cell: CellPath = None,
@@ -97,8 +101,8 @@ def plan(
     from geoprint.pipeline import plan as run
 
     job = job_of(
-        surface=surface, unit=unit, flip=flip, backend=backend, spacing=spacing, rounds=_rounds(rounds, step),
-        seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
+        rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
@@ -120,6 +124,7 @@ def compare(
     spacing: Spacing = None,
     rounds: Rounds = None,
     step: Step = None,
+    resolution: Resolution = None,
     seed: SeedPoint = None,
     body: Body = None,
     cell: CellPath = None,
@@ -136,8 +141,8 @@ def compare(
     from geoprint.pipeline import comparison_summary, comparison_table, save_comparison
 
     job = job_of(
-        surface=surface, unit=unit, flip=flip, spacing=spacing, rounds=_rounds(rounds, step), seed=seed, body=body,
-        cell=cell, place=place, robot=not no_robot,
+        surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
+        seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:

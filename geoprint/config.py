@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, model_validator
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import InputError, UsageError
@@ -59,6 +59,7 @@ class Job(_Table):
         unit: length unit of the file, for formats that carry none.
         flip: whether the file's winding is turned, so that the other side is printed.
         backend: name of the planning backend.
+        resolution: pixels along the longer side of the raster of a backend that has one.
         spacing: distance between neighbouring paths [mm]; or
         rounds: number of levels between the seed and the farthest point.
         seed: point [mm] from which distance is measured, instead of the border.
@@ -72,6 +73,7 @@ class Job(_Table):
     unit: Literal["mm", "cm", "m", "um", "in"] | None = None
     flip: bool = False
     backend: str = "heat"
+    resolution: PositiveInt | None = None
     spacing: PositiveFloat | None = None
     rounds: Annotated[int, Field(ge=1, le=100_000)] | None = None
     seed: Triple | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.saving import verify_files
 from geoprint.surfaces import edge_lengths, load, save_ply
 from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
-from tests.meshes import annulus, cylinder_patch, plate, sphere, spherical_cap
+from tests.meshes import cylinder_patch, plate, sphere, spherical_cap, torus
 from tests.shared_data import shared
 
 LIMITS_DEG = np.array([[-165, 165], [-110, 110], [-110, 70], [-160, 160], [-120, 120], [-400, 400]])
@@ -177,6 +178,36 @@ def test_a_body_far_from_the_part_is_refused_because_it_checks_nothing(tmp_path:
         plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
 
 
+def test_the_hash_in_plan_json_is_that_of_the_file_as_it_was_read(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate())
+    wanted = hashlib.sha256(part.read_bytes()).hexdigest()
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False))
+    part.unlink()
+    save_plan(planned, tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "plan.json").read_text())["input"]["sha256"] == wanted
+
+
+def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_path: Path) -> None:
+    text = packaged_cell_text("irb120-bent45")
+    for old, new, reason in (
+        ('mode = "io"', 'mode = "analog"', "cannot be written"),
+        ("cog_mm = [25, 0, 65]", "cog_mm = [0, 0, 0]", "refuses a load"),
+        ('dispenser = "doValve"', 'dispenser = "geoValve"', "is a word of RAPID"),
+    ):
+        assert old in text
+        (tmp_path / "cell.toml").write_text(text.replace(old, new))
+        with pytest.raises(UsageError, match=reason):
+            plan(job_of(surface="absent.ply", unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"))
+
+
+def test_a_misspelt_backend_is_refused_before_the_others_plan(tmp_path: Path) -> None:
+    seen: list[str] = []
+    part = saved(tmp_path, plate())
+    with pytest.raises(UsageError, match="no backend named 'haet'"):
+        compare(job_of(surface=part, unit="mm", spacing=3.0), backends=["lscm", "haet"], observe=seen.append)
+    assert seen == []
+
+
 def test_names_with_dollar_signs_are_drawn_and_backends_named_twice_count_once(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.4, rings=6)
     part = saved(tmp_path, Surface(cap.vertices, cap.faces, name="a$_$b$"))
@@ -251,11 +282,12 @@ def test_compared_backends_share_the_finest_surface_that_any_of_them_asks_for(tm
             assert outcome.plan.workpiece is compared.workpiece
 
 
-def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
-    part = saved(tmp_path, annulus(divisions=(60, 8)))
+def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
+    closed = torus(major=12.0, minor=5.0)
+    part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, robot=False))
     table = comparison_table(compared)
-    assert "lscm refused: annulus.ply (annulus) cannot be flattened" in table
+    assert "lscm refused: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
     assert "not asked" in table
     save_comparison(compared, tmp_path / "out")
     rows = json.loads((tmp_path / "out" / "compare.json").read_text())["backends"]
@@ -265,6 +297,22 @@ def test_what_is_not_a_disc_is_a_row_with_its_reason_and_the_rest_is_measured(tm
     assert (tmp_path / "out" / "heat" / "poses.csv").is_file()
     assert not (tmp_path / "out" / "lscm").exists()
     assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
+    job = job_of(surface=part, unit="mm", spacing=3.0, robot=False, resolution=200)
+    save_comparison(compare(job, backends=["lscm", "heat"]), tmp_path / "out")
+    found = {name: json.loads((tmp_path / "out" / name / "plan.json").read_text()) for name in ("lscm", "heat")}
+    assert found["lscm"]["settings"]["resolution"] == found["lscm"]["chart"]["resolution"] == 200
+    assert found["lscm"]["chart"]["pixel_mm"] == pytest.approx(50.0 / 200, rel=1e-3)
+    assert found["lscm"]["chart"]["area_scale"]["p99"] == pytest.approx(1.0, abs=1e-6)
+    assert found["heat"]["settings"]["resolution"] is None
+    assert "chart" not in found["heat"]
+    assert (tmp_path / "out" / "lscm" / "chart.png").read_bytes().startswith(b"\x89PNG")
+    assert not (tmp_path / "out" / "heat" / "chart.png").exists()
+    with pytest.raises(UsageError, match=r"--resolution 200.*heat, fast-marching has none"):
+        compare(job, backends=["heat", "fast-marching"])
 
 
 def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:

@@ -7,11 +7,24 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from geoprint.backends.diagnostics import Diagnostics, diagnostics
+from geoprint.backends.distortion import Distortion, distortion
 from geoprint.backends.fast_marching import FastMarching
 from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend, BackendFactory
-from geoprint.backends.lscm import Lscm
+from geoprint.backends.lscm import Flattening, Lscm
 
 BACKENDS: Mapping[str, BackendFactory] = MappingProxyType({"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm})
 
-__all__ = ["BACKENDS", "Backend", "BackendFactory", "Diagnostics", "FastMarching", "Heat", "Lscm", "diagnostics"]
+__all__ = [
+    "BACKENDS",
+    "Backend",
+    "BackendFactory",
+    "Diagnostics",
+    "Distortion",
+    "FastMarching",
+    "Flattening",
+    "Heat",
+    "Lscm",
+    "diagnostics",
+    "distortion",
+]

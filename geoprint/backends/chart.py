@@ -1,55 +1,52 @@
-"""A disc-shaped surface flattened by the least squares conformal map [Levy2002]."""
+"""A surface with a border flattened by the least squares conformal map [Levy2002], holes and all."""
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
 
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
+from geoprint.backends.conformal_map import PinnedMap, conformal_energy, turning_pull
+from geoprint.backends.overlap import refuse_overlaps, signed_areas
 from geoprint.errors import FieldError
-from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.surfaces import boundary_loops, cotangent_laplacian, describe, euler_characteristic, face_areas
+from geoprint.model import IntArray, Surface
+from geoprint.surfaces import boundary_loops, component_labels, describe, euler_characteristic, face_areas
 
-# Chart triangles with less than this share of the mean chart area count as collapsed.
-COLLAPSED_SHARE = 1e-9
+__all__ = ["conformal_chart", "farthest_pair", "signed_areas"]
 
 
 def conformal_chart(surface: Surface) -> Surface:
-    """Flatten a disc by the map that comes nearest to keeping angles.
+    """Flatten a disc, an annulus or a disc with more holes by the map that comes nearest to keeping angles.
 
-    With u + iv as one complex number a vertex, the conformal energy is a Hermitian form: Dirichlet's energy less the
-    area of the image, which only the border enters [Mullen2008, section 2]. Two far vertices of the border are
-    pinned, which leaves one sparse positive definite system; then the chart is scaled so that its area is the
-    surface's, which makes chart lengths right on average.
+    A disc is pinned at two far vertices of its border, as in [Levy2002]. With holes two pins do not settle the map: on
+    a band about a cylinder z and 1/z are both conformal, and a sum of them folds. There the longest loop, as a
+    function of its arc length, has its first harmonic fixed instead, which asks it to go round once,
+    counter-clockwise; of maps that keep all angles, as on a plane part, that changes the scale alone. Either way it is
+    one sparse positive definite system. The chart is scaled so that its area is the surface's, which makes chart
+    lengths right on average.
 
     Args:
-        surface: a disc: one component, one boundary loop, no handle.
+        surface: one component without handle, one boundary loop or more.
 
     Returns:
-        The chart [mm]: the same faces, in the same order, on vertices (u, v, 0), counter-clockwise.
+        The chart [mm]: the same faces, in the same order, on vertices (u, v, 0), counter-clockwise. Any loop may lie
+        outside, the others are holes in it.
 
     Raises:
-        FieldError: the surface is not a disc, or chart triangles are flipped or collapsed.
+        FieldError: the surface is closed, has a handle or several components; or its chart overlaps itself, because
+            triangles are flipped or collapsed, holes turned inside out, or border segments cross.
     """
     loops = boundary_loops(surface)
-    if len(loops) != 1 or euler_characteristic(surface) != 1:
-        raise FieldError(
-            f"{surface.name} ({describe(surface)}) cannot be flattened without a cut; the backend 'lscm' "
-            "needs a disc: use `--backend heat`, which plans on any surface."
-        )
-    pins = farthest_pair(surface, loops[0])
-    energy = csc_array(0.5 * cotangent_laplacian(surface) - _area_form(loops[0], count=len(surface.vertices)))
-    free = np.setdiff1d(np.arange(len(surface.vertices)), pins)
-    image = np.zeros(len(surface.vertices), dtype=np.complex128)
-    image[pins[1]] = 1.0
-    rows = energy[free]
-    inner = csc_array(rows[:, free])
-    solver = SymmetricSolver(inner, order=nested_dissection(inner, coordinates=surface.vertices[free]))
-    image[free] = solver.solve(-np.asarray(rows[:, pins] @ image[pins]))
-    flat = np.column_stack([image.real, image.imag, np.zeros(image.size)])
-    areas = signed_areas(flat, surface.faces)
-    _refuse_flips(surface, areas)
-    return Surface(flat * np.sqrt(face_areas(surface).sum() / areas.sum()), surface.faces, name=surface.name)
+    _require_planar(surface, loops)
+    longest, pins = loops[0], farthest_pair(surface, loops[0])
+    solved = PinnedMap(conformal_energy(surface, loops), coordinates=surface.vertices, pins=pins)
+    image = solved.image
+    if len(loops) > 1:
+        ends, count = np.roll(longest, -1), len(surface.vertices)
+        lengths = np.linalg.norm(surface.vertices[ends] - surface.vertices[longest], axis=1)
+        image = solved.pulled(turning_pull(longest, ends, lengths=lengths, turn=2 * np.pi, unknowns=count))
+    flat = np.column_stack([image.real, image.imag])
+    refuse_overlaps(surface, flat, loops)
+    scale = np.sqrt(face_areas(surface).sum() / signed_areas(flat, surface.faces).sum())
+    return Surface(np.column_stack([scale * flat, np.zeros(len(flat))]), surface.faces, name=surface.name)
 
 
 def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
@@ -76,31 +73,12 @@ def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
         here, reach = there, float(distances[there])
 
 
-def signed_areas(flat: FloatArray, faces: IntArray) -> FloatArray:
-    """Return the (m,) areas of triangles in the plane, positive where they are counter-clockwise [mm2].
-
-    Examples:
-        >>> signed_areas(np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 1]]))
-        array([ 1., -1.])
-    """
-    a, b, c = (flat[faces[:, corner], :2] for corner in range(3))
-    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
-
-
-def _area_form(loop: IntArray, *, count: int) -> csc_array:
-    """Return the Hermitian (n, n) matrix A for which conj(z) A z is the signed area that the loop's image encloses."""
-    start, end = loop, np.roll(loop, -1)
-    entries = np.concatenate([np.full(loop.size, -0.25j), np.full(loop.size, 0.25j)])
-    where = np.concatenate([start, end]), np.concatenate([end, start])
-    return csc_array(coo_array((entries, where), shape=(count, count)))
-
-
-def _refuse_flips(surface: Surface, areas: FloatArray) -> None:
-    bad = areas <= COLLAPSED_SHARE * abs(areas.mean())
-    if bad.any():
-        place = surface.vertices[surface.faces[int(np.argmax(bad))]].mean(axis=0)
-        raise FieldError(
-            f"{int(bad.sum())} of {areas.size} triangles of {surface.name} are flipped or collapsed in the chart, the "
-            f"first at ({place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}) mm: the flattened part would overlap itself. "
-            "Use `--backend heat`, or a smaller patch."
-        )
+def _require_planar(surface: Surface, loops: tuple[IntArray, ...]) -> None:
+    """Refuse what no plane has room for: of one component and b loops the Euler characteristic must be 2 - b."""
+    if loops and euler_characteristic(surface) == 2 - len(loops) and not component_labels(surface).any():
+        return
+    raise FieldError(
+        f"{surface.name} ({describe(surface)}) cannot be flattened without a cut; the backend 'lscm' needs one "
+        "component with a border and without handles: give a smaller open patch, or use `--backend heat`, which plans "
+        "on any surface."
+    )

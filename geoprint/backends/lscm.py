@@ -2,47 +2,87 @@
 
 Its distance is measured in the chart, so it is as even on the surface as the chart is true to length: exact on a
 plane, good on a nearly flat patch, and off by the chart's scale where the surface bends both ways or forms a cap.
+
+Straight distance in the chart is shorter than any way within the surface where it crosses a hole or a bay of the
+border. From the whole border it never does, since the nearest point of it comes first; from any other seed it may.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.backends.chart import conformal_chart
+from geoprint.backends.chart_lookup import locate
 from geoprint.backends.levels import level_distances
-from geoprint.backends.raster import DistanceImage
+from geoprint.backends.raster import DistanceImage, clipped, region_image, seed_image
 from geoprint.backends.resolution import linear_edge_length
+from geoprint.backends.segment_distance import point_distances
 from geoprint.errors import FieldError, UsageError
-from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
-from geoprint.surfaces import boundary_loops, closest
+from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface, SurfaceCurves
+from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, positions
 
-# Finer rasters than this do not fit a small machine: 8192 squared pixels are half a gigabyte of distances.
+# Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
+# than 2 GB.
+SMALLEST_RESOLUTION = 16
 LARGEST_RESOLUTION = 8192
+# Pixels a spacing, wherever on the surface. Corners of level curves are cut by a fraction of a pixel, which alone
+# varies the spacing on a plate of 40 spacings by 0.07 %, with half as many pixels by 0.17 %. Around corners of the
+# border, where the distance bends most, curves lie within spacing / 1024 of their place.
+PIXELS_PER_SPACING = 16
+# What counts as one more pixel: rounding of the chart must not change the raster of a part that is turned.
+WHOLE_PIXEL = 1e-6
+# Pixels a spacing below which neighbouring curves run together.
+FEWEST_PIXELS = 2
+# A barycentric weight nearer to 1 than this is a vertex.
+AT_VERTEX = 1e-9
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Flattening:
+    """How the surface was flattened and rasterised.
+
+    Attributes:
+        chart: the flat surface [mm]: same faces, z = 0, same area.
+        resolution: pixels along its longer side.
+        pixel: side of a pixel in the chart [mm].
+        largest_pixel: side of the largest pixel lifted to the surface [mm].
+    """
+
+    chart: Surface
+    resolution: int
+    pixel: float
+    largest_pixel: float
 
 
 @final
 class Lscm:
-    """The `lscm` backend: disc-shaped surfaces, distance from the whole border.
+    """The `lscm` backend: surfaces that a conformal map flattens, straight distance in the chart.
 
     Args:
-        surface: a disc.
-        resolution: pixels along the longer side of the chart. 1024 puts 16 of them on a millimetre of a 60 mm part;
-            finer ones change nothing, because the loss is the chart's scale.
+        surface: a disc, or what else `conformal_chart` takes.
+        resolution: pixels along the longer side of the chart's raster; by default so many that the spacing has 16
+            of them, wherever on the surface. Finer ones change nothing, because the loss is the chart's scale.
 
     Raises:
         UsageError: the resolution is outside 16 ... 8192.
-        FieldError: the surface is not a disc, or its chart overlaps itself.
+        FieldError: the surface cannot be flattened, or its chart overlaps itself.
     """
 
-    def __init__(self, surface: Surface, *, resolution: int = 1024) -> None:
-        if not 16 <= resolution <= LARGEST_RESOLUTION:
-            raise UsageError(f"resolution is {resolution} pixels; it must lie between 16 and {LARGEST_RESOLUTION}.")
+    def __init__(self, surface: Surface, *, resolution: int | None = None) -> None:
+        if resolution is not None and not SMALLEST_RESOLUTION <= resolution <= LARGEST_RESOLUTION:
+            raise UsageError(
+                f"resolution is {resolution} pixels; it must lie between {SMALLEST_RESOLUTION} and "
+                f"{LARGEST_RESOLUTION}."
+            )
         self._surface = surface
+        self._resolution = resolution
         self._chart = conformal_chart(surface)
-        self._border = boundary_loops(surface)[0]
-        self._image = DistanceImage(self._chart.vertices[self._border, :2], resolution=resolution)
+        self._size = float(np.ptp(border_segments(self._chart), axis=(0, 1)).max())
+        self._scales = local_scales(surface, self._chart)
 
     @staticmethod
     def edge_length(_part: Surface, *, spacing: float) -> float:
@@ -50,48 +90,150 @@ class Lscm:
         return linear_edge_length(spacing=spacing)
 
     def distance(self, seed: Seed) -> ScalarField:
-        """Return the distance from the border in the chart at the vertices, scaled to the surface's area [mm].
+        """Return the straight distance from the seed in the chart at the vertices [mm], to rounding; no raster enters.
 
         Raises:
-            UsageError: the seed is not the whole border.
+            InputError: a point of the seed names a face that the surface does not have.
         """
-        self._require_border(seed)
-        values = self._image.sample(self._chart.vertices[:, :2])
-        values[self._border] = 0.0
-        return ScalarField(np.maximum(values, 0.0))
+        return ScalarField(point_distances(seed_segments(self._chart, seed), self._chart.vertices[:, :2]))
+
+    def flattening(self, *, spacing: float) -> Flattening:
+        """Return the chart, and the raster that `contours` takes for a positive spacing [mm].
+
+        Raises:
+            FieldError: the raster is too coarse for the spacing, or the one it needs is too large.
+        """
+        stretch = 1.0 / float(self._scales.min())
+        needed, fewest = (
+            int(np.ceil(count * stretch * self._size / spacing - WHOLE_PIXEL))
+            for count in (PIXELS_PER_SPACING, FEWEST_PIXELS)
+        )
+        if self._resolution is None and needed > LARGEST_RESOLUTION:
+            raise self._too_fine(spacing, needed)
+        resolution = max(needed, SMALLEST_RESOLUTION) if self._resolution is None else self._resolution
+        pixel = self._size / resolution
+        if pixel * stretch > spacing / FEWEST_PIXELS:
+            raise FieldError(
+                f"a pixel of the chart of {self._surface.name} at resolution {resolution} is {pixel * stretch:.3g} mm "
+                f"on the surface at {self._tightest()}; for paths {spacing:g} mm apart it may be "
+                f"{spacing / FEWEST_PIXELS:.3g} mm: leave `--resolution` out, give at least "
+                f"{fewest}, or use `--backend heat`, which has no raster.",
+                spacing=spacing,
+                resolution=resolution,
+            )
+        return Flattening(self._chart, resolution, pixel, pixel * stretch)
 
     def contours(self, seed: Seed, *, spacing: float) -> Contours:
         """Return the level curves of the distance image, lifted to the surface [mm].
 
+        They end at the border of the surface where the seed is not the whole border.
+
         Raises:
-            UsageError: the seed is not the whole border, or the spacing is not positive.
-            FieldError: not even the first level lies on the surface, or the raster is too coarse for the spacing.
+            InputError: a point of the seed names a face that the surface does not have.
+            UsageError: the spacing is not positive.
+            FieldError: not even the first level lies on the surface, the raster is too coarse for the spacing, or the
+                one it needs is too large.
         """
         field = self.distance(seed)
         distances = level_distances(field, spacing=spacing)
-        if spacing < 2.0 * self._image.pixel:
+        region, image = chart_images(self._chart, seed, resolution=self.flattening(spacing=spacing).resolution)
+        found = image.contours(distances)
+        if image is not region:
+            found = [[piece for line in level for piece in clipped(line, region)] for level in found]
+        lines = [line for level in found for line in level]
+        if not lines:
             raise FieldError(
-                f"spacing is {spacing:g} mm, but a pixel of the chart is {self._image.pixel:.3g} mm: a raster of "
-                f"{int(np.ceil(4 * self._image.pixel / spacing))} times the resolution would be needed; use "
-                "`--backend heat`, which has no raster."
+                f"no level curve of {self._surface.name} at {spacing / 2:g} mm from the seed is longer than a pixel "
+                f"of {region.pixel:.3g} mm: choose a smaller spacing than {spacing:g} mm."
             )
-        lines = [(level, line) for level, at in enumerate(distances) for line in self._image.contours(float(at))]
-        return Contours(self._lifted([line for _, line in lines]), np.array([k for k, _ in lines]), spacing, field)
+        levels = np.repeat(np.arange(distances.size), [len(level) for level in found])
+        return Contours(self._lifted(lines), levels, spacing, field)
 
     def _lifted(self, lines: list[FloatArray]) -> SurfaceCurves:
         """Find the chart triangle of every node and keep its barycentric weights: the same point of the surface."""
-        nodes = np.concatenate(lines)
-        found, _ = closest(self._chart, np.column_stack([nodes, np.zeros(len(nodes))]))
         offsets = np.concatenate([[0], np.cumsum([len(line) for line in lines])])
         closed = np.array([bool((line[0] == line[-1]).all()) for line in lines])
-        return SurfaceCurves(SurfacePoints(found.faces, found.weights), offsets, closed)
+        return SurfaceCurves(locate(self._chart, np.concatenate(lines)), offsets, closed)
 
-    def _require_border(self, seed: Seed) -> None:
-        points = seed.curves.points
-        at_vertex = points.weights.max(axis=1) > 1.0 - 1e-9
-        vertices = self._surface.faces[points.faces, np.argmax(points.weights, axis=1)]
-        if not at_vertex.all() or set(vertices.tolist()) != set(self._border.tolist()):
-            raise UsageError(
-                "the backend 'lscm' measures from the whole border, because its distance transform knows no other "
-                "seed; use `--backend heat` for a chosen seed."
-            )
+    def _too_fine(self, spacing: float, needed: int) -> FieldError:
+        """Return the refusal of a spacing that needs more pixels than are allowed."""
+        # Rounded to three digits, but not down.
+        finest = 1.005 * spacing * needed / LARGEST_RESOLUTION
+        coarser = needed * FEWEST_PIXELS <= LARGEST_RESOLUTION * PIXELS_PER_SPACING
+        return FieldError(
+            f"paths {spacing:g} mm apart on {self._surface.name} need a raster of {needed} pixels across its chart, "
+            f"whose scale at {self._tightest()} is {self._scales.min():.2g}; at most {LARGEST_RESOLUTION} are allowed: "
+            f"choose a spacing of at least {finest:.3g} mm, "
+            + (f"take a coarser raster with `--resolution {LARGEST_RESOLUTION}`, " if coarser else "")
+            + "or use `--backend heat`, which has no raster.",
+            spacing=spacing,
+            needed=needed,
+            allowed=LARGEST_RESOLUTION,
+        )
+
+    def _tightest(self) -> str:
+        """Return where the chart shrinks the surface most."""
+        return "({:.2f}, {:.2f}, {:.2f}) mm".format(*self._surface.vertices[int(np.argmin(self._scales))])
+
+
+def chart_images(chart: Surface, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
+    """Return the distance to the border of a chart, negative outside, and the distance to the image of a seed.
+
+    Where the seed is the whole border both are one and the same image.
+
+    Args:
+        chart: flat, z = 0.
+        seed: on the surface that was flattened.
+        resolution: pixels along the longer side of the chart.
+
+    Raises:
+        InputError: a point of the seed names a face that the surface does not have.
+    """
+    region = region_image(border_segments(chart), resolution=resolution)
+    return region, region if _is_whole_border(chart, seed) else seed_image(region, seed_segments(chart, seed))
+
+
+def border_segments(chart: Surface) -> FloatArray:
+    """Return the (b, 2, 2) border edges of a chart [mm]."""
+    return chart.vertices[_border_edges(chart)][:, :, :2]
+
+
+def seed_segments(chart: Surface, seed: Seed) -> FloatArray:
+    """Return the (s, 2, 2) image of a seed in a chart [mm]: pieces of its curves, points as pieces without length."""
+    places = positions(chart, seed.curves.points)[:, :2]
+    first, last = seed.curves.offsets[:-1], seed.curves.offsets[1:] - 1
+    starts = np.setdiff1d(np.arange(len(places)), last)
+    alone = first[first == last]
+    return np.stack([places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]], axis=1)
+
+
+def local_scales(surface: Surface, chart: Surface) -> FloatArray:
+    """Return the (n,) length scale of a chart around each vertex: square root of chart area over surface area.
+
+    The triangles around a vertex are taken together, because a sliver alone, far thinner than a pixel, may be mapped
+    out of proportion without any harm. A vertex without triangles has scale 1.
+    """
+    count = len(surface.vertices)
+    on_surface, on_chart = (
+        np.bincount(surface.faces.ravel(), weights=np.repeat(face_areas(mesh), 3), minlength=count)
+        for mesh in (surface, chart)
+    )
+    used = on_surface > 0.0
+    return np.sqrt(np.where(used, on_chart, 1.0) / np.where(used, on_surface, 1.0))
+
+
+def _border_edges(chart: Surface) -> IntArray:
+    return half_edges(chart.faces)[boundary_half_edges(chart.faces)]
+
+
+def _is_whole_border(chart: Surface, seed: Seed) -> bool:
+    """Tell whether a seed runs along every border edge and nowhere else."""
+    points = seed.curves.points
+    vertices = chart.faces[points.faces, np.argmax(points.weights, axis=1)]
+    starts = np.setdiff1d(np.arange(vertices.size), seed.curves.offsets[1:] - 1)
+    followed, border = (
+        np.unique(np.sort(pairs, axis=1), axis=0)
+        for pairs in (np.column_stack([vertices[starts], vertices[starts + 1]]), _border_edges(chart))
+    )
+    alone = bool((np.diff(seed.curves.offsets) == 1).any())
+    return not alone and bool((points.weights.max(axis=1) > 1.0 - AT_VERTEX).all()) and np.array_equal(followed, border)

@@ -2,6 +2,7 @@
 
 from geoprint.export.bundle import Json, check_writable, json_bytes, write_bundle
 from geoprint.export.rapid import rapid_program
+from geoprint.export.rapid_cell import check_cell
 from geoprint.export.rapid_verify import verify_program
 from geoprint.export.tables import (
     poses_table,
@@ -14,6 +15,7 @@ from geoprint.export.tables import (
 
 __all__ = [
     "Json",
+    "check_cell",
     "check_writable",
     "json_bytes",
     "poses_table",

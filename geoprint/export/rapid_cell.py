@@ -60,6 +60,16 @@ def header_lines(
     return lines
 
 
+def check_cell(cell: Cell) -> None:
+    """Check what a program needs of a cell, before a long plan is made for it.
+
+    Raises:
+        UsageError: an output has no RAPID name, the mode is one that cannot be written, or the load is not physical.
+    """
+    _tooldata(cell.tool)
+    _switching(cell, calibrated=True)
+
+
 def cell_module(cell: Cell, *, placement: Placement, declarations: Sequence[str], header: Sequence[str]) -> str:
     """Return the text of GeoCell.mod.
 

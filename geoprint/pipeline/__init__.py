@@ -11,10 +11,11 @@ from geoprint.pipeline.comparison import (
     save_comparison,
 )
 from geoprint.pipeline.doctor import examine
-from geoprint.pipeline.planning import Plan, RobotPlan, Workpiece, plan
+from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
+from geoprint.pipeline.workpiece import Workpiece
 
 __all__ = [
     "COMPARED",

@@ -13,9 +13,11 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.errors import FieldError, PlanError, VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
-from geoprint.pipeline.planning import Plan, Stages, Workpiece, plan_paths, prepare_workpiece, upright, with_robot
+from geoprint.pipeline.planning import Plan, plan_paths, with_robot
 from geoprint.pipeline.saving import plan_files, verify_files
+from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.summary import summary, uniformity_summary
+from geoprint.pipeline.workpiece import RASTERED, Workpiece, prepare_workpiece, require_raster, upright
 from geoprint.quality import Uniformity
 from geoprint.report import Coverage, coverage_figure
 
@@ -79,11 +81,11 @@ def compare(
     """Plan one part with several backends and measure how even each is.
 
     Like is compared with like: the same seed and spacing, and the same surface, refined to what the backend that needs
-    the finest one asks for. Evenness is reported whatever the robot
-    says; what the cell cannot print carries the reason.
+    the finest one asks for. Evenness is reported whatever the robot says; what the cell cannot print carries the
+    reason.
 
     Args:
-        job: what to plan; its backend is ignored.
+        job: what to plan; its backend is ignored, its resolution means the backends that have a raster.
         backends: which to compare; a name that comes twice counts once.
         observe: called with the name of each stage as it starts.
 
@@ -94,6 +96,7 @@ def compare(
         UsageError: the job or its cell is unclear or contradicts itself.
         InputError: the part cannot be read, or no backend can plan on it.
     """
+    require_raster(job, backends)
     shared = Stages(observe)
     workpiece, unplaced = _placed_workpiece(job, shared, backends=backends)
     outcomes = tuple(
@@ -107,8 +110,8 @@ def compare(
 
 
 def replace_backend(job: Job, name: str) -> Job:
-    """Return the same job for another backend."""
-    return job.model_copy(update={"backend": name})
+    """Return the same job for another backend; without the resolution where that has no raster."""
+    return job.model_copy(update={"backend": name, "resolution": job.resolution if name in RASTERED else None})
 
 
 def save_comparison(comparison: Comparison, directory: Path, *, overwrite: bool = False) -> None:

@@ -2,62 +2,33 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
-from geoprint.backends import BACKENDS, BackendFactory
-from geoprint.config import Job, load_cell
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.backends import Backend, Flattening, Lscm
+from geoprint.config import Job
 from geoprint.export import rapid_program
 from geoprint.model import (
-    Cell,
     Clearance,
     Contours,
     ControllerPath,
-    FloatArray,
     JointPath,
     Placement,
     PoseStream,
     Program,
-    Seed,
     Surface,
     Targets,
     Toolpath,
     Trajectory,
 )
-from geoprint.motion import (
-    Arm,
-    clearance,
-    controller_path,
-    demo_placement,
-    fit_touched_points,
-    reach,
-    retime,
-    written_targets,
-)
+from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
 from geoprint.paths import arrange, poses
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import Workpiece, backend_factory, prepare_workpiece, require_raster, upright
 from geoprint.quality import Uniformity, uniformity
-from geoprint.surfaces import (
-    PreparationReport,
-    boundary_seed,
-    closest,
-    load,
-    mean_normal,
-    point_seed,
-    prepare,
-    refine,
-)
-from geoprint.transforms import smallest_rotation
-
-# Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
-TRIANGLES_ACROSS = 60
-# A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
-SEED_TOLERANCE = 1.0
 
 
 @final
@@ -76,32 +47,6 @@ class RobotPlan:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Workpiece:
-    """What every backend of a job starts from.
-
-    Attributes:
-        cell: the machine.
-        part: the surface as prepared, before refinement.
-        body: what the part lies on, or None.
-        preparation: what preparing changed.
-        edge_length: that the part was refined to [mm].
-        surface: the refined surface to plan on.
-        seed: where distance is zero.
-        placement: where the part stands, or None where the job leaves the robot out.
-    """
-
-    cell: Cell
-    part: Surface
-    body: Surface | None
-    preparation: PreparationReport
-    edge_length: float
-    surface: Surface
-    seed: Seed
-    placement: Placement | None
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
 class Plan:
     """Everything from the mesh to the program.
 
@@ -114,6 +59,7 @@ class Plan:
         uniformity: how even the paths are, or None where there is but one level.
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
+        flattening: chart and raster of a backend that works in the plane, else None.
     """
 
     job: Job
@@ -124,27 +70,7 @@ class Plan:
     uniformity: Uniformity | None
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
-
-
-@final
-class Stages:
-    """Names the stage that runs, for whoever watches, and times each.
-
-    Args:
-        observe: called with the name of each stage as it starts.
-    """
-
-    def __init__(self, observe: Callable[[str], None]) -> None:
-        self._observe = observe
-        self.timings: list[tuple[str, float]] = []
-
-    @contextmanager
-    def __call__(self, name: str) -> Generator[None]:
-        """Run the body as a stage."""
-        self._observe(name)
-        start = time.perf_counter()
-        yield
-        self.timings.append((name, time.perf_counter() - start))
+    flattening: Flattening | None
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -168,32 +94,16 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
 
 
-def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
-    """Read cell, part and body, decide where the part stands, and refine it for whichever backend needs it finest."""
-    factories = [_factory(name) for name in backends]
-    with stage("reading"):
-        cell = load_cell(job.cell)
-        _require_placement(job, cell)
-        part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
-        body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
-        placement = _placement(job, cell, part)
-    with stage("refining"):
-        spacing = _wanted_spacing(job, part)
-        edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
-        surface = refine(part, edge_length=edge_length)
-        seed = _seed(job, surface)
-    return Workpiece(cell, part, body, preparation, edge_length, surface, seed, placement)
-
-
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     """Cover the workpiece with contours and turn them into poses; the robot is left out."""
     surface, process = workpiece.surface, workpiece.cell.process
     with stage("contours"):
-        backend = _factory(job.backend)(surface)
+        backend = _backend(job, surface)
         spacing = job.spacing
         if spacing is None:
             spacing = backend.distance(workpiece.seed).maximum / (job.rounds or 1)
         contours = backend.contours(workpiece.seed, spacing=spacing)
+        flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
     with stage("path"):
         toolpath = arrange(contours, surface)
         stream = poses(
@@ -206,7 +116,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         )
     with stage("evenness"):
         measured = uniformity(stream, surface, spacing=spacing) if np.ptp(toolpath.levels) > 0 else None
-    return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings))
+    return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings), flattening)
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
@@ -250,81 +160,8 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
 
 
-def _factory(name: str) -> BackendFactory:
-    if name not in BACKENDS:
-        raise UsageError(f"there is no backend named '{name}'; choose one of: {', '.join(BACKENDS)}.")
-    return BACKENDS[name]
-
-
-def _require_placement(job: Job, cell: Cell) -> None:
-    if job.robot and job.place is None and cell.fixture is None:
-        raise UsageError(
-            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: list the points of the "
-            "fixture that the tool touched under [work], or add `--place demo` for a program that only runs dry, or "
-            "`--no-robot` for the path alone."
-        )
-
-
-def _body(part: Surface, body: Surface) -> Surface:
-    """Return the body; one that lies farther from the part than the part is large is another's, or in another unit."""
-    _, distances = closest(body, part.vertices)
-    size = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
-    if distances.min() > size:
-        raise InputError(
-            f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: a body that "
-            "the part lies on touches it. Give both in the same coordinates and unit.",
-            distance=float(distances.min()),
-        )
-    return body
-
-
-def _placement(job: Job, cell: Cell, part: Surface) -> Placement | None:
-    if not job.robot:
-        return None
-    if job.place == "demo":
-        return demo_placement(part, position=cell.demo_position)
-    if cell.fixture is None:
-        raise UsageError(f"the cell {cell.name} is not calibrated.")
-    return fit_touched_points(cell.fixture)
-
-
-def upright(workpiece: Workpiece) -> FloatArray:
-    """Return how the part stands; where nobody places it its mean normal is up, or its own z axis without one."""
-    if workpiece.placement is not None:
-        return workpiece.placement.T_base_work[:3, :3]
-    mean = mean_normal(workpiece.part)
-    length = float(np.linalg.norm(mean))
-    if length < np.finfo(np.float64).eps:
-        return np.eye(3)
-    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
-
-
-def _seed(job: Job, surface: Surface) -> Seed:
-    if job.seed is None:
-        return boundary_seed(surface)
-    return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
-
-
-def _wanted_spacing(job: Job, part: Surface) -> float:
-    """Return the spacing, or where rounds are given an estimate of it that is good enough to refine by.
-
-    Raises:
-        UsageError: neither is given; the sentence says what both would be on this part.
-        FieldError: the spacing is larger than the part.
-    """
-    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
-    if job.spacing is not None and job.spacing > across:
-        raise FieldError(
-            f"spacing is {job.spacing:g} mm, but the whole part is only {across:.3g} mm across: choose a smaller one."
-        )
-    if job.spacing is not None:
-        return job.spacing
-    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
-    depth = _factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
-    if job.rounds is None:
-        raise UsageError(
-            f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "
-            f"{depth / 20:.2g} mm.",
-            depth_mm=depth,
-        )
-    return depth / job.rounds
+def _backend(job: Job, surface: Surface) -> Backend:
+    require_raster(job, [job.backend])
+    if job.resolution is not None:
+        return Lscm(surface, resolution=job.resolution)
+    return backend_factory(job.backend)(surface)

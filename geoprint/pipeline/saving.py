@@ -18,6 +18,7 @@ from geoprint.export import (
     verify_trajectory_table,
     write_bundle,
 )
+from geoprint.pipeline.chart_picture import chart_picture
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.summary import summary
 from geoprint.surfaces import load, ply_bytes
@@ -48,6 +49,8 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
     }
+    if plan.flattening is not None:
+        files["chart.png"] = chart_picture(plan, plan.flattening)
     if plan.robot is not None:
         files["trajectory.csv"] = trajectory_table(plan.robot.trajectory)
         for name, text in plan.robot.program.modules:

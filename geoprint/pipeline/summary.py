@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import resource
 from dataclasses import asdict
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import diagnostics
+from geoprint.backends import Flattening, diagnostics, distortion
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
@@ -40,6 +40,8 @@ def summary(plan: Plan) -> dict[str, Json]:
         "paths": _paths(plan),
         "field": _field(plan),
     }
+    if plan.flattening is not None:
+        result["chart"] = _chart(plan.workpiece.surface, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
@@ -105,13 +107,13 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
 
 
 def _input(plan: Plan) -> dict[str, Json]:
-    def of(path: str, digest: str) -> dict[str, Json]:
-        return {"name": path, "sha256": digest, "unit": plan.job.unit}
+    def of(path: Path, digest: str) -> dict[str, Json]:
+        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
 
-    part = plan.job.surface
-    result = of(part.name, hashlib.sha256(part.read_bytes()).hexdigest())
+    digests = plan.workpiece.digests
+    result = of(plan.job.surface, digests[0])
     if plan.job.body is not None:
-        result["body"] = of(plan.job.body.name, hashlib.sha256(plan.job.body.read_bytes()).hexdigest())
+        result["body"] = of(plan.job.body, digests[1])
     return result
 
 
@@ -120,6 +122,7 @@ def _settings(plan: Plan) -> dict[str, Json]:
     return {
         "backend": plan.job.backend,
         "spacing_mm": plan.contours.spacing,
+        "resolution": plan.job.resolution,
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
@@ -179,6 +182,17 @@ def _field(plan: Plan) -> dict[str, Json]:
         "faces_after": len(workpiece.surface.faces),
     }
     return {"refinement": refinement, **{name: _rounded(value) for name, value in asdict(found).items()}}
+
+
+def _chart(surface: Surface, flattening: Flattening) -> dict[str, Json]:
+    found = distortion(surface, flattening.chart)
+    return {
+        "resolution": flattening.resolution,
+        "pixel_mm": _rounded(flattening.pixel),
+        "largest_pixel_on_surface_mm": _rounded(flattening.largest_pixel),
+        "area_scale": {f"p{share}": _rounded(found.scale_percentile(share)) for share in (1, 50, 99)},
+        "mean_dilatation": _rounded(found.mean_dilatation),
+    }
 
 
 def _motion(robot: RobotPlan) -> dict[str, Json]:

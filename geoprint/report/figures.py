@@ -74,23 +74,33 @@ def coverage_figure(
     )
     axes: list[Axes] = list(figure.subplots(1, len(panels), squeeze=False)[0])
     for axis, panel in zip(axes, panels, strict=True):
-        _draw_part(axis, surface, R_view_work)
+        draw_part(axis, surface, R_view_work)
         _draw_runs(axis, panel, R_view_work, spacing=spacing)
         axis.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
         axis.set_xlabel(panel.caption, fontsize=10, parse_math=False)
     _add_scale(figure, axes)
     # A file name may hold dollar signs.
     figure.suptitle(title, fontsize=12, x=0.01, ha="left", parse_math=False)
-    return _png(figure)
+    return png_bytes(figure)
 
 
-def _draw_part(axis: Axes, surface: Surface, R_view_work: FloatArray) -> None:
+def draw_part(
+    axis: Axes, surface: Surface, R_view_work: FloatArray, *, shades: tuple[float, float] = (PART_DARK, PART_LIGHT)
+) -> None:
+    """Draw a part as seen along the view's z axis, and set the axis to its size.
+
+    Args:
+        axis: to draw on.
+        surface: the part.
+        R_view_work: (3, 3) rotation to the view.
+        shades: grey of what turns away from the light and of what faces it, 0 black, 1 white.
+    """
     from matplotlib.collections import PolyCollection
 
     seen = surface.vertices @ R_view_work.T
     light = R_view_work.T @ np.array([-0.4, 0.5, 0.77])
     brightness = np.clip(vertex_normals(surface)[surface.faces].mean(axis=1) @ light, 0.0, 1.0)
-    shade = PART_DARK + (PART_LIGHT - PART_DARK) * brightness
+    shade = shades[0] + (shades[1] - shades[0]) * brightness
     order = np.argsort(seen[surface.faces, 2].mean(axis=1))
     colours = np.repeat(shade[order, None], 3, axis=1)
     corners = seen[surface.faces[order], :2]
@@ -141,7 +151,8 @@ def _add_scale(figure: Figure, axes: Sequence[Axes]) -> None:
     )
 
 
-def _png(figure: Figure) -> bytes:
+def png_bytes(figure: Figure) -> bytes:
+    """Return a figure as a PNG; the same bytes for the same figure."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None})
     return buffer.getvalue()

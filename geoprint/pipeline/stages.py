@@ -1,0 +1,29 @@
+"""The running stage, named for whoever watches, and how long each took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from typing import final
+
+
+@final
+class Stages:
+    """Names the stage that runs, for whoever watches, and times each.
+
+    Args:
+        observe: called with the name of each stage as it starts.
+    """
+
+    def __init__(self, observe: Callable[[str], None]) -> None:
+        self._observe = observe
+        self.timings: list[tuple[str, float]] = []
+
+    @contextmanager
+    def __call__(self, name: str) -> Generator[None]:
+        """Run the body as a stage."""
+        self._observe(name)
+        start = time.perf_counter()
+        yield
+        self.timings.append((name, time.perf_counter() - start))

@@ -1,0 +1,202 @@
+"""What is planned on: cell, part and body as read, where the part stands, and the part refined."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.backends import BACKENDS, BackendFactory
+from geoprint.config import Job, load_cell
+from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.export import check_cell
+from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
+from geoprint.motion import demo_placement, fit_touched_points
+from geoprint.pipeline.stages import Stages
+from geoprint.surfaces import (
+    PreparationReport,
+    boundary_seed,
+    closest,
+    load,
+    mean_normal,
+    point_seed,
+    prepare,
+    refine,
+)
+from geoprint.transforms import smallest_rotation
+
+# Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
+TRIANGLES_ACROSS = 60
+# The backends that `--resolution` means.
+RASTERED = ("lscm",)
+# A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
+SEED_TOLERANCE = 1.0
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Workpiece:
+    """What every backend of a job starts from.
+
+    Attributes:
+        cell: the machine.
+        part: the surface as prepared, before refinement.
+        body: what the part lies on, or None.
+        digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read.
+        preparation: what preparing changed.
+        edge_length: that the part was refined to [mm].
+        surface: the refined surface to plan on.
+        seed: where distance is zero.
+        placement: where the part stands, or None where the job leaves the robot out.
+    """
+
+    cell: Cell
+    part: Surface
+    body: Surface | None
+    digests: tuple[str, ...]
+    preparation: PreparationReport
+    edge_length: float
+    surface: Surface
+    seed: Seed
+    placement: Placement | None
+
+
+def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
+    """Read cell, part and body, decide where the part stands, and refine it for whichever backend needs it finest.
+
+    Args:
+        job: what to plan.
+        stage: names and times the work.
+        backends: that shall plan on it.
+
+    Raises:
+        UsageError: the job or its cell is unclear or contradicts itself.
+        InputError: a file cannot be planned on.
+        ReachError: the part has no demonstration placement.
+    """
+    factories = [backend_factory(name) for name in backends]
+    with stage("reading"):
+        cell = load_cell(job.cell)
+        _require_placement(job, cell)
+        digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
+        part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
+        body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
+        placement = _placement(job, cell, part)
+    with stage("refining"):
+        spacing = _wanted_spacing(job, part)
+        edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
+        surface = refine(part, edge_length=edge_length)
+        seed = _seed(job, surface)
+    return Workpiece(cell, part, body, digests, preparation, edge_length, surface, seed, placement)
+
+
+def backend_factory(name: str) -> BackendFactory:
+    """Return a backend of the registry.
+
+    Raises:
+        UsageError: there is none of that name.
+    """
+    if name not in BACKENDS:
+        raise UsageError(f"there is no backend named '{name}'; choose one of: {', '.join(BACKENDS)}.")
+    return BACKENDS[name]
+
+
+def require_raster(job: Job, backends: Sequence[str]) -> None:
+    """Check that a resolution, if given, means one of the backends.
+
+    Raises:
+        UsageError: none of them has a raster.
+    """
+    if job.resolution is not None and not set(RASTERED).intersection(backends):
+        raise UsageError(
+            f"`--resolution {job.resolution}` sets the raster of {', '.join(RASTERED)}, but {', '.join(backends)} has "
+            f"none: leave it out, or choose the backend {RASTERED[0]}."
+        )
+
+
+def upright(workpiece: Workpiece) -> FloatArray:
+    """Return how the part stands; where nobody places it its mean normal is up, or its own z axis without one."""
+    if workpiece.placement is not None:
+        return workpiece.placement.T_base_work[:3, :3]
+    mean = mean_normal(workpiece.part)
+    length = float(np.linalg.norm(mean))
+    if length < np.finfo(np.float64).eps:
+        return np.eye(3)
+    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
+
+
+def _require_placement(job: Job, cell: Cell) -> None:
+    """Refuse, before the long work, a cell from which no program can come."""
+    if job.robot and job.place is None and cell.fixture is None:
+        raise UsageError(
+            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: list the points of the "
+            "fixture that the tool touched under [work], or add `--place demo` for a program that only runs dry, or "
+            "`--no-robot` for the path alone."
+        )
+    if job.robot:
+        check_cell(cell)
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except (OSError, ValueError) as error:
+        raise InputError(f"`{path}` cannot be read ({error}); check its name and its rights.") from error
+
+
+def _body(part: Surface, body: Surface) -> Surface:
+    """Return the body; one that lies farther from the part than the part is large is another's, or in another unit."""
+    _, distances = closest(body, part.vertices)
+    size = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    if distances.min() > size:
+        raise InputError(
+            f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: a body that "
+            "the part lies on touches it. Give both in the same coordinates and unit.",
+            distance=float(distances.min()),
+        )
+    return body
+
+
+def _placement(job: Job, cell: Cell, part: Surface) -> Placement | None:
+    if not job.robot:
+        return None
+    if job.place == "demo":
+        return demo_placement(part, position=cell.demo_position)
+    if cell.fixture is None:
+        raise UsageError(f"the cell {cell.name} is not calibrated.")
+    return fit_touched_points(cell.fixture)
+
+
+def _seed(job: Job, surface: Surface) -> Seed:
+    if job.seed is None:
+        return boundary_seed(surface)
+    return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
+
+
+def _wanted_spacing(job: Job, part: Surface) -> float:
+    """Return the spacing, or where rounds are given an estimate of it that is good enough to refine by.
+
+    Raises:
+        UsageError: neither is given; the sentence says what both would be on this part.
+        FieldError: the spacing is larger than the part.
+    """
+    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    if job.spacing is not None and job.spacing > across:
+        raise FieldError(
+            f"spacing is {job.spacing:g} mm, but the whole part is only {across:.3g} mm across: choose a smaller one."
+        )
+    if job.spacing is not None:
+        return job.spacing
+    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
+    depth = backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+    if job.rounds is None:
+        raise UsageError(
+            f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "
+            f"{depth / 20:.2g} mm.",
+            depth_mm=depth,
+        )
+    return depth / job.rounds
