@@ -74,6 +74,24 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existin
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
 
 
+def _show_version(wanted: bool) -> None:  # noqa: FBT001  (the form that typer calls)
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(version("geoprint"))
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    *,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and end.")
+    ] = False,
+) -> None:
+    """Hold what every command shares."""
+
+
 @app.command()
 def plan(
     surface: Part,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,11 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, t
     assert found["paths"]["levels"] == 5
     assert "written and verified" in stderr
     assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "plan.json", "poses.csv", "surface.ply"]
+
+
+def test_the_version_is_shown(run: Run) -> None:
+    status, stdout, _ = run("--version")
+    assert (status, stdout.strip()) == (0, version("geoprint"))
 
 
 def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path: Path) -> None:

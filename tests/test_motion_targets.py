@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
-from geoprint.motion.steps import deposit_steps
 from geoprint.motion.targets import ANGLE_TOLERANCE, FINE_SHARE, LARGEST_ZONE, SMALLEST_SPEED, written_targets
 from geoprint.transforms import same_sign
 from tests.cells import bent_cell
@@ -33,7 +32,7 @@ def unsolved(poses: PoseStream) -> JointPath:
 def passing(poses: PoseStream, *, share: float = 1.0, still: float = 0.0) -> Trajectory:
     """Return a trajectory that passes the poses at a share of the set speeds; turns on the spot take `still` [s]."""
     ways = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    speeds = share * np.where(deposit_steps(poses), PROCESS.speed, PROCESS.travel_speed)
+    speeds = share * np.where(poses.laid, PROCESS.speed, PROCESS.travel_speed)
     return Trajectory(
         times=np.zeros(1), joints=np.zeros((1, 6)), runs=np.zeros(1, dtype=np.int64), deposit=np.zeros(1, np.bool_),
         pose_times=np.append([0.0], np.cumsum(np.where(ways > 0.0, ways / speeds, still))), stretched=0,
@@ -119,7 +118,7 @@ def test_a_wobble_of_the_tool_alone_keeps_targets() -> None:
 def test_stops_and_the_ends_of_deposit_are_targets_where_the_tool_rests() -> None:
     poses = two_runs()
     found = thinned(poses)
-    laid = np.concatenate([[False], deposit_steps(poses), [False]])
+    laid = np.concatenate([[False], poses.laid, [False]])
     required = np.flatnonzero(poses.stops | (laid[1:] != laid[:-1]))
     assert np.isin(required, found.poses).all()
     assert (found.zones[np.isin(found.poses, required)] == 0.0).all()

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 from geoprint.errors import InputError, LimitError, UsageError, VerificationError
 from geoprint.model import FloatArray, JointPath, Trajectory
-from geoprint.motion.steps import deposit_steps
 from geoprint.motion.timing import retime
 from geoprint.motion.topp import fastest_motion, straight_motion
 from geoprint.motion.verification import verify
@@ -122,7 +121,7 @@ def test_rows_carry_the_run_they_lead_to_and_deposit_only_inside_runs(path: Join
     away = (trajectory.times < start) | (trajectory.times >= end)
     assert (trajectory.runs[away] == -1).all()
     assert (np.diff(trajectory.runs[~away]) >= 0).all()
-    laid = np.diff(trajectory.pose_times)[deposit_steps(path.poses)].sum()
+    laid = np.diff(trajectory.pose_times)[path.poses.laid].sum()
     assert trajectory.deposit.sum() * 1e-3 == pytest.approx(laid, abs=2e-3)
     assert not trajectory.deposit[away].any()
 

@@ -15,7 +15,16 @@ from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, 
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import Surface
 from geoprint.motion import Arm
-from geoprint.pipeline import Plan, RobotPlan, compare, comparison_table, plan, save_comparison, save_plan
+from geoprint.pipeline import (
+    Plan,
+    RobotPlan,
+    compare,
+    comparison_table,
+    outcome_text,
+    plan,
+    save_comparison,
+    save_plan,
+)
 from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.saving import verify_files
 from geoprint.surfaces import edge_lengths, load, save_ply
@@ -198,6 +207,15 @@ def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_pa
         (tmp_path / "cell.toml").write_text(text.replace(old, new))
         with pytest.raises(UsageError, match=reason):
             plan(job_of(surface="absent.ply", unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"))
+
+
+def test_stops_at_corners_while_material_flows_are_counted_and_said(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate(divisions=(40, 30)))
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False))
+    stops = planned.poses.stops_while_laying
+    # Five rectangles, each started on a side and closed there, turn four corners each; near the start or not.
+    assert 12 <= stops <= 20
+    assert f"comes to rest {stops} times at sharp corners" in outcome_text(planned)
 
 
 def test_a_misspelt_backend_is_refused_before_the_others_plan(tmp_path: Path) -> None:

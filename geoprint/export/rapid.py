@@ -116,8 +116,7 @@ class _SharedNames:
 def _deposits(poses: PoseStream, targets: Targets) -> _Deposits:
     """Find where outputs switch, and check that the targets serve the whole stream and stop there."""
     _check_targets(poses, targets)
-    joined = poses.deposit[1:] & poses.deposit[:-1] & (poses.runs[1:] == poses.runs[:-1])
-    after, before = np.append(joined, np.False_), np.insert(joined, 0, np.False_)
+    after, before = np.append(poses.laid, np.False_), np.insert(poses.laid, 0, np.False_)
     rests = np.zeros(poses.count, dtype=np.bool_)
     rests[targets.poses[targets.zones == 0.0]] = True
     alone = poses.deposit & ~after & ~before

@@ -94,6 +94,16 @@ class PoseStream:
         return int(self.runs.size)
 
     @property
+    def laid(self) -> BoolArray:
+        """(p - 1,) whether material is laid between each pose and the next."""
+        return self.deposit[1:] & self.deposit[:-1] & (self.runs[1:] == self.runs[:-1])
+
+    @property
+    def stops_while_laying(self) -> int:
+        """How often the tool comes to rest in the middle of a deposit."""
+        return int((self.laid[1:] & self.laid[:-1] & self.stops[1:-1]).sum())
+
+    @property
     def surface_points(self) -> FloatArray:
         """(p, 3) point of the surface below each depositing tip; the tip itself on travel [mm]."""
         return self.tips - np.where(self.deposit, self.standoff, 0.0)[:, None] * self.normals

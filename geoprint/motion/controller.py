@@ -13,7 +13,6 @@ from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, Join
 from geoprint.motion.configuration import configuration_data
 from geoprint.motion.inverse import LARGEST_JUMP, TURN_STEP, tool_poses
 from geoprint.motion.kinematics import Arm
-from geoprint.motion.steps import deposit_steps
 from geoprint.motion.targets import required_poses
 
 # The joints at a target, from the inverse, agree with those of the joint path to this [rad]: both are the same closed
@@ -95,7 +94,7 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     Ts_base_tool = np.concatenate([between, commanded[-1:]])
     joints = _followed(Ts_base_tool, runs, joint_path, arm)
     _refuse_other_ways(joints[places], joint_path, targets, arm)
-    deposit = deposit_steps(poses)[chosen[:-1]][rows]
+    deposit = poses.laid[chosen[:-1]][rows]
     return _Lines(Ts_base_tool, joints, runs, np.append(deposit, np.False_))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Targets, Trajectory
-from geoprint.motion.steps import deposit_steps, tip_ways
+from geoprint.motion.steps import tip_ways
 from geoprint.transforms import same_sign
 
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
@@ -96,7 +96,7 @@ def required_poses(poses: PoseStream) -> IntArray:
 
 def _switches(poses: PoseStream) -> BoolArray:
     """Tell at which poses laying begins or ends."""
-    laid = np.concatenate([[False], deposit_steps(poses), [False]])
+    laid = np.concatenate([[False], poses.laid, [False]])
     return laid[1:] != laid[:-1]
 
 
@@ -196,7 +196,7 @@ def _speeds(poses: PoseStream, chosen: IntArray, times: FloatArray, *, process: 
     """Return the speed on the way to each target [mm/s]."""
     passed = np.append([0.0], np.cumsum(tip_ways(poses)))
     ways, durations = np.diff(passed[chosen]), np.diff(times[chosen])
-    planned = np.where(deposit_steps(poses)[chosen[:-1]], process.speed, process.travel_speed)
+    planned = np.where(poses.laid[chosen[:-1]], process.speed, process.travel_speed)
     turning = (ways < COINCIDENT) | (durations <= 0.0)
     mean = np.where(turning, planned, ways / np.where(turning, 1.0, durations))
     rounded = np.round(mean, SPEED_DECIMALS)

@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.errors import InputError, LimitError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Robot, Trajectory
-from geoprint.motion.steps import deposit_steps, tip_ways, turns
+from geoprint.motion.steps import tip_ways, turns
 from geoprint.motion.topp import Motion, fastest_motion, ramp_length, straight_motion
 from geoprint.motion.verification import SAMPLE_TIME, verify
 
@@ -120,7 +120,7 @@ def _waypoints(joint_path: JointPath, *, process: Process) -> _Waypoints:
     stops = np.zeros(first.size, dtype=np.bool_)
     np.logical_or.at(stops, places, poses.stops)
     stops[[0, -1]] = True
-    deposit = deposit_steps(poses)[moved]
+    deposit = poses.laid[moved]
     tip_shares = ways[moved] / steps[moved]
     tip_ceilings = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
     with np.errstate(divide="ignore"):
@@ -184,7 +184,7 @@ def _labels(poses: PoseStream, pose_times: FloatArray, times: FloatArray) -> tup
     step = np.searchsorted(pose_times, times, side="right") - 1
     on_way = (step >= 0) & (step < poses.count - 1)
     runs = np.where(on_way, poses.runs[np.clip(step + 1, 0, poses.count - 1)], -1)
-    deposit = np.append(deposit_steps(poses), False)
+    deposit = np.append(poses.laid, False)
     return runs, on_way & deposit[np.clip(step, 0, poses.count - 1)]
 
 

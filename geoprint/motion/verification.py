@@ -6,7 +6,7 @@ import numpy as np
 
 from geoprint.errors import LimitError, VerificationError
 from geoprint.model import FloatArray, JointPath, PoseStream, Process, Robot, Trajectory
-from geoprint.motion.steps import deposit_steps, tip_ways
+from geoprint.motion.steps import tip_ways
 
 SAMPLE_TIME = 1e-3  # between rows of a trajectory [s]
 
@@ -113,7 +113,7 @@ def _refuse_excess(
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:
     ways = tip_ways(poses)
-    allowed = np.where(deposit_steps(poses), process.speed, process.travel_speed)
+    allowed = np.where(poses.laid, process.speed, process.travel_speed)
     excess = ways - (1.0 + LIMIT_TOLERANCE) * allowed * np.diff(trajectory.pose_times)
     if excess.max(initial=0.0) <= COINCIDENT:
         return

@@ -16,7 +16,7 @@ from geoprint.export import Json, json_bytes, write_bundle
 from geoprint.pipeline.planning import Plan, plan_paths, with_robot
 from geoprint.pipeline.saving import plan_files, verify_files
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.summary import summary, uniformity_summary
+from geoprint.pipeline.summary import settings_summary, summary, uniformity_summary
 from geoprint.pipeline.workpiece import RASTERED, Workpiece, prepare_workpiece, require_raster, upright
 from geoprint.quality import Uniformity
 from geoprint.report import Coverage, coverage_figure
@@ -145,6 +145,7 @@ def comparison_summary(comparison: Comparison) -> dict[str, Json]:
     return {
         "version": about["version"],
         "input": about["input"],
+        "settings": {name: value for name, value in settings_summary(first).items() if name != "backend"},
         "surface": about["surface"],
         "backends": [_row(name, outcome) for name, outcome in comparison.outcomes],
     }

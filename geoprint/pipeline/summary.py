@@ -35,7 +35,7 @@ def summary(plan: Plan) -> dict[str, Json]:
     result: dict[str, Json] = {
         "version": version("geoprint"),
         "input": _input(plan),
-        "settings": _settings(plan),
+        "settings": settings_summary(plan),
         "surface": _surface(plan),
         "paths": _paths(plan),
         "field": _field(plan),
@@ -106,18 +106,8 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
     }
 
 
-def _input(plan: Plan) -> dict[str, Json]:
-    def of(path: Path, digest: str) -> dict[str, Json]:
-        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
-
-    digests = plan.workpiece.digests
-    result = of(plan.job.surface, digests[0])
-    if plan.job.body is not None:
-        result["body"] = of(plan.job.body, digests[1])
-    return result
-
-
-def _settings(plan: Plan) -> dict[str, Json]:
+def settings_summary(plan: Plan) -> dict[str, Json]:
+    """Return what was asked for and with which cell: lengths mm, speeds mm/s."""
     process = plan.workpiece.cell.process
     return {
         "backend": plan.job.backend,
@@ -136,6 +126,17 @@ def _settings(plan: Plan) -> dict[str, Json]:
         "retract_mm": process.retract,
         "layer_height_mm": process.layer_height,
     }
+
+
+def _input(plan: Plan) -> dict[str, Json]:
+    def of(path: Path, digest: str) -> dict[str, Json]:
+        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
+
+    digests = plan.workpiece.digests
+    result = of(plan.job.surface, digests[0])
+    if plan.job.body is not None:
+        result["body"] = of(plan.job.body, digests[1])
+    return result
 
 
 def _surface(plan: Plan) -> dict[str, Json]:
@@ -159,13 +160,13 @@ def _surface(plan: Plan) -> dict[str, Json]:
 def _paths(plan: Plan) -> dict[str, Json]:
     poses = plan.poses
     lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    laid = poses.deposit[1:] & poses.deposit[:-1] & (poses.runs[1:] == poses.runs[:-1])
     return {
         "runs": plan.toolpath.curves.count,
         "levels": int(plan.toolpath.levels.max()) + 1,
         "poses": poses.count,
-        "deposit_mm": _rounded(lengths[laid].sum()),
-        "travel_mm": _rounded(lengths[~laid].sum()),
+        "deposit_mm": _rounded(lengths[poses.laid].sum()),
+        "travel_mm": _rounded(lengths[~poses.laid].sum()),
+        "stops_while_laying": poses.stops_while_laying,
         "dropped_runs": plan.toolpath.dropped_runs,
         "dropped_mm": _rounded(plan.toolpath.dropped_length),
         "largest_distance_mm": _rounded(plan.contours.distance.maximum),
@@ -235,6 +236,11 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     if plan.job.backend != CLOSEST_BACKEND and plan.uniformity is not None and plan.uniformity.cv > NOTABLE_CV:
         warnings.append(
             f"spacing varies by {plan.uniformity.cv:.1%}; `--backend {CLOSEST_BACKEND}` is nearer to the true distance."
+        )
+    if plan.poses.stops_while_laying:
+        warnings.append(
+            f"the tool comes to rest {plan.poses.stops_while_laying} times at sharp corners while material flows: "
+            "expect more of it there."
         )
     lean = float(np.degrees(largest_lean(plan.poses)))
     if lean > NOTABLE_LEAN:
