@@ -23,6 +23,8 @@ Sources, by the keys that docstrings use:
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
+    [Huttenlocher1993]  Huttenlocher, Klanderman, Rucklidge: Comparing images using the Hausdorff distance. IEEE Trans.
+                        Pattern Anal. Mach. Intell. 15(9), 1993.
     [Jacobson2013]      Jacobson, Kavan, Sorkine-Hornung: Robust inside-outside segmentation using generalized winding
                         numbers. ACM Trans. Graph. 32(4), 2013.
     [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
@@ -48,9 +50,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from geoprint.config import job_of
-    from geoprint.pipeline import compare, plan, save_comparison, save_plan
+    from geoprint.pipeline import compare, compare_parts, plan, save_comparisons, save_plan
 
-__all__ = ["compare", "job_of", "plan", "save_comparison", "save_plan"]
+__all__ = ["compare", "compare_parts", "job_of", "plan", "save_comparisons", "save_plan"]
 
 
 def __getattr__(name: str) -> object:

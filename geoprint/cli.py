@@ -53,6 +53,7 @@ def main() -> None:
 
 
 Part = Annotated[Path, typer.Argument(help="Mesh of the part: STL, OBJ, PLY or OFF.", show_default=False)]
+Parts = Annotated[list[Path], typer.Argument(help="Meshes of the parts: STL, OBJ, PLY or OFF.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the result.", show_default=False)]
 Unit = Annotated[str | None, typer.Option(help="Length unit of the file: mm, cm, m, um or in.")]
 Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouring paths in mm.")]
@@ -134,7 +135,7 @@ def plan(
 
 @app.command()
 def compare(
-    surface: Part,
+    surfaces: Parts,
     *,
     out: Out,
     unit: Unit = None,
@@ -152,21 +153,23 @@ def compare(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Plan one part with several backends and show which covers it more evenly, and whether it can be printed."""
+    """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
     from geoprint.config import job_of
     from geoprint.export import check_writable
-    from geoprint.pipeline import compare as run
-    from geoprint.pipeline import comparison_summary, comparison_table, save_comparison
+    from geoprint.pipeline import compare_parts, comparison_summary, comparison_table, save_comparisons
 
-    job = job_of(
-        surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
-        seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
-    )  # fmt: skip
+    jobs = [
+        job_of(
+            surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
+            seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        )
+        for surface in surfaces
+    ]  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
-        compared = run(job, backends=_backend_names(backends), observe=observe)
+        compared = compare_parts(jobs, backends=_backend_names(backends), observe=observe)
         observe("writing")
-        save_comparison(compared, out, overwrite=overwrite)
+        save_comparisons(compared, out, overwrite=overwrite)
     if as_json:
         typer.echo(json.dumps(comparison_summary(compared), indent=2))
     _say(f"{comparison_table(compared)}\nwritten and verified: {out}")

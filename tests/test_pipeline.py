@@ -22,7 +22,7 @@ from geoprint.pipeline import (
     comparison_table,
     outcome_text,
     plan,
-    save_comparison,
+    save_comparisons,
     save_plan,
 )
 from geoprint.pipeline.comparison import Planned
@@ -231,7 +231,7 @@ def test_names_with_dollar_signs_are_drawn_and_backends_named_twice_count_once(t
     part = saved(tmp_path, Surface(cap.vertices, cap.faces, name="a$_$b$"))
     compared = compare(job_of(surface=part, unit="mm", spacing=3.0, robot=False), backends=["heat", "heat"])
     assert [name for name, _ in compared.outcomes] == ["heat"]
-    save_comparison(compared, tmp_path / "out")
+    save_comparisons([compared], tmp_path / "out")
     assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -265,7 +265,7 @@ def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -
         cylinder_patch(angle=0.8, length=24.0, jitter_seed=1),
     ):
         compared = compare(job_of(surface=saved(tmp_path, surface), unit="mm", spacing=2.0, place="demo"))
-        table = comparison_table(compared)
+        table = comparison_table([compared])
         assert table.count("yes") == 2, table
         for _, outcome in compared.outcomes:
             assert isinstance(outcome, Planned)
@@ -304,11 +304,11 @@ def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measu
     closed = torus(major=12.0, minor=5.0)
     part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, robot=False))
-    table = comparison_table(compared)
-    assert "lscm refused: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
+    table = comparison_table([compared])
+    assert "lscm could not plan on this part: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
     assert "not asked" in table
-    save_comparison(compared, tmp_path / "out")
-    rows = json.loads((tmp_path / "out" / "compare.json").read_text())["backends"]
+    save_comparisons([compared], tmp_path / "out")
+    rows = json.loads((tmp_path / "out" / "compare.json").read_text())["parts"][0]["backends"]
     assert [row["backend"] for row in rows] == ["lscm", "heat"]
     assert "refused" in rows[0]
     assert rows[1]["uniformity"]["spacing"]["cv"] < 0.05
@@ -320,7 +320,7 @@ def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measu
 def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
     job = job_of(surface=part, unit="mm", spacing=3.0, robot=False, resolution=200)
-    save_comparison(compare(job, backends=["lscm", "heat"]), tmp_path / "out")
+    save_comparisons([compare(job, backends=["lscm", "heat"])], tmp_path / "out")
     found = {name: json.loads((tmp_path / "out" / name / "plan.json").read_text()) for name in ("lscm", "heat")}
     assert found["lscm"]["settings"]["resolution"] == found["lscm"]["chart"]["resolution"] == 200
     assert found["lscm"]["chart"]["pixel_mm"] == pytest.approx(50.0 / 200, rel=1e-3)
@@ -344,8 +344,8 @@ def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:
 def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
     part = saved(tmp_path, spherical_cap(radius=20.0, angle=2.2, rings=16))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
-    table = comparison_table(compared)
-    assert "heat not printable: cap.ply has no demonstration placement" in table
+    table = comparison_table([compared])
+    assert "heat cannot be printed: cap.ply has no demonstration placement" in table
     assert load_cell(None).name in str(compared.workpiece.cell.name)
 
 

@@ -3,36 +3,40 @@
 from geoprint.pipeline.comparison import (
     COMPARED,
     Comparison,
+    FailedPart,
     Planned,
     Refused,
     compare,
-    comparison_picture,
-    comparison_summary,
-    save_comparison,
+    compare_parts,
 )
+from geoprint.pipeline.comparison_files import comparison_picture, comparison_summary, save_comparisons
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
+from geoprint.pipeline.verdict import verdict
 from geoprint.pipeline.workpiece import Workpiece
 
 __all__ = [
     "COMPARED",
     "Comparison",
+    "FailedPart",
     "Plan",
     "Planned",
     "Refused",
     "RobotPlan",
     "Workpiece",
     "compare",
+    "compare_parts",
     "comparison_picture",
     "comparison_summary",
     "comparison_table",
     "examine",
     "outcome_text",
     "plan",
-    "save_comparison",
+    "save_comparisons",
     "save_plan",
     "summary",
+    "verdict",
 ]

@@ -1,10 +1,12 @@
-"""The comparison as a table that a person reads in a terminal."""
+"""Comparisons as a table that a person reads in a terminal."""
 
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
-from geoprint.pipeline.comparison import Comparison, Planned, Refused
+from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
+from geoprint.pipeline.verdict import verdict
 
 # Wide enough for every column on one line; a narrower terminal wraps the reasons below the table, not the figures.
 WIDTH = 124
@@ -12,10 +14,11 @@ HEADINGS = (
     "backend", "spacing mean", "CV", "p95", "uncovered", "runs", "length mm", "print s", "printable", "clearance mm",
     "planned in s",
 )  # fmt: skip
+TEXT_COLUMNS = {"part", "backend", "printable"}
 
 
-def comparison_table(comparison: Comparison) -> str:
-    """Return the table and, below it, why a backend is refused or its path cannot be printed.
+def comparison_table(parts: Sequence[Comparison | FailedPart]) -> str:
+    """Return the table and, below it, what it means and why something is missing.
 
     Spacing figures are ratios to the wanted spacing; uncovered is the share of the area farther than 0.55 spacings
     from every path.
@@ -23,21 +26,41 @@ def comparison_table(comparison: Comparison) -> str:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=_title(comparison), title_justify="left", title_style="")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="left" if heading in {"backend", "printable"} else "right", no_wrap=True)
-    for name, outcome in comparison.outcomes:
-        table.add_row(*(_refused_row(name) if isinstance(outcome, Refused) else _row(name, outcome)))
+    several = len(parts) > 1
+    table = Table(title=_title(parts), title_justify="left", title_style="")
+    for heading in ("part", *HEADINGS) if several else HEADINGS:
+        table.add_column(heading, justify="left" if heading in TEXT_COLUMNS else "right", no_wrap=True)
+    notes: list[str] = []
+    for part in parts:
+        name = part.job.surface.name
+        for row in _rows(part):
+            table.add_row(*((name, *row) if several else row))
+        table.add_section()
+        notes += [f"{name}: {note}" for note in _notes(part)] if several else _notes(part)
     buffer = io.StringIO()
-    Console(file=buffer, width=WIDTH, highlight=False).print(table)
-    return "\n".join([buffer.getvalue().rstrip(), *_notes(comparison)])
+    width = WIDTH + (max(len(part.job.surface.name) for part in parts) + 3 if several else 0)
+    Console(file=buffer, width=width, highlight=False).print(table)
+    return "\n".join([buffer.getvalue().rstrip(), *dict.fromkeys(notes)])
 
 
-def _title(comparison: Comparison) -> str:
-    spacings = {
-        f"{outcome.plan.contours.spacing:.3g}" for _, outcome in comparison.outcomes if isinstance(outcome, Planned)
-    }
-    return f"{comparison.job.surface.name}, paths {' / '.join(sorted(spacings))} mm apart"
+def _title(parts: Sequence[Comparison | FailedPart]) -> str:
+    spacings = sorted(
+        {
+            f"{outcome.plan.contours.spacing:.3g}"
+            for part in parts
+            if isinstance(part, Comparison)
+            for _, outcome in part.planned
+        },
+        key=float,
+    )
+    named = parts[0].job.surface.name if len(parts) == 1 else f"{len(parts)} parts"
+    return f"{named}, paths {' / '.join(spacings)} mm apart"
+
+
+def _rows(part: Comparison | FailedPart) -> list[tuple[str, ...]]:
+    if isinstance(part, FailedPart):
+        return [("-", *("-" for _ in HEADINGS[1:8]), "failed", "-", "-")]
+    return [_refused_row(name) if isinstance(out, Refused) else _row(name, out) for name, out in part.outcomes]
 
 
 def _row(name: str, outcome: Planned) -> tuple[str, ...]:
@@ -62,15 +85,11 @@ def _refused_row(name: str) -> tuple[str, ...]:
     return (name, *("-" for _ in HEADINGS[1:8]), "refused", "-", "-")
 
 
-def _notes(comparison: Comparison) -> list[str]:
-    notes: list[str] = []
-    for name, outcome in comparison.outcomes:
-        if isinstance(outcome, Refused):
-            notes.append(f"{name} refused: {outcome.reason}")
-        elif outcome.not_printable is not None:
-            notes.append(f"{name} not printable: {outcome.not_printable}")
-    robots = [outcome.plan.robot for _, outcome in comparison.outcomes if isinstance(outcome, Planned)]
-    for robot in [robot for robot in robots if robot is not None][:1]:
+def _notes(part: Comparison | FailedPart) -> list[str]:
+    if isinstance(part, FailedPart):
+        return [part.reason]
+    notes = list(verdict(part))
+    for robot in [outcome.plan.robot for _, outcome in part.planned if outcome.plan.robot is not None][:1]:
         notes.append(f"not checked: {', '.join(robot.clearance.not_checked)}")
         if not robot.placement.calibrated:
             notes.append("PLACEMENT NOT CALIBRATED: the programs run only dry.")

@@ -1,5 +1,6 @@
 """How even a toolpath is, measured on the path itself and not on any backend's field."""
 
+from geoprint.quality.agreement import Agreement, agreement
 from geoprint.quality.uniformity import Uniformity, uniformity
 
-__all__ = ["Uniformity", "uniformity"]
+__all__ = ["Agreement", "Uniformity", "agreement", "uniformity"]

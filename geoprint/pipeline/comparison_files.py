@@ -1,0 +1,160 @@
+"""How comparisons land on disk: compare.json, pictures, and a bundle for each backend of each part."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.errors import VerificationError
+from geoprint.export import Json, json_bytes, write_bundle
+from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
+from geoprint.pipeline.saving import plan_files, verify_files
+from geoprint.pipeline.summary import settings_summary, summary, uniformity_summary
+from geoprint.pipeline.verdict import verdict
+from geoprint.pipeline.workpiece import upright
+from geoprint.quality import agreement
+from geoprint.report import Coverage, coverage_figure
+
+# Version of the layout of compare.json; a change that breaks a reader raises it.
+SCHEMA = 1
+
+
+def save_comparisons(parts: Sequence[Comparison | FailedPart], directory: Path, *, overwrite: bool = False) -> None:
+    """Write compare.json, and for each part a picture and a bundle for each planned backend: verified, or nothing.
+
+    One part's files stand in the folder itself, those of several in a folder each, named after the part.
+
+    Args:
+        parts: what was compared, at least one.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written differs from the plans when it is read back.
+    """
+    folders = part_folders(parts)
+    files = {"compare.json": json_bytes(comparison_summary(parts))}
+    for part, folder in zip(parts, folders, strict=True):
+        if isinstance(part, Comparison):
+            files[f"{folder}compare.png"] = comparison_picture(part)
+            for name, outcome in part.planned:
+                files |= {f"{folder}{name}/{file}": content for file, content in plan_files(outcome.plan).items()}
+
+    def verify(written: Path) -> None:
+        for part, folder in zip(parts, folders, strict=True):
+            for name, outcome in part.planned if isinstance(part, Comparison) else ():
+                verify_files(outcome.plan, written / folder / name)
+        found = [row["part"] for row in json.loads((written / "compare.json").read_bytes())["parts"]]
+        if found != [part.job.surface.name for part in parts]:
+            raise VerificationError("compare.json does not list the compared parts; write again.")
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+
+
+def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
+    """Return the folder of each part, with a slash at its end: none for a single part; equal names are numbered."""
+    if len(parts) == 1:
+        return [""]
+    seen: Counter[str] = Counter()
+    folders: list[str] = []
+    for part in parts:
+        stem = part.job.surface.stem
+        seen[stem] += 1
+        folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
+    return folders
+
+
+def comparison_summary(parts: Sequence[Comparison | FailedPart]) -> dict[str, Json]:
+    """Return the content of compare.json.
+
+    `schema` is the version of this layout, `version` that of geoprint, `parts` has an object for each part in the order
+    of the command. A part that failed has `part` (its file's name) and `failed` (why). Any other has
+
+    - `part`, `input` (name, SHA-256 and unit of its file), `settings`, `surface`: as in plan.json;
+    - `verdict`: sentences;
+    - `backends`: for each in the order of the command either `backend` and `refused` (why), or `backend`,
+      `spacing_mm`, `uniformity` and `paths` as in plan.json, `printable` (null where it was not asked),
+      `not_printable` (why), `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
+    - `path_distances_mm`: `backends` (names), `hausdorff` and `mean`, matrices in their order.
+    """
+    return {
+        "schema": SCHEMA,
+        "version": version("geoprint"),
+        "parts": [_part(part) for part in parts],
+    }
+
+
+def _part(part: Comparison | FailedPart) -> dict[str, Json]:
+    if isinstance(part, FailedPart):
+        return {"part": part.job.surface.name, "failed": part.reason}
+    first = part.planned[0][1].plan
+    about = summary(first)
+    names = [name for name, _ in part.planned]
+    apart = agreement([outcome.plan.poses for _, outcome in part.planned], spacing=first.contours.spacing)
+    return {
+        "part": part.job.surface.name,
+        "input": about["input"],
+        "settings": {name: value for name, value in settings_summary(first).items() if name != "backend"},
+        "surface": about["surface"],
+        "verdict": list(verdict(part)),
+        "backends": [_row(name, outcome) for name, outcome in part.outcomes],
+        "path_distances_mm": {
+            "backends": names,
+            "hausdorff": np.round(apart.hausdorff, 6).tolist(),
+            "mean": np.round(apart.mean, 6).tolist(),
+        },
+    }
+
+
+def _row(name: str, outcome: Planned | Refused) -> dict[str, Json]:
+    if isinstance(outcome, Refused):
+        return {"backend": name, "refused": outcome.reason}
+    plan, about = outcome.plan, summary(outcome.plan)
+    robot = plan.robot
+    return {
+        "backend": name,
+        "spacing_mm": plan.contours.spacing,
+        "uniformity": uniformity_summary(outcome.uniformity),
+        "paths": about["paths"],
+        "printable": robot is not None if plan.job.robot else None,
+        "not_printable": outcome.not_printable,
+        "print_time_s": None if robot is None else robot.trajectory.duration,
+        "smallest_clearance_mm": None if robot is None else round(robot.clearance.smallest, 6),
+        "planning_s": round(outcome.planning_time, 3),
+        "warnings": about["warnings"],
+    }
+
+
+def comparison_picture(comparison: Comparison) -> bytes:
+    """Return a PNG: the backends side by side, their paths coloured by local spacing."""
+    planned = comparison.planned
+    spacing = planned[0][1].plan.contours.spacing
+    return coverage_figure(
+        comparison.workpiece.part,
+        [_coverage(name, outcome) for name, outcome in planned],
+        R_view_work=upright(comparison.workpiece),
+        spacing=spacing,
+        title=f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart, seen along the mean normal",
+    )
+
+
+def _coverage(name: str, outcome: Planned) -> Coverage:
+    """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing."""
+    measured, poses = outcome.uniformity, outcome.plan.poses
+    outermost = poses.deposit & (poses.levels == poses.levels[poses.deposit].min())
+    _, counts = np.unique(poses.runs[outermost], return_counts=True)
+    sizes = np.concatenate([np.diff(measured.offsets), counts])
+    return Coverage(
+        title=name,
+        caption=f"spacing CV {measured.cv:.1%}, uncovered {measured.uncovered:.1%}",
+        places=np.concatenate([measured.places, poses.surface_points[outermost]]),
+        offsets=np.concatenate([[0], np.cumsum(sizes)]),
+        ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
+    )
