@@ -12,13 +12,15 @@ from numba import njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.quality.front import ANY, Front, Goal, Pieces, empty_front
 from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import ComplexArray, Mesh, Places, spatial
+from geoprint.quality.triangles import ComplexArray, Mesh, Places
 from geoprint.quality.unfolding import search
 
 # Windows of one search: they suffice to see about 40 triangles far.
 WINDOWS_PER_POINT = 200_000
 # Windows of all searches of one question, about 20 s of work.
 WINDOWS_IN_ALL = 100_000_000
+# Nowhere to look first.
+NO_AIMS = np.zeros((0, 3))
 
 
 @final
@@ -29,14 +31,14 @@ class Nearest:
     Attributes:
         distances: (k,) length of the shortest way that was found; infinity where there is none within the limit [mm].
         bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
-        pieces: (k,) the piece of path it leads to, -1 for none.
-        arcs: (k,) where on its run it ends [mm]; NaN for none.
+        runs: (k,) the run it leads to, -1 for none.
+        arcs: (k,) where on that run it ends [mm]; NaN for none.
         windows: how many windows all searches took.
     """
 
     distances: FloatArray
     bounds: FloatArray
-    pieces: IntArray
+    runs: IntArray
     arcs: FloatArray
     windows: int
 
@@ -52,7 +54,7 @@ class Ask:
         arcs: (k,) [mm].
         clear: [mm].
         limits: (k,) [mm].
-        aims: (k, 3) where to look first [mm], or None.
+        aims: (k, 3) where to look first [mm], for any way rather than the shortest; (0, 3) for the shortest.
     """
 
     labels: IntArray
@@ -60,23 +62,23 @@ class Ask:
     arcs: FloatArray
     clear: float
     limits: FloatArray
+    aims: FloatArray
 
     @staticmethod
-    def level(levels: IntArray) -> Ask:
+    def level(levels: IntArray, *, aims: FloatArray = NO_AIMS) -> Ask:
         """Ask for the nearest run of a level, however far."""
         none = np.full(levels.size, -1)
-        return Ask(levels, none, np.zeros(levels.size), 0.0, np.full(levels.size, inf))
+        return Ask(levels, none, np.zeros(levels.size), 0.0, np.full(levels.size, inf), aims)
 
     @staticmethod
-    def anything(count: int, *, limit: float) -> Ask:
-        """Ask for the nearest run of any level within a limit [mm]."""
-        none = np.full(count, -1)
-        return Ask(np.full(count, ANY), none, np.zeros(count), 0.0, np.full(count, limit))
+    def anything(count: int) -> Ask:
+        """Ask for the nearest run of any level, however far."""
+        return Ask.level(np.full(count, ANY))
 
     @staticmethod
     def elsewhere(runs: IntArray, arcs: FloatArray, *, clear: float, limits: FloatArray) -> Ask:
         """Ask for the nearest run that is another one, or farther along the same one than `clear` [mm]."""
-        return Ask(np.full(runs.size, ANY), runs, arcs, clear, limits)
+        return Ask(np.full(runs.size, ANY), runs, arcs, clear, limits, NO_AIMS)
 
 
 @final
@@ -93,9 +95,9 @@ class GeodesicDistance:
     """
 
     def __init__(self, mesh: Mesh, path: SurfacePath, *, windows: int = WINDOWS_IN_ALL) -> None:
-        self._mesh, self._path, self._windows = mesh, path, windows
-        self._order = np.argsort(path.faces, kind="stable")
-        order = self._order
+        self._mesh, self._windows = mesh, windows
+        self.closed = path.closed
+        order = np.argsort(path.faces, kind="stable")
         lengths = np.abs(path.ends - path.starts)
         runs = path.runs[order]
         self._pieces = Pieces(
@@ -115,17 +117,17 @@ class GeodesicDistance:
         front = empty_front(self._mesh, windows=room)
         distances, bounds, found, shares, windows = search_all(
             self._mesh, front, self._pieces, places.faces, places.flat,
-            ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, self._windows,
+            ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, ask.aims, self._windows,
         )  # fmt: skip
         arcs = np.where(found < 0, np.nan, self._pieces.arcs[found] + (shares - 0.5) * self._lengths[found])
-        pieces = np.where(found < 0, -1, self._order[found])
-        return Nearest(distances, bounds, pieces, arcs, windows)
+        runs = np.where(found < 0, -1, self._pieces.runs[found])
+        return Nearest(distances, bounds, runs, arcs, windows)
 
 
 @njit(cache=True, error_model="numpy")
 def search_all(
     mesh: Mesh, front: Front, pieces: Pieces, faces: IntArray, flat: ComplexArray, labels: IntArray, runs: IntArray,
-    arcs: FloatArray, clear: float, limits: FloatArray, windows: int,
+    arcs: FloatArray, clear: float, limits: FloatArray, aims: FloatArray, windows: int,
 ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, int]:  # fmt: skip
     """Search from every point; return distances, lower bounds, pieces, shares of them and the windows it took."""
     distances, bounds = np.full(faces.size, inf), np.zeros(faces.size)
@@ -134,7 +136,9 @@ def search_all(
     for k in range(faces.size):
         if spent >= windows:
             break
-        goal = Goal(labels[k], runs[k], arcs[k], clear, False, 0.0, 0.0, 0.0)
+        aimed = aims.shape[0] > 0
+        x, y, z = (aims[k, 0], aims[k, 1], aims[k, 2]) if aimed else (0.0, 0.0, 0.0)
+        goal = Goal(labels[k], runs[k], arcs[k], clear, aimed, x, y, z)
         bounds[k] = search(mesh, front, pieces, goal, k, faces[k], flat[k], limits[k])
         found[k], shares[k] = front.found[0], front.best[1]
         spent += front.counts[0]
