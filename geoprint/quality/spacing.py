@@ -63,9 +63,7 @@ def outer_distance(mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, sa
     return OuterDistance(distances, bounds)
 
 
-def _nearest_in_space(
-    mesh: Mesh, path: SurfacePath, places: Places, levels: IntArray
-) -> tuple[FloatArray, FloatArray]:
+def _nearest_in_space(mesh: Mesh, path: SurfacePath, places: Places, levels: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return a lower bound of the straight distance to (k,) levels, and where on them about the nearest point is."""
     middles = spatial(mesh, Places(path.faces, 0.5 * (path.starts + path.ends)))
     halves = 0.5 * np.abs(path.ends - path.starts)

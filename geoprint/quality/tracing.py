@@ -73,21 +73,8 @@ def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, close
     Raises:
         FieldError: neighbouring points have no short connection on the surface.
     """
-    order = np.argsort(places.faces, kind="stable")
-    count = np.arange(int(order.size))
-    points = Pieces(
-        first=np.searchsorted(places.faces[order], np.arange(mesh.axes.shape[0] + 1)),
-        starts=places.flat[order],
-        along=np.zeros(order.size, dtype=np.complex128),
-        labels=count[order],
-        runs=np.full(order.size, -1),
-        arcs=np.zeros(order.size),
-        loops=np.full(order.size, np.inf),
-    )
-    aims = spatial(mesh, places)
-    front = empty_front(mesh, windows=WINDOWS)
     first = np.flatnonzero(runs[1:] == runs[:-1])
-    pairs, faces, starts, ends = connect(mesh, front, points, places.faces, places.flat, aims, first)
+    pairs, faces, starts, ends = _connected(mesh, places, first)
     lost = np.setdiff1d(first, pairs)
     if lost.size:
         raise FieldError(
@@ -105,36 +92,60 @@ def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, close
     return SurfacePath(faces, starts, ends, piece_runs, np.maximum(arcs, 0.0), run_lengths, levels, closed)
 
 
+def _connected(mesh: Mesh, places: Places, first: IntArray) -> tuple[IntArray, IntArray, ComplexArray, ComplexArray]:
+    """Return the pieces of the ways from places `first` to the next ones: pair, face, start and end."""
+    order = np.argsort(places.faces, kind="stable")
+    points = Pieces(
+        first=np.searchsorted(places.faces[order], np.arange(mesh.origins.shape[0] + 1)),
+        starts=places.flat[order],
+        along=np.zeros(order.size, dtype=np.complex128),
+        labels=order,
+        runs=np.full(order.size, -1),
+        arcs=np.zeros(order.size),
+        loops=np.full(order.size, np.inf),
+    )
+    front, aims = empty_front(mesh, windows=WINDOWS), spatial(mesh, places)
+    room, count = 4 * int(first.size), -1
+    while True:
+        pairs, faces = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
+        starts, ends = np.empty(room, dtype=np.complex128), np.empty(room, dtype=np.complex128)
+        count = connect(mesh, front, points, places.faces, places.flat, aims, first, pairs, faces, starts, ends)
+        if count >= 0:
+            return pairs[:count], faces[:count], starts[:count], ends[:count]
+        room *= 2
+        # Searches are told apart by their numbers.
+        front.visited[:] = -1
+
+
 @njit(cache=True, error_model="numpy")
 def connect(
-    mesh: Mesh, front: Front, points: Pieces, faces: IntArray, flat: ComplexArray, aims: FloatArray, first: IntArray
-) -> tuple[IntArray, IntArray, ComplexArray, ComplexArray]:
-    """Return the pieces of the shortest ways from points `first` to the next ones: pair, face, start and end."""
-    room = 8 * first.size + 64
-    pairs, where = np.empty(room, np.int64), np.empty(room, np.int64)
-    starts, ends = np.empty(room, np.complex128), np.empty(room, np.complex128)
+    mesh: Mesh, front: Front, points: Pieces, faces: IntArray, flat: ComplexArray, aims: FloatArray, first: IntArray,
+    pairs: IntArray, where: IntArray, starts: ComplexArray, ends: ComplexArray,
+) -> int:  # fmt: skip
+    """Write the pieces of the shortest ways from points `first` to the next ones: pair, face, start and end.
+
+    Returns:
+        How many pieces there are, or -1 where there is no room for them.
+    """
     count = 0
     for k in range(first.size):
         i = first[k]
-        if faces[i] == faces[i + 1]:
-            needed = 1
-        else:
+        needed = 1
+        if faces[i] != faces[i + 1]:
             goal = Goal(i + 1, -2, 0.0, 0.0, True, aims[i + 1, 0], aims[i + 1, 1], aims[i + 1, 2])
             search(mesh, front, points, goal, k, faces[i], flat[i], inf)
             if front.found[0] < 0:
                 continue
             needed = steps_back(front)
-        if count + needed > room:
-            room = 2 * (count + needed)
-            pairs, where = grown(pairs, room), grown(where, room)
-            starts, ends = grown(starts, room), grown(ends, room)
+        if count + needed > pairs.size:
+            return -1
         pairs[count : count + needed] = i
         if faces[i] == faces[i + 1]:
             where[count], starts[count], ends[count] = faces[i], flat[i], flat[i + 1]
         else:
             unwind(mesh, front, faces[i], flat[i], flat[i + 1], where[count:], starts[count:], ends[count:])
         count += needed
-    return pairs[:count], where[:count], starts[:count], ends[:count]
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -199,11 +210,3 @@ def on_half_edge(mesh: Mesh, half: int, share: float) -> complex:
     """Return the place at a share of a half-edge, in the plane of its face."""
     following = 3 * (half // 3) + (half + 1) % 3
     return mesh.corners[half] + share * (mesh.corners[following] - mesh.corners[half])
-
-
-@njit(cache=True, error_model="numpy")
-def grown(array: IntArray, room: int) -> IntArray:
-    """Return a longer copy of an array."""
-    longer = np.empty(room, array.dtype)
-    longer[: array.size] = array
-    return longer

@@ -95,7 +95,9 @@ def cross_face(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int
     if from_right >= -CONE_TOLERANCE * abs(right) * abs(apex) and from_left >= -CONE_TOLERANCE * abs(left) * abs(apex):
         meet(mesh, front, goal, number, last, apex, start - apex, before, item)
     if from_right > 0.0:
-        look(mesh, front, goal, mesh.twins[following], apex, end, right, apex if from_left > 0.0 else left, before, item)
+        look(
+            mesh, front, goal, mesh.twins[following], apex, end, right, apex if from_left > 0.0 else left, before, item
+        )
     if from_left > 0.0:
         look(mesh, front, goal, mesh.twins[last], start, apex, apex if from_right > 0.0 else right, left, before, item)
 
@@ -224,7 +226,7 @@ def look(
     add(mesh, front, goal, half, start, end, right, left, before, item, abs(nearest))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy")
 def meet(
     mesh: Mesh, front: Front, goal: Goal, number: int, half: int, place: complex, along: complex, before: float,
     item: int,

@@ -78,6 +78,7 @@ class Uniformity:
         unreached: samples from which no way over the surface leads to the level outside; they are left out above.
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
+        spacing: wanted distance between neighbouring levels [mm].
     """
 
     places: FloatArray
@@ -93,6 +94,7 @@ class Uniformity:
     unreached: int
     fill: float
     length: float
+    spacing: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -145,10 +147,12 @@ class Uniformity:
         for level in np.unique(self.levels):
             ratios = self.ratios[self.levels == level]
             worst = ratios[np.argmax(np.abs(ratios - 1.0))]
-            found.append(LevelSpacing(int(level), float(ratios.mean()), float(ratios.std() / ratios.mean()), worst))
+            found.append(
+                LevelSpacing(int(level), float(ratios.mean()), float(ratios.std() / ratios.mean()), float(worst))
+            )
         return tuple(found)
 
-    def worst(self, count: int, *, spacing: float) -> tuple[WorstPlace, ...]:
+    def worst(self, count: int) -> tuple[WorstPlace, ...]:
         """Return the places whose ratio is farthest from 1, each at least two spacings from the others."""
         remaining = np.argsort(-np.abs(self.ratios - 1.0), kind="stable")
         found: list[WorstPlace] = []
@@ -157,13 +161,11 @@ class Uniformity:
             x, y, z = self.places[first].tolist()
             found.append(WorstPlace((x, y, z), int(self.levels[first]), float(self.ratios[first])))
             away = np.linalg.norm(self.places[remaining] - self.places[first], axis=1)
-            remaining = remaining[away > WORST_APART * spacing]
+            remaining = remaining[away > WORST_APART * self.spacing]
         return tuple(found)
 
 
-def uniformity(
-    poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL
-) -> Uniformity:
+def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL) -> Uniformity:
     """Measure how evenly the deposited runs cover the surface.
 
     Args:
@@ -211,6 +213,7 @@ def uniformity(
         unreached=int((~reached).sum()),
         fill=length * spacing / covered.area,
         length=length,
+        spacing=spacing,
     )
 
 
