@@ -9,15 +9,17 @@ shares are far finer than the triangles. Distances run over the surface.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.deposited import Samples
 from geoprint.quality.geodesic import Ask, GeodesicDistance
-from geoprint.quality.triangles import Mesh, Places, smallest_pieces
+from geoprint.quality.tracing import SurfacePath
+from geoprint.quality.triangles import Mesh, SmallTriangles, small_triangles, spatial
+from geoprint.quality.widths import strip_widths
 
 # Surface farther than this share of the spacing from every run is a gap.
 GAP_SHARE = 0.55
@@ -25,10 +27,12 @@ GAP_SHARE = 0.55
 OVERLAP_SHARE = 0.45
 # Stretches of one run are two when they are farther apart along it than this many spacings.
 APART = 2.0
+# Surface farther than this many spacings from every run belongs to no strip: no bead reaches it.
+REACH = 1.0
 # Sides of the small triangles over the spacing.
 TRIANGLE_SHARE = 0.25
-# The width of a strip is its mean over this share of the spacing to both sides along the path: flow follows no faster.
-WIDTH_SHARE = 0.5
+# So many small triangles, taken at random, are enough for any surface.
+MOST_TRIANGLES = 1_000_000
 
 
 @final
@@ -42,7 +46,7 @@ class Coverage:
         overlap: share of it within 0.45 spacings of two stretches more than two spacings apart along the path.
         widths: (k,) width of the strip nearest to the path at each sample, over the spacing.
         width_cv: its coefficient of variation along the path.
-        unknown: share of the area for which the budget of work did not suffice; it counts in none of the others.
+        unknown: share of the area for which the budget of work did not suffice; the others are shares of the rest.
     """
 
     area: float
@@ -56,89 +60,78 @@ class Coverage:
         freeze_arrays(self, widths="float: k")
 
 
-def coverage(mesh: Mesh, distance: GeodesicDistance, samples: Samples, *, spacing: float) -> Coverage:
+class _Stretches(NamedTuple):
+    """For each of j small triangles the nearest stretch of path and the nearest other one, infinitely far for none."""
+
+    triangles: SmallTriangles
+    own: FloatArray
+    own_runs: IntArray
+    own_arcs: FloatArray
+    other: FloatArray
+    other_runs: IntArray
+    other_arcs: FloatArray
+
+
+def coverage(
+    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+) -> Coverage:
     """Measure how the path covers the surface.
 
     Args:
         mesh: m triangles.
+        path: on it.
         distance: to the path.
         samples: k samples along all runs of the path, for the widths.
         spacing: wanted [mm].
     """
-    places, areas = smallest_pieces(mesh, edge_length=TRIANGLE_SHARE * spacing)
-    nearest = distance(places, Ask.anything(places.faces.size))
-    known = np.isfinite(nearest.distances)
-    places, sizes = Places(places.faces[known], places.flat[known]), areas[known]
-    own, runs, arcs = nearest.distances[known], nearest.runs[known], nearest.arcs[known]
-    across = np.sqrt(sizes)
-    limits = np.maximum(own, OVERLAP_SHARE * spacing) + across
-    second = distance(places, Ask.elsewhere(runs, arcs, clear=APART * spacing, limits=limits))
-    other = second.distances
-    gap = _overlap_of(across, GAP_SHARE * spacing - own, other - GAP_SHARE * spacing)
-    overlap = _overlap_of(across, other - OVERLAP_SHARE * spacing, OVERLAP_SHARE * spacing - own)
-    here = _overlap_of(across, np.full(own.size, -np.inf), 0.5 * (other - own))
-    there = np.isfinite(other)
-    strips = _strips(
+    area = 0.5 * float((mesh.corners[1::3].real * mesh.corners[2::3].imag).sum())
+    found, unknown = _stretches(mesh, distance, spacing=spacing)
+    across, gap, overlap = found.triangles.extents, GAP_SHARE * spacing, OVERLAP_SHARE * spacing
+    near, both = np.isfinite(found.own), np.isfinite(found.other)
+    middle = np.full(found.own.size, np.inf)
+    middle[both] = 0.5 * (found.other[both] - found.own[both])
+    here = _share(across, np.full(middle.size, -np.inf), middle)
+    weights = found.triangles.areas / found.triangles.areas.sum()
+    widths, lengths = strip_widths(
         samples,
-        np.concatenate([runs, second.runs[there]]),
-        np.concatenate([arcs, second.arcs[there]]),
-        np.concatenate([sizes * here, (sizes * (1.0 - here))[there]]),
-        closed=distance.closed,
+        np.concatenate([found.own_runs[near], found.other_runs[both]]),
+        np.concatenate([found.own_arcs[near], found.other_arcs[both]]),
+        area * np.concatenate([(weights * here)[near], (weights * (1.0 - here))[both]]),
+        closed=path.closed,
+        spacing=spacing,
     )
-    area = float(areas.sum())
-    widths, weights = _widths(samples, strips, closed=distance.closed, spacing=spacing)
-    mean = np.average(widths, weights=weights)
+    mean = np.average(widths, weights=lengths)
     return Coverage(
         area=area,
-        gap=float(sizes @ gap) / area,
-        overlap=float(sizes @ overlap) / area,
+        gap=float(weights @ _share(across, gap - found.own, found.other - gap)),
+        overlap=float(weights @ _share(across, found.other - overlap, overlap - found.own)),
         widths=widths,
-        width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=weights)) / mean),
-        unknown=1.0 - float(sizes.sum()) / area,
+        width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=lengths)) / mean),
+        unknown=unknown,
     )
 
 
-def _overlap_of(across: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_Stretches, float]:
+    """Return the stretches near small triangles, and the share of the area for which they were not found."""
+    triangles = small_triangles(mesh, edge_length=TRIANGLE_SHARE * spacing)
+    # In random order, so that what a budget leaves out is nowhere in particular.
+    triangles = triangles.some(np.random.default_rng(0).permutation(triangles.areas.size)[:MOST_TRIANGLES])
+    # Where even the straight distance is too large nothing has to be looked for.
+    straight = distance.straight(spatial(mesh, triangles.middles))
+    limits = np.where(straight < REACH * spacing, REACH * spacing, 0.0)
+    own = distance(triangles.middles, Ask.anything(limits=limits))
+    reach = np.maximum(own.distances, OVERLAP_SHARE * spacing) + triangles.extents
+    limits = np.where(np.isfinite(own.distances), reach, 0.0)
+    other = distance(triangles.middles, Ask.elsewhere(own.runs, own.arcs, clear=APART * spacing, limits=limits))
+    known = own.complete & other.complete
+    found = _Stretches(
+        triangles.some(known),
+        own.distances[known], own.runs[known], own.arcs[known],
+        other.distances[known], other.runs[known], other.arcs[known],
+    )  # fmt: skip
+    return found, 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
+
+
+def _share(across: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return which share of [-across / 2, across / 2] lies in [low, high]."""
     return np.maximum(np.minimum(high, 0.5 * across) - np.maximum(low, -0.5 * across), 0.0) / across
-
-
-def _strips(samples: Samples, runs: IntArray, arcs: FloatArray, areas: FloatArray, *, closed: BoolArray) -> FloatArray:
-    """Return the (k,) area nearest to each sample: each piece of it is shared by the samples before and after."""
-    first = np.searchsorted(samples.runs, np.arange(closed.size))
-    gaps = np.searchsorted(samples.runs, np.arange(closed.size), side="right") - first - 1
-    steps = samples.arcs[first + gaps] / gaps
-    position = np.clip(arcs / steps[runs], 0.0, gaps[runs])
-    before = np.minimum(position.astype(np.int64), gaps[runs] - 1)
-    share = position - before
-    result = np.bincount(first[runs] + before, areas * (1.0 - share), minlength=samples.runs.size)
-    result += np.bincount(first[runs] + before + 1, areas * share, minlength=samples.runs.size)
-    # Both ends of a closed run are one place.
-    start, end = first[closed], (first + gaps)[closed]
-    result[start] = result[end] = 0.5 * (result[start] + result[end])
-    return result
-
-
-def _widths(
-    samples: Samples, strips: FloatArray, *, closed: BoolArray, spacing: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return the (k,) mean widths around each sample, over the spacing, and the (k,) length that each stands for."""
-    run = samples.runs
-    first = np.searchsorted(run, np.arange(closed.size))
-    gaps = (np.searchsorted(run, np.arange(closed.size), side="right") - first - 1)[run]
-    rank = np.arange(run.size) - first[run]
-    steps = samples.arcs[first[run] + gaps] / gaps
-    lengths = np.where((rank == 0) | (rank == gaps), 0.5 * steps, steps)
-    area, length = np.zeros(run.size), np.zeros(run.size)
-    reach = np.maximum(np.round(WIDTH_SHARE * spacing / steps), 1).astype(np.int64)
-    # A closed run shorter than the reach to both sides is taken once around.
-    reach = np.minimum(reach, np.maximum((gaps - 1) // 2, 1))
-    for shift in range(-int(reach.max()), int(reach.max()) + 1):
-        place = np.where(closed[run], (rank + shift) % gaps, rank + shift)
-        valid = (abs(shift) <= reach) & (place >= 0) & (place <= gaps)
-        index = first[run] + np.clip(place, 0, gaps)
-        # The ends of a closed run hold half of their strip each.
-        whole = np.where(closed[run] & (place == 0), 2.0, 1.0)
-        area += np.where(valid, whole * strips[index], 0.0)
-        length += np.where(valid, whole * lengths[index], 0.0)
-    return area / length / spacing, lengths

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import IntArray, FloatArray, PoseStream, Surface
+from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.quality.tracing import SurfacePath, trace
 from geoprint.quality.triangles import Mesh, Places, flat_places
 from geoprint.surfaces import closest
@@ -16,6 +16,8 @@ from geoprint.surfaces import closest
 OFF_SURFACE_SHARE = 0.1
 # The ends of a closed run coincide up to this share of the spacing.
 CLOSED_SHARE = 1e-6
+# A length that is a whole number of steps up to this share of one is cut into so many.
+WHOLE_STEPS = 1e-6
 
 
 class Samples(NamedTuple):
@@ -76,7 +78,7 @@ def sampled(path: SurfacePath, *, step: float) -> Samples:
         path: r runs.
         step: [mm].
     """
-    counts = np.maximum(np.ceil(path.lengths / step), 1).astype(np.int64) + 1
+    counts = np.maximum(np.ceil(path.lengths / step - WHOLE_STEPS), 1).astype(np.int64) + 1
     runs = np.repeat(np.arange(counts.size), counts)
     rank = np.arange(runs.size) - np.repeat(np.cumsum(counts) - counts, counts)
     arcs = path.lengths[runs] * rank / np.repeat(counts - 1, counts)

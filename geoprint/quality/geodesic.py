@@ -8,8 +8,9 @@ from typing import final
 
 import numpy as np
 from numba import njit
+from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.quality.front import ANY, Front, Goal, Pieces, empty_front
 from geoprint.quality.tracing import SurfacePath
 from geoprint.quality.triangles import ComplexArray, Mesh, Places
@@ -18,7 +19,7 @@ from geoprint.quality.unfolding import search
 # Windows of one search: they suffice to see about 40 triangles far.
 WINDOWS_PER_POINT = 200_000
 # Windows of all searches of one question, about 20 s of work.
-WINDOWS_IN_ALL = 100_000_000
+WINDOWS_IN_ALL = 50_000_000
 # Nowhere to look first.
 NO_AIMS = np.zeros((0, 3))
 
@@ -33,6 +34,7 @@ class Nearest:
         bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
         runs: (k,) the run it leads to, -1 for none.
         arcs: (k,) where on that run it ends [mm]; NaN for none.
+        complete: (k,) whether the search ended by itself: the distance is exact, or nothing is within the limit.
         windows: how many windows all searches took.
     """
 
@@ -40,6 +42,7 @@ class Nearest:
     bounds: FloatArray
     runs: IntArray
     arcs: FloatArray
+    complete: BoolArray
     windows: int
 
 
@@ -71,9 +74,10 @@ class Ask:
         return Ask(levels, none, np.zeros(levels.size), 0.0, np.full(levels.size, inf), aims)
 
     @staticmethod
-    def anything(count: int) -> Ask:
-        """Ask for the nearest run of any level, however far."""
-        return Ask.level(np.full(count, ANY))
+    def anything(*, limits: FloatArray) -> Ask:
+        """Ask for the nearest run of any level within (k,) limits [mm]."""
+        none = np.full(limits.size, -1)
+        return Ask(np.full(limits.size, ANY), none, np.zeros(limits.size), 0.0, limits, NO_AIMS)
 
     @staticmethod
     def elsewhere(runs: IntArray, arcs: FloatArray, *, clear: float, limits: FloatArray) -> Ask:
@@ -96,12 +100,11 @@ class GeodesicDistance:
 
     def __init__(self, mesh: Mesh, path: SurfacePath, *, windows: int = WINDOWS_IN_ALL) -> None:
         self._mesh, self._windows = mesh, windows
-        self.closed = path.closed
         order = np.argsort(path.faces, kind="stable")
         lengths = np.abs(path.ends - path.starts)
         runs = path.runs[order]
         self._pieces = Pieces(
-            first=np.searchsorted(path.faces[order], np.arange(mesh.origins.shape[0] + 1)),
+            first=np.searchsorted(path.faces[order], np.arange(int(mesh.origins.shape[0]) + 1)),
             starts=path.starts[order],
             along=(path.ends - path.starts)[order],
             labels=path.levels[runs],
@@ -110,6 +113,7 @@ class GeodesicDistance:
             loops=np.where(path.closed, path.lengths, inf)[runs],
         )
         self._lengths = lengths[order]
+        self._middles = KDTree(path.middles(mesh))
 
     def __call__(self, places: Places, ask: Ask) -> Nearest:
         """Return what is nearest to each of k places."""
@@ -121,7 +125,13 @@ class GeodesicDistance:
         )  # fmt: skip
         arcs = np.where(found < 0, np.nan, self._pieces.arcs[found] + (shares - 0.5) * self._lengths[found])
         runs = np.where(found < 0, -1, self._pieces.runs[found])
-        return Nearest(distances, bounds, runs, arcs, windows)
+        complete = bounds >= np.minimum(distances, ask.limits)
+        return Nearest(distances, bounds, runs, arcs, complete, windows)
+
+    def straight(self, points: FloatArray) -> FloatArray:
+        """Return a lower bound of the straight distance from (k, 3) points to the path [mm]."""
+        away, _ = self._middles.query(points)
+        return np.maximum(away - 0.5 * self._lengths.max(), 0.0)
 
 
 @njit(cache=True, error_model="numpy")

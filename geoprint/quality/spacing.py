@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -65,7 +64,7 @@ def outer_distance(mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, sa
 
 def _nearest_in_space(mesh: Mesh, path: SurfacePath, places: Places, levels: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return a lower bound of the straight distance to (k,) levels, and where on them about the nearest point is."""
-    middles = spatial(mesh, Places(path.faces, 0.5 * (path.starts + path.ends)))
+    middles = path.middles(mesh)
     halves = 0.5 * np.abs(path.ends - path.starts)
     points = spatial(mesh, places)
     bounds, nearest = np.zeros(points.shape[0]), np.zeros_like(points)

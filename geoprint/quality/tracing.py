@@ -17,6 +17,8 @@ from geoprint.quality.unfolding import search
 
 # Windows that one connection may take: neighbouring poses are a fraction of a spacing apart, which is a few triangles.
 WINDOWS = 50_000
+# A line at a smaller angle [rad] to an edge runs along it; where it crosses would be rounding alone.
+ALONG_EDGE = 1e-9
 # Pieces shorter than this [mm] are rounding.
 SHORTEST_PIECE = 1e-12
 
@@ -59,6 +61,10 @@ class SurfacePath:
         share = np.clip((arcs - self.arcs[piece]) / np.abs(along), 0.0, 1.0)
         return Places(self.faces[piece], self.starts[piece] + share * along)
 
+    def middles(self, mesh: Mesh) -> FloatArray:
+        """Return the (p, 3) middles of the pieces in space [mm]."""
+        return spatial(mesh, Places(self.faces, 0.5 * (self.starts + self.ends)))
+
 
 def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, closed: BoolArray) -> SurfacePath:
     """Connect the points of runs over the surface.
@@ -87,7 +93,7 @@ def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, close
     forward = forward[np.abs(ends[forward] - starts[forward]) > SHORTEST_PIECE]
     faces, starts, ends, piece_runs = faces[forward], starts[forward], ends[forward], runs[pairs[forward]]
     lengths = np.abs(ends - starts)
-    run_lengths = np.bincount(piece_runs, lengths, minlength=levels.size)
+    run_lengths = np.asarray(np.bincount(piece_runs, lengths, minlength=levels.size), dtype=np.float64)
     arcs = np.cumsum(lengths) - lengths - (np.cumsum(run_lengths) - run_lengths)[piece_runs]
     return SurfacePath(faces, starts, ends, piece_runs, np.maximum(arcs, 0.0), run_lengths, levels, closed)
 
@@ -96,7 +102,7 @@ def _connected(mesh: Mesh, places: Places, first: IntArray) -> tuple[IntArray, I
     """Return the pieces of the ways from places `first` to the next ones: pair, face, start and end."""
     order = np.argsort(places.faces, kind="stable")
     points = Pieces(
-        first=np.searchsorted(places.faces[order], np.arange(mesh.origins.shape[0] + 1)),
+        first=np.searchsorted(places.faces[order], np.arange(int(mesh.origins.shape[0]) + 1)),
         starts=places.flat[order],
         along=np.zeros(order.size, dtype=np.complex128),
         labels=order,
@@ -133,7 +139,7 @@ def connect(
         needed = 1
         if faces[i] != faces[i + 1]:
             goal = Goal(i + 1, -2, 0.0, 0.0, True, aims[i + 1, 0], aims[i + 1, 1], aims[i + 1, 2])
-            search(mesh, front, points, goal, k, faces[i], flat[i], inf)
+            search(mesh, front, points, goal, k, int(faces[i]), complex(flat[i]), inf)
             if front.found[0] < 0:
                 continue
             needed = steps_back(front)
@@ -143,7 +149,8 @@ def connect(
         if faces[i] == faces[i + 1]:
             where[count], starts[count], ends[count] = faces[i], flat[i], flat[i + 1]
         else:
-            unwind(mesh, front, faces[i], flat[i], flat[i + 1], where[count:], starts[count:], ends[count:])
+            ways = where[count:], starts[count:], ends[count:]
+            unwind(mesh, front, int(faces[i]), complex(flat[i]), complex(flat[i + 1]), ways[0], ways[1], ways[2])
         count += needed
     return count
 
@@ -174,22 +181,22 @@ def unwind(
         starts: written: where the piece starts.
         ends: written: where it ends.
     """
-    k, item, face, seen = 0, front.found[1], front.found[2], front.seen[0]
+    k, item, face, seen = 0, int(front.found[1]), int(front.found[2]), complex(front.seen[0])
     while item >= 0:
-        half = front.halves[item]
+        half, start = int(front.halves[item]), complex(front.starts[item])
         faces[k], ends[k] = face, last
         if half >= 0:
-            share = crossing(front.starts[item], front.ends[item] - front.starts[item], seen)
+            share = crossing(start, complex(front.ends[item]) - start, seen)
             starts[k] = on_half_edge(mesh, half, share)
-            twin = mesh.twins[half]
+            twin = int(mesh.twins[half])
             face, last = twin // 3, on_half_edge(mesh, twin, 1.0 - share)
         else:
             corner = -1 - half
             for i in range(3):
                 if mesh.starts[3 * face + i] == mesh.starts[corner]:
                     starts[k] = mesh.corners[3 * face + i]
-            face, last, seen = corner // 3, mesh.corners[corner], front.starts[item]
-        k, item = k + 1, front.parents[item]
+            face, last, seen = corner // 3, complex(mesh.corners[corner]), start
+        k, item = k + 1, int(front.parents[item])
     faces[k], starts[k], ends[k] = first_face, first, last
 
 
@@ -197,9 +204,9 @@ def unwind(
 def crossing(start: complex, along: complex, seen: complex) -> float:
     """Return the share of an edge at which the line from 0 to a place behind it crosses it."""
     slope = cross(seen, along)
-    if slope != 0.0:
+    if abs(slope) > ALONG_EDGE * abs(seen) * abs(along):
         return min(max(-cross(seen, start) / slope, 0.0), 1.0)
-    # The line runs along the edge.
+    # The line runs along the edge: every point of it between both ends is a crossing.
     offset = seen - start
     squared = along.real**2 + along.imag**2
     return min(max((offset.real * along.real + offset.imag * along.imag) / squared, 0.0), 1.0)
@@ -209,4 +216,5 @@ def crossing(start: complex, along: complex, seen: complex) -> float:
 def on_half_edge(mesh: Mesh, half: int, share: float) -> complex:
     """Return the place at a share of a half-edge, in the plane of its face."""
     following = 3 * (half // 3) + (half + 1) % 3
-    return mesh.corners[half] + share * (mesh.corners[following] - mesh.corners[half])
+    start, end = complex(mesh.corners[half]), complex(mesh.corners[following])
+    return start + share * (end - start)

@@ -78,11 +78,12 @@ def flat_mesh(surface: Surface) -> Mesh:
     share = np.einsum("mx,mx->m", second, along)
     across = second - share[:, None] * along
     height = np.linalg.norm(across, axis=1)
-    flat = np.column_stack([np.zeros(len(corners)), length, share + 1j * height])
+    flat: ComplexArray = np.column_stack([np.zeros(len(corners)), length, share + 1j * height]).astype(np.complex128)
     following, last = np.roll(flat, -1, axis=1), np.roll(flat, -2, axis=1)
     apexes = (last - flat) / (following - flat)
     starts = surface.faces.ravel()
-    totals = np.bincount(starts, np.angle(apexes).ravel(), minlength=len(surface.vertices))
+    sums = np.bincount(starts, np.angle(apexes).ravel(), minlength=len(surface.vertices))
+    totals = np.asarray(sums, dtype=np.float64)
     straight = np.full(totals.size, 2 * np.pi)
     straight[starts[boundary_half_edges(surface.faces)]] = np.pi
     return Mesh(
@@ -112,20 +113,35 @@ def spatial(mesh: Mesh, places: Places) -> FloatArray:
     return mesh.origins[places.faces] + np.einsum("kp,kpx->kx", plane, mesh.axes[places.faces])
 
 
-def smallest_pieces(mesh: Mesh, *, edge_length: float) -> tuple[Places, FloatArray]:
-    """Cut every face into equal similar triangles with sides of at most `edge_length`.
+class SmallTriangles(NamedTuple):
+    """Small triangles that together are the surface.
 
-    Args:
-        mesh: m faces.
-        edge_length: [mm].
-
-    Returns:
-        The (k,) middles of the triangles and their (k,) areas [mm2].
+    Attributes:
+        middles: of the k triangles.
+        areas: (k,) [mm2].
+        extents: (k,) how far each reaches in any direction: a strip that wide has the same mean square distance from
+            its middle [mm].
     """
-    longest = 2 * mesh.halves.reshape(-1, 3).max(axis=1)
-    cuts = np.maximum(np.ceil(longest / edge_length), 1).astype(np.int64)
+
+    middles: Places
+    areas: FloatArray
+    extents: FloatArray
+
+    def some(self, which: IntArray | BoolArray) -> SmallTriangles:
+        """Return some of them."""
+        middles = Places(self.middles.faces[which], self.middles.flat[which])
+        return SmallTriangles(middles, self.areas[which], self.extents[which])
+
+
+def small_triangles(mesh: Mesh, *, edge_length: float) -> SmallTriangles:
+    """Cut every face into equal similar triangles with sides of at most `edge_length` [mm]."""
+    halves = mesh.halves.reshape(-1, 3)
+    cuts = np.maximum(np.ceil(2 * halves.max(axis=1) / edge_length), 1).astype(np.int64)
     corners = mesh.corners.reshape(-1, 3)
     areas = 0.5 * (corners[:, 1].real * corners[:, 2].imag) / cuts**2
+    # The mean square distance of a triangle from its middle is a 36th of the sum of its squared sides, in both
+    # directions together; that of a strip is a 12th of its squared width, in one.
+    extents = np.sqrt((4 * halves**2).sum(axis=1) / 6) / cuts
     faces: list[IntArray] = []
     flat: list[ComplexArray] = []
     for cut in np.unique(cuts):
@@ -134,7 +150,7 @@ def smallest_pieces(mesh: Mesh, *, edge_length: float) -> tuple[Places, FloatArr
         faces.append(np.repeat(chosen, middles.shape[1]))
         flat.append(middles.ravel())
     where = np.concatenate(faces)
-    return Places(where, np.concatenate(flat)), areas[where]
+    return SmallTriangles(Places(where, np.concatenate(flat)), areas[where], extents[where])
 
 
 def _middle_weights(cut: int) -> FloatArray:

@@ -74,7 +74,7 @@ def begin(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, fac
             item = add(mesh, front, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, -1, 0.0)
             fan(mesh, front, pieces, goal, number, first_around(mesh, half + i), 0.0, inf, 0.0, item)
             return
-    see(mesh, front, pieces, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
+    see(front, pieces, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
     for i in range(3):
         corner, end = mesh.corners[half + i] - place, mesh.corners[half + (i + 1) % 3] - place
         look(mesh, front, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, -1)
@@ -84,13 +84,14 @@ def begin(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, fac
 @njit(cache=True, error_model="numpy", inline="always")
 def cross_face(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item: int) -> None:
     """Lay the face behind a window flat, look for pieces in the cone, and through its two other edges."""
-    half, before = front.halves[item], front.before[item]
-    start, end, right, left = front.starts[item], front.ends[item], front.rights[item], front.lefts[item]
+    half, before = int(front.halves[item]), float(front.before[item])
+    start, end = complex(front.starts[item]), complex(front.ends[item])
+    right, left = complex(front.rights[item]), complex(front.lefts[item])
     face = half // 3
     following, last = 3 * face + (half + 1) % 3, 3 * face + (half + 2) % 3
     apex = start + (end - start) * mesh.apexes[half]
     scale = (end - start) / (mesh.corners[following] - mesh.corners[half])
-    see(mesh, front, pieces, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
+    see(front, pieces, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
     from_right, from_left = cross(right, apex), cross(apex, left)
     if from_right >= -CONE_TOLERANCE * abs(right) * abs(apex) and from_left >= -CONE_TOLERANCE * abs(left) * abs(apex):
         meet(mesh, front, goal, number, last, apex, start - apex, before, item)
@@ -112,15 +113,15 @@ def turn(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item
     front.visited[vertex] = number
     before = front.before[item] + abs(front.starts[item])
     back = phase(-front.starts[item] / front.ends[item])
-    angle = min(max(back, 0.0), mesh.angles[half])
-    total = mesh.totals[vertex]
+    angle = min(max(back, 0.0), float(mesh.angles[half]))
+    total = float(mesh.totals[vertex])
     first = first_around(mesh, half)
     if mesh.twins[first] >= 0:
         fan(mesh, front, pieces, goal, number, half, angle + pi, angle + total - pi, before, item)
         return
     around = first
     while around != half:
-        angle += mesh.angles[around]
+        angle += float(mesh.angles[around])
         around = mesh.twins[3 * (around // 3) + (around + 2) % 3]
     if angle >= pi:
         fan(mesh, front, pieces, goal, number, first, 0.0, angle - pi, before, item)
@@ -144,7 +145,7 @@ def fan(
             right = side if low <= angle else side * rect(1.0, low - angle)
             left = apex if high >= angle + width else side * rect(1.0, high - angle)
             scale = side / (mesh.corners[following] - mesh.corners[half])
-            see(mesh, front, pieces, goal, face, -scale * mesh.corners[half], scale, right, left, before, item)
+            see(front, pieces, goal, face, -scale * mesh.corners[half], scale, right, left, before, item)
             look(mesh, front, goal, mesh.twins[following], apex, side, right, left, before, item)
             meet(mesh, front, goal, number, following, side, apex - side, before, item)
             meet(mesh, front, goal, number, last, apex, -apex, before, item)
@@ -168,7 +169,7 @@ def first_around(mesh: Mesh, half: int) -> int:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def see(
-    mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, face: int, origin: complex, scale: complex,
+    front: Front, pieces: Pieces, goal: Goal, face: int, origin: complex, scale: complex,
     right: complex, left: complex, before: float, item: int,
 ) -> None:  # fmt: skip
     """Keep the nearest piece of a face within a cone; a side of 0 does not bound it."""

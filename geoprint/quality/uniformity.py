@@ -75,7 +75,7 @@ class Uniformity:
         uncovered: share of the area farther than 0.55 spacings from every run.
         overlap: share of the area within 0.45 spacings of two stretches more than two spacings apart along the path.
         unknown: share of the area for which the budget of work did not suffice; it counts as neither.
-        unreached: samples from which no way over the surface leads to the level outside; they are left out above.
+        unreached: samples from which no way over the surface to the level outside was found; they are left out above.
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
         spacing: wanted distance between neighbouring levels [mm].
@@ -192,7 +192,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     path = deposited_path(poses, fine, mesh, spacing=spacing)
     distance = GeodesicDistance(mesh, path, windows=windows)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
-    covered = coverage(mesh, distance, samples, spacing=spacing)
+    covered = coverage(mesh, path, distance, samples, spacing=spacing)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
     chosen = _chosen(samples, inner)
     outer = outer_distance(mesh, path, distance, chosen)
