@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import FloatArray, IntArray, PoseStream, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.quality.tracing import SurfacePath, trace
 from geoprint.quality.triangles import Mesh, Places, flat_places
 from geoprint.surfaces import closest
@@ -32,6 +32,11 @@ class Samples(NamedTuple):
     places: Places
     runs: IntArray
     arcs: FloatArray
+
+    def some(self, which: IntArray | BoolArray) -> Samples:
+        """Return some of them."""
+        places = Places(self.places.faces[which], self.places.flat[which])
+        return Samples(places, self.runs[which], self.arcs[which])
 
 
 def deposited_path(poses: PoseStream, surface: Surface, mesh: Mesh, *, spacing: float) -> SurfacePath:

@@ -15,10 +15,10 @@ from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import coverage
-from geoprint.quality.deposited import Samples, deposited_path, sampled
+from geoprint.quality.deposited import deposited_path, sampled
 from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
 from geoprint.quality.spacing import outer_distance
-from geoprint.quality.triangles import Places, flat_mesh, spatial
+from geoprint.quality.triangles import flat_mesh, spatial
 from geoprint.surfaces import refine
 
 # Samples per spacing along each run.
@@ -194,10 +194,10 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
     covered = coverage(mesh, path, distance, samples, spacing=spacing)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
-    chosen = _chosen(samples, inner)
+    chosen = samples.some(inner)
     outer = outer_distance(mesh, path, distance, chosen)
     reached = np.isfinite(outer.distances)
-    measured, kept = _chosen(chosen, np.flatnonzero(reached)), inner[reached]
+    measured, kept = chosen.some(reached), inner[reached]
     length = float(path.lengths.sum())
     return Uniformity(
         places=spatial(mesh, measured.places),
@@ -215,8 +215,3 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         length=length,
         spacing=spacing,
     )
-
-
-def _chosen(samples: Samples, which: IntArray) -> Samples:
-    places = Places(samples.places.faces[which], samples.places.flat[which])
-    return Samples(places, samples.runs[which], samples.arcs[which])
