@@ -152,6 +152,14 @@ def test_the_width_of_even_lines_hardly_varies() -> None:
     assert found.fill == pytest.approx(1.0)
 
 
+def test_samples_near_another_stretch_of_their_level_are_counted() -> None:
+    # Level 1 comes back 1.5 mm beside itself.
+    hairpin = np.concatenate([straight_line((0.0, 3.0), (40.0, 3.0)), straight_line((40.0, 4.5), (0.0, 4.5))])
+    stream = deposited([straight_line((0.0, 1.0), (40.0, 1.0)), hairpin], [0, 1])
+    assert uniformity(stream, fine_plate(), spacing=2.0).meeting == pytest.approx(1.0, abs=0.05)
+    assert uniformity(rows([1.0, 3.0, 5.0]), fine_plate(), spacing=2.0).meeting == 0.0
+
+
 def test_offsets_cut_the_samples_into_runs() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0]), fine_plate(), spacing=2.0)
     assert found.offsets[0] == 0

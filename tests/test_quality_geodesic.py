@@ -11,6 +11,7 @@ from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 from benchmarks.surfaces import make
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.quality.front import ANY
 from geoprint.quality.geodesic import Ask, GeodesicDistance, Nearest
 from geoprint.quality.tracing import SurfacePath, trace
 from geoprint.quality.triangles import Mesh, Places, flat_mesh, flat_places, spatial
@@ -136,7 +137,9 @@ def test_a_path_keeps_its_length_wherever_it_runs() -> None:
         assert path.lengths[0] == pytest.approx(float(np.linalg.norm(points[-1] - points[0])), abs=1e-9)
         arcs: FloatArray = np.linspace(0.0, float(path.lengths[0]), 31)
         places = spatial(mesh, path.at(np.zeros(31, dtype=np.int64), arcs))
-        np.testing.assert_allclose(places, np.linspace(points[0], points[-1], 31), atol=1e-9)
+        np.testing.assert_allclose(
+            places, np.linspace(0, 1, 31)[:, None] * (points[-1] - points[0]) + points[0], atol=1e-9
+        )
 
 
 def test_a_path_over_vertices_of_a_curved_surface_is_as_long_as_the_shortest_way() -> None:
@@ -171,7 +174,8 @@ def test_the_stretch_one_is_on_can_be_left_out() -> None:
     hairpin = np.array([[5.0, 10.0, 0.0], [30.0, 10.0, 0.0], [30.0, 13.0, 0.0], [5.0, 13.0, 0.0]])
     mesh, path = laid(surface, [hairpin])
     places = places_of(surface, mesh, np.array([[10.0, 10.5, 0.0]]))
-    ask = Ask.elsewhere(np.array([0]), np.array([5.0]), clear=8.0, limits=np.array([np.inf]))
+    every = np.array([ANY])
+    ask = Ask.elsewhere(every, np.array([0]), np.array([5.0]), clear=8.0, limits=np.array([np.inf]))
     assert GeodesicDistance(mesh, path)(places, ask).distances[0] == pytest.approx(2.5)
 
 

@@ -104,6 +104,7 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
         "samples_bounded": _rounded(measured.bounded),
         "largest_doubt": _rounded(measured.largest_doubt),
         "samples_unreached": measured.unreached,
+        "samples_where_fronts_meet": _rounded(measured.meeting),
         "gap": _rounded(measured.uncovered),
         "overlap": _rounded(measured.overlap),
         "area_unknown": _rounded(measured.unknown),

@@ -16,7 +16,9 @@ import numpy as np
 from geoprint.model import FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.deposited import Samples
+from geoprint.quality.front import ANY
 from geoprint.quality.geodesic import Ask, GeodesicDistance
+from geoprint.quality.spacing import APART
 from geoprint.quality.tracing import SurfacePath
 from geoprint.quality.triangles import Mesh, SmallTriangles, small_triangles, spatial
 from geoprint.quality.widths import strip_widths
@@ -25,8 +27,6 @@ from geoprint.quality.widths import strip_widths
 GAP_SHARE = 0.55
 # Surface nearer than this share of the spacing to two stretches is overlapped.
 OVERLAP_SHARE = 0.45
-# Stretches of one run are two when they are farther apart along it than this many spacings.
-APART = 2.0
 # Surface farther than this many spacings from every run belongs to no strip: no bead reaches it.
 REACH = 1.0
 # Sides of the small triangles over the spacing.
@@ -122,7 +122,9 @@ def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tup
     own = distance(triangles.middles, Ask.anything(limits=limits))
     reach = np.maximum(own.distances, OVERLAP_SHARE * spacing) + triangles.extents
     limits = np.where(np.isfinite(own.distances), reach, 0.0)
-    other = distance(triangles.middles, Ask.elsewhere(own.runs, own.arcs, clear=APART * spacing, limits=limits))
+    every = np.full(limits.size, ANY)
+    ask = Ask.elsewhere(every, own.runs, own.arcs, clear=APART * spacing, limits=limits)
+    other = distance(triangles.middles, ask)
     known = own.complete & other.complete
     found = _Stretches(
         triangles.some(known),

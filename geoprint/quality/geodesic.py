@@ -80,9 +80,9 @@ class Ask:
         return Ask(np.full(limits.size, ANY), none, np.zeros(limits.size), 0.0, limits, NO_AIMS)
 
     @staticmethod
-    def elsewhere(runs: IntArray, arcs: FloatArray, *, clear: float, limits: FloatArray) -> Ask:
-        """Ask for the nearest run that is another one, or farther along the same one than `clear` [mm]."""
-        return Ask(np.full(runs.size, ANY), runs, arcs, clear, limits, NO_AIMS)
+    def elsewhere(labels: IntArray, runs: IntArray, arcs: FloatArray, *, clear: float, limits: FloatArray) -> Ask:
+        """Ask for the nearest run of a level that is another one, or farther along the same one than `clear` [mm]."""
+        return Ask(labels, runs, arcs, clear, limits, NO_AIMS)
 
 
 @final

@@ -14,6 +14,9 @@ from geoprint.quality.geodesic import Ask, GeodesicDistance
 from geoprint.quality.tracing import SurfacePath
 from geoprint.quality.triangles import Mesh, Places, spatial
 
+# Stretches of one run are two when they are farther apart along it than this many spacings.
+APART = 2.0
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,6 +63,22 @@ def outer_distance(mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, sa
     distances[open_samples] = np.minimum(distances[open_samples], ways.distances)
     bounds[open_samples] = np.minimum(np.maximum(bounds[open_samples], straight), distances[open_samples])
     return OuterDistance(distances, bounds)
+
+
+def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float) -> float:
+    """Return the share of samples within one spacing of another stretch of their own level.
+
+    There two fronts meet, near the medial axis of the surface, where level curves have corners and fields err most.
+
+    Args:
+        path: r runs.
+        distance: to the path.
+        samples: k samples along runs.
+        spacing: wanted [mm].
+    """
+    levels, limits = path.levels[samples.runs], np.full(samples.runs.size, spacing)
+    ask = Ask.elsewhere(levels, samples.runs, samples.arcs, clear=APART * spacing, limits=limits)
+    return float(np.isfinite(distance(samples.places, ask).distances).mean())
 
 
 def _nearest_in_space(mesh: Mesh, path: SurfacePath, places: Places, levels: IntArray) -> tuple[FloatArray, FloatArray]:

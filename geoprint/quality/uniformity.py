@@ -17,7 +17,7 @@ from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import deposited_path, sampled
 from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
-from geoprint.quality.spacing import outer_distance
+from geoprint.quality.spacing import meeting_share, outer_distance
 from geoprint.quality.triangles import flat_mesh, spatial
 from geoprint.surfaces import refine
 
@@ -76,6 +76,7 @@ class Uniformity:
         overlap: share of the area within 0.45 spacings of two stretches more than two spacings apart along the path.
         unknown: share of the area for which the budget of work did not suffice; it counts as neither.
         unreached: samples from which no way over the surface to the level outside was found; they are left out above.
+        meeting: share of the samples within one spacing of another stretch of their own level, where fronts meet.
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
         spacing: wanted distance between neighbouring levels [mm].
@@ -92,6 +93,7 @@ class Uniformity:
     overlap: float
     unknown: float
     unreached: int
+    meeting: float
     fill: float
     length: float
     spacing: float
@@ -211,6 +213,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         overlap=covered.overlap,
         unknown=covered.unknown,
         unreached=int((~reached).sum()),
+        meeting=meeting_share(path, distance, measured, spacing=spacing),
         fill=length * spacing / covered.area,
         length=length,
         spacing=spacing,
