@@ -280,7 +280,7 @@ def _spacing_ratios(surface: Surface, values: FloatArray, step: float) -> FloatA
     path = trace(mesh, flat_places(mesh, curves.points), runs=runs, levels=levels, closed=curves.closed)
     samples = sampled(path, step=step / SAMPLES_PER_SPACING)
     samples = samples.some(levels[samples.runs] > levels.min())
-    found = outer_distance(mesh, path, GeodesicDistance(mesh, path), samples)
+    found = outer_distance(mesh, path, GeodesicDistance(mesh, path), samples, spacing=step)
     assert found.exact.all(), "the exact distance took too much work"
     return found.distances / step
 

@@ -111,6 +111,7 @@ def test_the_distance_runs_over_the_surface_and_not_through_the_air() -> None:
     lines = [np.column_stack([np.full(81, x), y, np.zeros(81)]) for x in (0.0, 1.0)]
     found = uniformity(deposited(lines, [0, 1]), Surface(vertices, faces), spacing=11.0)
     np.testing.assert_allclose(found.ratios, 1.0, atol=1e-9)
+    np.testing.assert_allclose(found.straight, 1.0 / 11.0, atol=1e-9)
 
 
 def covered_twice_and_not_at_all() -> Uniformity:

@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
 from benchmarks.surfaces import make
-from geoprint.errors import FieldError
+from geoprint.errors import FieldError, VerificationError
 from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.quality.deposited import sampled
 from geoprint.quality.front import ANY
 from geoprint.quality.geodesic import Ask, GeodesicDistance, Nearest
+from geoprint.quality.spacing import outer_distance
 from geoprint.quality.tracing import SurfacePath, trace
 from geoprint.quality.triangles import Mesh, Places, flat_mesh, flat_places, spatial
 from geoprint.surfaces import closest, refine, vertex_points
@@ -188,6 +190,18 @@ def test_without_enough_work_allowed_it_gives_bounds_and_says_so() -> None:
     assert not little.complete.all()
     assert (little.bounds <= whole.distances + 1e-9).all()
     assert (little.distances >= whole.distances - 1e-9).all()
+
+
+def test_a_distance_shorter_than_the_straight_line_is_a_defect() -> None:
+    surface = plate()
+    mesh, path = laid(surface, [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (5.0, 15.0)])
+    _, nearer = laid(surface, [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (9.0, 15.0)])
+    samples = sampled(path, step=5.0)
+    samples = samples.some(samples.runs == 1)
+    right = outer_distance(mesh, path, GeodesicDistance(mesh, path), samples, spacing=10.0)
+    np.testing.assert_allclose(right.distances, 10.0)
+    with pytest.raises(VerificationError, match="4 mm shorter than the straight one"):
+        outer_distance(mesh, path, GeodesicDistance(mesh, nearer), samples, spacing=10.0)
 
 
 def test_points_of_different_parts_have_no_connection() -> None:

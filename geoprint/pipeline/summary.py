@@ -100,6 +100,10 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
             "max": _rounded(measured.percentile(100)),
             "within_5_percent": _rounded(measured.within_5_percent),
         },
+        "straight": {
+            "mean": _rounded(measured.straight.mean()),
+            "cv": _rounded(measured.straight.std() / measured.straight.mean()),
+        },
         "samples": len(measured.ratios),
         "samples_bounded": _rounded(measured.bounded),
         "largest_doubt": _rounded(measured.largest_doubt),

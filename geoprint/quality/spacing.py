@@ -8,14 +8,21 @@ from typing import final
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.quality.deposited import Samples
 from geoprint.quality.geodesic import Ask, GeodesicDistance
 from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import Mesh, Places, spatial
+from geoprint.quality.triangles import Mesh, spatial
+from geoprint.surfaces import PolylineDistance
 
 # Stretches of one run are two when they are farther apart along it than this many spacings.
 APART = 2.0
+# Pieces per spacing into which runs are cut to find the nearest one in space; then the distance to the piece is exact.
+PIECES_PER_SPACING = 20
+# A straight distance may exceed the one over the surface by this share of the spacing: its nearest piece is sought by
+# the middles of pieces.
+ROUNDING = 1e-3
 
 
 @final
@@ -24,13 +31,14 @@ class OuterDistance:
     """How far samples are from the level outside.
 
     Attributes:
-        distances: (k,) length of the shortest way that was found; infinity where no way leads there [mm].
+        distances: (k,) length of the shortest way that was found; infinity where none was [mm].
         bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
-        exact: (k,) whether the distance is exact.
+        straight: (k,) distance through the air [mm].
     """
 
     distances: FloatArray
     bounds: FloatArray
+    straight: FloatArray
 
     @property
     def exact(self) -> BoolArray:
@@ -38,31 +46,42 @@ class OuterDistance:
         return self.bounds >= self.distances
 
 
-def outer_distance(mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples) -> OuterDistance:
+def outer_distance(
+    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+) -> OuterDistance:
     """Return the distance of samples of every level but the first to the nearest run of the level before.
 
     Where the budget of work does not suffice, a way towards the point that is nearest in space bounds the distance
-    from above, and the straight line to it from below.
+    from above, and the straight distance from below.
 
     Args:
         mesh: m triangles.
         path: r runs.
         distance: to the path.
         samples: k samples along runs, none of the first level.
+        spacing: wanted [mm].
+
+    Raises:
+        VerificationError: a way over the surface came out shorter than the straight line.
     """
     levels = np.unique(path.levels)
     outer = levels[np.searchsorted(levels, path.levels[samples.runs]) - 1]
+    straight, aims = _in_space(mesh, path, samples, outer, step=spacing / PIECES_PER_SPACING)
     found = distance(samples.places, Ask.level(outer))
-    open_samples = np.flatnonzero(found.bounds < found.distances)
-    if open_samples.size == 0:
-        return OuterDistance(found.distances, found.bounds)
-    places = Places(samples.places.faces[open_samples], samples.places.flat[open_samples])
-    straight, aims = _nearest_in_space(mesh, path, places, outer[open_samples])
-    ways = distance(places, Ask.level(outer[open_samples], aims=aims))
     distances, bounds = found.distances.copy(), found.bounds.copy()
-    distances[open_samples] = np.minimum(distances[open_samples], ways.distances)
-    bounds[open_samples] = np.minimum(np.maximum(bounds[open_samples], straight), distances[open_samples])
-    return OuterDistance(distances, bounds)
+    left = np.flatnonzero(~found.complete)
+    if left.size:
+        ways = distance(samples.some(left).places, Ask.level(outer[left], aims=aims[left]))
+        distances[left] = np.minimum(distances[left], ways.distances)
+        bounds[left] = np.minimum(np.maximum(bounds[left], straight[left]), distances[left])
+    short = straight - distances
+    if short.max(initial=-np.inf) > ROUNDING * spacing:
+        x, y, z = spatial(mesh, samples.places)[np.argmax(short)]
+        raise VerificationError(
+            f"the distance over the surface at ({x:.3f}, {y:.3f}, {z:.3f}) mm is {short.max():.3g} mm shorter than the "
+            "straight one, which is impossible: this is a defect of geoprint; report it with the part."
+        )
+    return OuterDistance(distances, bounds, straight)
 
 
 def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float) -> float:
@@ -81,15 +100,16 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
     return float(np.isfinite(distance(samples.places, ask).distances).mean())
 
 
-def _nearest_in_space(mesh: Mesh, path: SurfacePath, places: Places, levels: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return a lower bound of the straight distance to (k,) levels, and where on them about the nearest point is."""
-    middles = path.middles(mesh)
-    halves = 0.5 * np.abs(path.ends - path.starts)
-    points = spatial(mesh, places)
-    bounds, nearest = np.zeros(points.shape[0]), np.zeros_like(points)
+def _in_space(
+    mesh: Mesh, path: SurfacePath, samples: Samples, levels: IntArray, *, step: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the straight distance of samples to (k,) levels, and about where on them the nearest point is."""
+    lines, middles = path.lines(mesh), path.middles(mesh)
+    points = spatial(mesh, samples.places)
+    distances, nearest = np.zeros(len(points)), np.zeros_like(points)
     for level in np.unique(levels):
         asking, pieces = np.flatnonzero(levels == level), np.flatnonzero(path.levels[path.runs] == level)
-        away, which = KDTree(middles[pieces]).query(points[asking])
-        bounds[asking] = np.maximum(away - halves[pieces].max(), 0.0)
-        nearest[asking] = middles[pieces[which]]
-    return bounds, nearest
+        to_level = PolylineDistance([lines[run] for run in np.flatnonzero(path.levels == level)], step=step)
+        distances[asking] = to_level(points[asking])
+        nearest[asking] = middles[pieces[KDTree(middles[pieces]).query(points[asking])[1]]]
+    return distances, nearest

@@ -61,6 +61,13 @@ class SurfacePath:
         share = np.clip((arcs - self.arcs[piece]) / np.abs(along), 0.0, 1.0)
         return Places(self.faces[piece], self.starts[piece] + share * along)
 
+    def lines(self, mesh: Mesh) -> list[FloatArray]:
+        """Return the (k, 3) corners of each run in space [mm]."""
+        starts = spatial(mesh, Places(self.faces, self.starts))
+        ends = spatial(mesh, Places(self.faces, self.ends))
+        last = np.flatnonzero(np.diff(self.runs, append=-1))
+        return [np.vstack([line, ends[i]]) for line, i in zip(np.split(starts, last[:-1] + 1), last, strict=True)]
+
     def middles(self, mesh: Mesh) -> FloatArray:
         """Return the (p, 3) middles of the pieces in space [mm]."""
         return spatial(mesh, Places(self.faces, 0.5 * (self.starts + self.ends)))

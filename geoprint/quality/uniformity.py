@@ -70,6 +70,7 @@ class Uniformity:
         levels: (k,) level of each sample.
         ratios: (k,) distance of each sample to the nearest run of the level before, over the spacing.
         bounds: (k,) lower bound of the ratio; equal to it where it is exact.
+        straight: (k,) the same ratio through the air; less where the surface bends within a spacing.
         widths: (k,) width of the strip of surface nearest to each sample, over the spacing.
         width_cv: coefficient of variation of the width along all runs, those of the first level too.
         uncovered: share of the area farther than 0.55 spacings from every run.
@@ -87,6 +88,7 @@ class Uniformity:
     levels: IntArray
     ratios: FloatArray
     bounds: FloatArray
+    straight: FloatArray
     widths: FloatArray
     width_cv: float
     uncovered: float
@@ -101,7 +103,7 @@ class Uniformity:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, places="float: k 3", offsets="int: o", levels="int: k", ratios="float: k", bounds="float: k",
-            widths="float: k",
+            straight="float: k", widths="float: k",
         )  # fmt: skip
 
     @property
@@ -197,7 +199,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     covered = coverage(mesh, path, distance, samples, spacing=spacing)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
     chosen = samples.some(inner)
-    outer = outer_distance(mesh, path, distance, chosen)
+    outer = outer_distance(mesh, path, distance, chosen, spacing=spacing)
     reached = np.isfinite(outer.distances)
     measured, kept = chosen.some(reached), inner[reached]
     length = float(path.lengths.sum())
@@ -207,6 +209,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         levels=path.levels[measured.runs],
         ratios=outer.distances[reached] / spacing,
         bounds=outer.bounds[reached] / spacing,
+        straight=outer.straight[reached] / spacing,
         widths=covered.widths[kept],
         width_cv=covered.width_cv,
         uncovered=covered.gap,
