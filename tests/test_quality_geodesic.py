@@ -200,7 +200,7 @@ def test_a_distance_shorter_than_the_straight_line_is_a_defect() -> None:
     samples = samples.some(samples.runs == 1)
     right = outer_distance(mesh, path, GeodesicDistance(mesh, path), samples, spacing=10.0)
     np.testing.assert_allclose(right.distances, 10.0)
-    with pytest.raises(VerificationError, match="4 mm shorter than the straight one"):
+    with pytest.raises(VerificationError, match="shorter than the straight one"):
         outer_distance(mesh, path, GeodesicDistance(mesh, nearer), samples, spacing=10.0)
 
 

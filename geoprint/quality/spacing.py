@@ -20,9 +20,8 @@ from geoprint.surfaces import PolylineDistance
 APART = 2.0
 # Pieces per spacing into which runs are cut to find the nearest one in space; then the distance to the piece is exact.
 PIECES_PER_SPACING = 20
-# A straight distance may exceed the one over the surface by this share of the spacing: its nearest piece is sought by
-# the middles of pieces.
-ROUNDING = 1e-3
+# A way over the surface may come out shorter than a straight line by rounding [mm].
+ROUNDING = 1e-6
 
 
 @final
@@ -33,7 +32,7 @@ class OuterDistance:
     Attributes:
         distances: (k,) length of the shortest way that was found; infinity where none was [mm].
         bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
-        straight: (k,) distance through the air [mm].
+        straight: (k,) distance through the air, to the runs cut into short even pieces [mm].
     """
 
     distances: FloatArray
@@ -66,16 +65,16 @@ def outer_distance(
     """
     levels = np.unique(path.levels)
     outer = levels[np.searchsorted(levels, path.levels[samples.runs]) - 1]
-    straight, aims = _in_space(mesh, path, samples, outer, step=spacing / PIECES_PER_SPACING)
+    straight, least, aims = _in_space(mesh, path, samples, outer, step=spacing / PIECES_PER_SPACING)
     found = distance(samples.places, Ask.level(outer))
     distances, bounds = found.distances.copy(), found.bounds.copy()
     left = np.flatnonzero(~found.complete)
     if left.size:
         ways = distance(samples.some(left).places, Ask.level(outer[left], aims=aims[left]))
         distances[left] = np.minimum(distances[left], ways.distances)
-        bounds[left] = np.minimum(np.maximum(bounds[left], straight[left]), distances[left])
-    short = straight - distances
-    if short.max(initial=-np.inf) > ROUNDING * spacing:
+        bounds[left] = np.minimum(np.maximum(bounds[left], least[left]), distances[left])
+    short = least - distances
+    if short.max(initial=-np.inf) > ROUNDING:
         x, y, z = spatial(mesh, samples.places)[np.argmax(short)]
         raise VerificationError(
             f"the distance over the surface at ({x:.3f}, {y:.3f}, {z:.3f}) mm is {short.max():.3g} mm shorter than the "
@@ -102,14 +101,17 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
 
 def _in_space(
     mesh: Mesh, path: SurfacePath, samples: Samples, levels: IntArray, *, step: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return the straight distance of samples to (k,) levels, and about where on them the nearest point is."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the straight distance of samples to (k,) levels, what it is at least, and about where it leads."""
     lines, middles = path.lines(mesh), path.middles(mesh)
     points = spatial(mesh, samples.places)
-    distances, nearest = np.zeros(len(points)), np.zeros_like(points)
+    halves = 0.5 * np.abs(path.ends - path.starts)
+    distances, least, nearest = np.zeros(len(points)), np.zeros(len(points)), np.zeros_like(points)
     for level in np.unique(levels):
         asking, pieces = np.flatnonzero(levels == level), np.flatnonzero(path.levels[path.runs] == level)
         to_level = PolylineDistance([lines[run] for run in np.flatnonzero(path.levels == level)], step=step)
         distances[asking] = to_level(points[asking])
-        nearest[asking] = middles[pieces[KDTree(middles[pieces]).query(points[asking])[1]]]
-    return distances, nearest
+        away, which = KDTree(middles[pieces]).query(points[asking])
+        least[asking] = away - halves[pieces].max()
+        nearest[asking] = middles[pieces[which]]
+    return distances, least, nearest
