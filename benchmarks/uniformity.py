@@ -41,8 +41,8 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, help="where to write the picture of the apex, a PNG")
     parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
-    print("| part | backend | spacing CV | p95 | area uncovered | printable |")
-    print("|---|---|---|---|---|---|")
+    print("| part | backend | spacing CV | p95 | area uncovered | overlapped | width CV | printable |")
+    print("|---|---|---|---|---|---|---|---|")
     for part in (SMOKE,) if arguments.smoke else PARTS:
         compared = compare(_job(part), backends=BACKENDS)
         for line in _rows(part, compared):
@@ -71,10 +71,10 @@ def _rows(part: Part, compared: Comparison) -> list[str]:
             printable = "yes" if outcome.plan.robot is not None else f"no: {outcome.not_printable}"
             rows.append(
                 f"| {part.title} | {name} | {measured.cv:.2%} | {measured.percentile(95):.3f} | "
-                f"{measured.uncovered:.2%} | {printable} |"
+                f"{measured.uncovered:.2%} | {measured.overlap:.2%} | {measured.width_cv:.2%} | {printable} |"
             )
         else:
-            rows.append(f"| {part.title} | {name} | - | - | - | refused: {outcome.reason} |")
+            rows.append(f"| {part.title} | {name} | - | - | - | - | - | refused: {outcome.reason} |")
     return rows
 
 

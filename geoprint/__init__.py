@@ -21,6 +21,7 @@ Sources, by the keys that docstrings use:
                         Comput. Geom. 38(4), 2007.
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
+    [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
     [Huttenlocher1993]  Huttenlocher, Klanderman, Rucklidge: Comparing images using the Hausdorff distance. IEEE Trans.
@@ -40,6 +41,8 @@ Sources, by the keys that docstrings use:
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.
+    [Surazhsky2005]     Surazhsky, Surazhsky, Kirsanov, Gortler, Hoppe: Fast exact and approximate geodesics on meshes.
+                        ACM Trans. Graph. 24(3), 2005.
     [VanOosterom1983]   Van Oosterom, Strackee: The solid angle of a plane triangle. IEEE Trans. Biomed. Eng. 30(2),
                         1983.
 """

@@ -115,7 +115,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
             layer_height=process.layer_height,
         )
     with stage("evenness"):
-        measured = uniformity(stream, surface, spacing=spacing) if np.ptp(toolpath.levels) > 0 else None
+        measured = uniformity(stream, workpiece.part, spacing=spacing) if np.ptp(toolpath.levels) > 0 else None
     return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings), flattening)
 
 

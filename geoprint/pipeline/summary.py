@@ -23,6 +23,8 @@ NOTABLE_LEAN = 15.0
 NOTABLE_CV = 0.01
 # ... with the backend nearest to the exact distance.
 CLOSEST_BACKEND = "fast-marching"
+# Places listed where the spacing is farthest from wanted.
+WORST_PLACES = 5
 # Decimals of lengths [mm] and angles [degrees] in plan.json: finer than any machine, short enough to read.
 DECIMALS = 6
 
@@ -90,19 +92,38 @@ def outcome_text(plan: Plan) -> str:
 
 
 def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
-    """Return the figures of `uniformity` as compare.json carries them; ratios to the spacing."""
+    """Return the figures of `uniformity` as plan.json and compare.json carry them; ratios to the spacing."""
     return {
-        "method": "straight distance to the level outside",
+        "method": measured.method,
         "spacing": {
-            "mean": round(measured.mean, 6),
-            "cv": round(measured.cv, 6),
-            **{f"p{share}": round(measured.percentile(share), 6) for share in (1, 5, 50, 95, 99)},
-            "max": round(measured.percentile(100), 6),
-            "within_5_percent": round(measured.within_5_percent, 6),
+            "mean": _rounded(measured.mean),
+            "cv": _rounded(measured.cv),
+            **{f"p{share}": _rounded(measured.percentile(share)) for share in (1, 5, 50, 95, 99)},
+            "max": _rounded(measured.percentile(100)),
+            "within_5_percent": _rounded(measured.within_5_percent),
         },
-        "gap": round(measured.uncovered, 6),
-        "fill": round(measured.fill, 6),
+        "straight": {
+            "mean": _rounded(measured.straight.mean()),
+            "cv": _rounded(measured.straight.std() / measured.straight.mean()),
+        },
         "samples": len(measured.ratios),
+        "samples_bounded": _rounded(measured.bounded),
+        "largest_doubt": _rounded(measured.largest_doubt),
+        "samples_unreached": measured.unreached,
+        "samples_where_fronts_meet": _rounded(measured.meeting),
+        "gap": _rounded(measured.uncovered),
+        "overlap": _rounded(measured.overlap),
+        "area_unknown": _rounded(measured.unknown),
+        "fill": _rounded(measured.fill),
+        "width_cv": _rounded(measured.width_cv),
+        "levels": [
+            {"level": level, "mean": _rounded(mean), "cv": _rounded(cv), "worst": _rounded(worst)}
+            for level, mean, cv, worst in measured.by_level()
+        ],
+        "worst_places": [
+            {"place_mm": [_rounded(value) for value in place], "level": level, "ratio": _rounded(ratio)}
+            for place, level, ratio in measured.worst(WORST_PLACES)
+        ],
     }
 
 

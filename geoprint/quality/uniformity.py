@@ -1,31 +1,62 @@
-"""How evenly a toolpath covers a surface, by straight distances between its runs.
+"""How evenly a toolpath covers a surface, by exact distances over it.
 
-For exact level sets of an exact distance, every point of level k is one spacing away from level k - 1. The straight
-(chord) distance that is measured here falls short of the one along the surface by about (spacing / radius of
-curvature)^2 / 24: 0.03 % for 1 mm on a radius of 12 mm. Nothing of a backend enters.
+For exact level sets of an exact distance, every point of level k is one spacing away from level k - 1. The distance is
+that of the shortest way over the triangles, from an oracle that belongs to no backend (`geoprint.quality.unfolding`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
-from geoprint.surfaces import PolylineDistance, arc_lengths, even_points, face_areas
+from geoprint.quality.coverage import coverage
+from geoprint.quality.deposited import deposited_path, sampled
+from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
+from geoprint.quality.spacing import meeting_share, outer_distance
+from geoprint.quality.triangles import flat_mesh, spatial
+from geoprint.surfaces import refine
 
-# Samples per spacing along each run at which the distance to the run outside is taken.
+# Samples per spacing along each run.
 SAMPLES_PER_SPACING = 4
-# Pieces per spacing into which runs are cut to find the nearest one; then the distance to the piece is exact.
-PIECES_PER_SPACING = 20
-# The covered area is judged at the middles of so many triangles at most, evenly taken: a share is then right to 0.3 %.
-COVERAGE_SAMPLES = 100_000
-# Surface farther than this share of the spacing from every run counts as uncovered.
-UNCOVERED_SHARE = 0.55
+# Triangles are halved down to this many spacings first, so that none holds too many runs to look through.
+LARGEST_TRIANGLE = 2.0
+# Samples nearer together than this many spacings are one of the worst places.
+WORST_APART = 2.0
+
+
+class LevelSpacing(NamedTuple):
+    """The spacing of one level to the one outside.
+
+    Attributes:
+        level: its number.
+        mean: of the ratios.
+        cv: standard deviation over mean.
+        worst: the ratio farthest from 1.
+    """
+
+    level: int
+    mean: float
+    cv: float
+    worst: float
+
+
+class WorstPlace(NamedTuple):
+    """A place where the spacing is far from wanted.
+
+    Attributes:
+        place: x, y, z [mm].
+        level: of the run there.
+        ratio: distance to the level outside, over the spacing.
+    """
+
+    place: tuple[float, float, float]
+    level: int
+    ratio: float
 
 
 @final
@@ -34,23 +65,46 @@ class Uniformity:
     """How even the spacing is; distances to the neighbouring level outside, over the spacing: 1 is ideal.
 
     Attributes:
-        places: (k, 3) samples along the runs of level 1 and higher, run after run [mm].
+        places: (k, 3) samples along the runs of every level but the first, run after run [mm].
         offsets: (r + 1,) samples of run i are `places[offsets[i]:offsets[i + 1]]`.
+        levels: (k,) level of each sample.
         ratios: (k,) distance of each sample to the nearest run of the level before, over the spacing.
+        bounds: (k,) lower bound of the ratio; equal to it where it is exact.
+        straight: (k,) the same ratio through the air; less where the surface bends within a spacing.
+        widths: (k,) width of the strip of surface nearest to each sample, over the spacing.
+        width_cv: coefficient of variation of the width along all runs, those of the first level too.
         uncovered: share of the area farther than 0.55 spacings from every run.
+        overlap: share of the area within 0.45 spacings of two stretches more than two spacings apart along the path.
+        unknown: share of the area for which the budget of work did not suffice; it counts as neither.
+        unreached: samples from which no way over the surface to the level outside was found; they are left out above.
+        meeting: share of the samples within one spacing of another stretch of their own level, where fronts meet.
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
+        spacing: wanted distance between neighbouring levels [mm].
     """
 
     places: FloatArray
     offsets: IntArray
+    levels: IntArray
     ratios: FloatArray
+    bounds: FloatArray
+    straight: FloatArray
+    widths: FloatArray
+    width_cv: float
     uncovered: float
+    overlap: float
+    unknown: float
+    unreached: int
+    meeting: float
     fill: float
     length: float
+    spacing: float
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, places="float: k 3", offsets="int: o", ratios="float: k")
+        freeze_arrays(
+            self, places="float: k 3", offsets="int: o", levels="int: k", ratios="float: k", bounds="float: k",
+            straight="float: k", widths="float: k",
+        )  # fmt: skip
 
     @property
     def mean(self) -> float:
@@ -71,58 +125,99 @@ class Uniformity:
         """Share of samples within 5 % of the spacing."""
         return float((np.abs(self.ratios - 1.0) <= 0.05).mean())
 
+    @property
+    def bounded(self) -> float:
+        """Share of samples whose ratio is not exact but lies between its bound and what is given."""
+        return float((self.bounds < self.ratios).mean())
 
-def uniformity(poses: PoseStream, surface: Surface, *, spacing: float) -> Uniformity:
+    @property
+    def largest_doubt(self) -> float:
+        """Largest difference between a ratio and its lower bound."""
+        return float((self.ratios - self.bounds).max())
+
+    @property
+    def method(self) -> str:
+        """How the spacing was measured."""
+        if self.bounded == 0.0:
+            return "exact geodesic distance to the level outside"
+        return (
+            f"geodesic distance to the level outside, exact for {1.0 - self.bounded:.1%} of the samples; the others "
+            f"are at most {self.largest_doubt:.2g} spacings too long"
+        )
+
+    def by_level(self) -> tuple[LevelSpacing, ...]:
+        """Return the spacing of every level to the one outside."""
+        found: list[LevelSpacing] = []
+        for level in np.unique(self.levels):
+            ratios = self.ratios[self.levels == level]
+            worst = ratios[np.argmax(np.abs(ratios - 1.0))]
+            found.append(
+                LevelSpacing(int(level), float(ratios.mean()), float(ratios.std() / ratios.mean()), float(worst))
+            )
+        return tuple(found)
+
+    def worst(self, count: int) -> tuple[WorstPlace, ...]:
+        """Return the places whose ratio is farthest from 1, each at least two spacings from the others."""
+        remaining = np.argsort(-np.abs(self.ratios - 1.0), kind="stable")
+        found: list[WorstPlace] = []
+        while remaining.size and len(found) < count:
+            first = remaining[0]
+            x, y, z = self.places[first].tolist()
+            found.append(WorstPlace((x, y, z), int(self.levels[first]), float(self.ratios[first])))
+            away = np.linalg.norm(self.places[remaining] - self.places[first], axis=1)
+            remaining = remaining[away > WORST_APART * self.spacing]
+        return tuple(found)
+
+
+def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL) -> Uniformity:
     """Measure how evenly the deposited runs cover the surface.
 
     Args:
         poses: the stream; only depositing rows count.
-        surface: what it covers, with triangles smaller than the spacing.
+        surface: what it covers. Only its shape counts: refining it changes nothing but the time.
         spacing: wanted distance between neighbouring levels [mm].
+        windows: budget of work for each of the three questions asked (spacing, nearest stretch, second stretch); what
+            is left over then is bounded or unknown, and counted as such.
 
     Returns:
         The measurement.
 
     Raises:
-        FieldError: there are fewer than two levels, so that there is no spacing to measure.
+        FieldError: there are fewer than two levels, so that there is no spacing to measure; or the path lies on
+            another surface.
     """
-    runs = _deposited_runs(poses)
-    levels = sorted({level for level, _ in runs})
-    if len(levels) < 2:
+    count = np.unique(poses.levels[poses.deposit]).size
+    if count < 2:
         raise FieldError(
-            f"uniformity needs two levels or more, the path has {len(levels)}: choose a spacing smaller than "
-            f"{spacing:g} mm."
+            f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
         )
-    lines: list[FloatArray] = []
-    ratios: list[FloatArray] = []
-    for outer, inner in pairwise(levels):
-        sampled = [even_points(line, step=spacing / SAMPLES_PER_SPACING) for level, line in runs if level == inner]
-        distance = PolylineDistance([line for level, line in runs if level == outer], step=spacing / PIECES_PER_SPACING)
-        lines += sampled
-        ratios.append(distance(np.vstack(sampled)) / spacing)
-    distance = PolylineDistance([line for _, line in runs], step=spacing / PIECES_PER_SPACING)
-    length = float(sum(arc_lengths(line)[-1] for _, line in runs))
-    areas = face_areas(surface)
-    area = float(areas.sum())
-    sampled_faces = slice(None, None, 1 + len(areas) // COVERAGE_SAMPLES)
-    areas = areas[sampled_faces]
-    far = distance(surface.vertices[surface.faces[sampled_faces]].mean(axis=1)) > UNCOVERED_SHARE * spacing
+    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
+    mesh = flat_mesh(fine)
+    path = deposited_path(poses, fine, mesh, spacing=spacing)
+    distance = GeodesicDistance(mesh, path, windows=windows)
+    samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
+    covered = coverage(mesh, path, distance, samples, spacing=spacing)
+    inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
+    chosen = samples.some(inner)
+    outer = outer_distance(mesh, path, distance, chosen, spacing=spacing)
+    reached = np.isfinite(outer.distances)
+    measured, kept = chosen.some(reached), inner[reached]
+    length = float(path.lengths.sum())
     return Uniformity(
-        places=np.vstack(lines),
-        offsets=np.cumsum([0, *(len(line) for line in lines)]),
-        ratios=np.concatenate(ratios),
-        uncovered=float(areas[far].sum() / areas.sum()),
-        fill=length * spacing / area,
+        places=spatial(mesh, measured.places),
+        offsets=np.append(np.flatnonzero(np.diff(measured.runs, prepend=-1)), measured.runs.size),
+        levels=path.levels[measured.runs],
+        ratios=outer.distances[reached] / spacing,
+        bounds=outer.bounds[reached] / spacing,
+        straight=outer.straight[reached] / spacing,
+        widths=covered.widths[kept],
+        width_cv=covered.width_cv,
+        uncovered=covered.gap,
+        overlap=covered.overlap,
+        unknown=covered.unknown,
+        unreached=int((~reached).sum()),
+        meeting=meeting_share(path, distance, measured, spacing=spacing),
+        fill=length * spacing / covered.area,
         length=length,
+        spacing=spacing,
     )
-
-
-def _deposited_runs(poses: PoseStream) -> list[tuple[int, FloatArray]]:
-    """Return level and polyline on the surface of every run with two points or more."""
-    rows = np.flatnonzero(poses.deposit)
-    starts: IntArray = np.flatnonzero(np.diff(poses.runs[rows], prepend=-1))
-    points = poses.surface_points[rows]
-    pieces = np.split(points, starts[1:])
-    return [
-        (int(poses.levels[rows[start]]), piece) for start, piece in zip(starts, pieces, strict=True) if len(piece) > 1
-    ]

@@ -1,0 +1,139 @@
+"""How much of the surface the path covers once, twice or not at all, and how wide the strip of each stretch is.
+
+The surface is cut into small triangles. In each of them the distance to the nearest stretch of path falls one way, and
+the distance to the nearest other stretch falls the other way, both at a rate of one: the shares of the triangle that
+belong to this stretch, that are far from both and that are near both follow from the two distances at its middle. So
+shares are far finer than the triangles. Distances run over the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray
+from geoprint.model.arrays import freeze_arrays
+from geoprint.quality.deposited import Samples
+from geoprint.quality.front import ANY
+from geoprint.quality.geodesic import Ask, GeodesicDistance
+from geoprint.quality.spacing import APART
+from geoprint.quality.tracing import SurfacePath
+from geoprint.quality.triangles import Mesh, SmallTriangles, small_triangles, spatial
+from geoprint.quality.widths import strip_widths
+
+# Surface farther than this share of the spacing from every run is a gap.
+GAP_SHARE = 0.55
+# Surface nearer than this share of the spacing to two stretches is overlapped.
+OVERLAP_SHARE = 0.45
+# Surface farther than this many spacings from every run belongs to no strip: no bead reaches it.
+REACH = 1.0
+# Sides of the small triangles over the spacing.
+TRIANGLE_SHARE = 0.25
+# So many small triangles, taken at random, are enough for any surface.
+MOST_TRIANGLES = 1_000_000
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Coverage:
+    """What the path does to the area.
+
+    Attributes:
+        area: of the surface [mm2].
+        gap: share of it farther than 0.55 spacings from every run.
+        overlap: share of it within 0.45 spacings of two stretches more than two spacings apart along the path.
+        widths: (k,) width of the strip nearest to the path at each sample, over the spacing.
+        width_cv: its coefficient of variation along the path.
+        unknown: share of the area for which the budget of work did not suffice; the others are shares of the rest.
+    """
+
+    area: float
+    gap: float
+    overlap: float
+    widths: FloatArray
+    width_cv: float
+    unknown: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, widths="float: k")
+
+
+class _Stretches(NamedTuple):
+    """For each of j small triangles the nearest stretch of path and the nearest other one, infinitely far for none."""
+
+    triangles: SmallTriangles
+    own: FloatArray
+    own_runs: IntArray
+    own_arcs: FloatArray
+    other: FloatArray
+    other_runs: IntArray
+    other_arcs: FloatArray
+
+
+def coverage(
+    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+) -> Coverage:
+    """Measure how the path covers the surface.
+
+    Args:
+        mesh: m triangles.
+        path: on it.
+        distance: to the path.
+        samples: k samples along all runs of the path, for the widths.
+        spacing: wanted [mm].
+    """
+    area = 0.5 * float((mesh.corners[1::3].real * mesh.corners[2::3].imag).sum())
+    found, unknown = _stretches(mesh, distance, spacing=spacing)
+    across, gap, overlap = found.triangles.extents, GAP_SHARE * spacing, OVERLAP_SHARE * spacing
+    near, both = np.isfinite(found.own), np.isfinite(found.other)
+    middle = np.full(found.own.size, np.inf)
+    middle[both] = 0.5 * (found.other[both] - found.own[both])
+    here = _share(across, np.full(middle.size, -np.inf), middle)
+    weights = found.triangles.areas / found.triangles.areas.sum()
+    widths, lengths = strip_widths(
+        samples,
+        np.concatenate([found.own_runs[near], found.other_runs[both]]),
+        np.concatenate([found.own_arcs[near], found.other_arcs[both]]),
+        area * np.concatenate([(weights * here)[near], (weights * (1.0 - here))[both]]),
+        closed=path.closed,
+        spacing=spacing,
+    )
+    mean = np.average(widths, weights=lengths)
+    return Coverage(
+        area=area,
+        gap=float(weights @ _share(across, gap - found.own, found.other - gap)),
+        overlap=float(weights @ _share(across, found.other - overlap, overlap - found.own)),
+        widths=widths,
+        width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=lengths)) / mean),
+        unknown=unknown,
+    )
+
+
+def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_Stretches, float]:
+    """Return the stretches near small triangles, and the share of the area for which they were not found."""
+    triangles = small_triangles(mesh, edge_length=TRIANGLE_SHARE * spacing)
+    # In random order, so that what a budget leaves out is nowhere in particular.
+    triangles = triangles.some(np.random.default_rng(0).permutation(triangles.areas.size)[:MOST_TRIANGLES])
+    # Where even the straight distance is too large nothing has to be looked for.
+    straight = distance.straight(spatial(mesh, triangles.middles))
+    limits = np.where(straight < REACH * spacing, REACH * spacing, 0.0)
+    own = distance(triangles.middles, Ask.anything(limits=limits))
+    reach = np.maximum(own.distances, OVERLAP_SHARE * spacing) + triangles.extents
+    limits = np.where(np.isfinite(own.distances), reach, 0.0)
+    every = np.full(limits.size, ANY)
+    ask = Ask.elsewhere(every, own.runs, own.arcs, clear=APART * spacing, limits=limits)
+    other = distance(triangles.middles, ask)
+    known = own.complete & other.complete
+    found = _Stretches(
+        triangles.some(known),
+        own.distances[known], own.runs[known], own.arcs[known],
+        other.distances[known], other.runs[known], other.arcs[known],
+    )  # fmt: skip
+    return found, 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
+
+
+def _share(across: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return which share of [-across / 2, across / 2] lies in [low, high]."""
+    return np.maximum(np.minimum(high, 0.5 * across) - np.maximum(low, -0.5 * across), 0.0) / across

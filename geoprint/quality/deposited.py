@@ -1,0 +1,90 @@
+"""What was deposited, laid onto the surface: runs as paths over its triangles, and samples along them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from geoprint.errors import FieldError
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
+from geoprint.quality.tracing import SurfacePath, trace
+from geoprint.quality.triangles import Mesh, Places, flat_places
+from geoprint.surfaces import closest
+
+# Poses farther from the surface than this share of the spacing were planned on another one.
+OFF_SURFACE_SHARE = 0.1
+# The ends of a closed run coincide up to this share of the spacing.
+CLOSED_SHARE = 1e-6
+# A length that is a whole number of steps up to this share of one is cut into so many.
+WHOLE_STEPS = 1e-6
+
+
+class Samples(NamedTuple):
+    """Places along runs.
+
+    Attributes:
+        places: k of them, run after run.
+        runs: (k,) run of each.
+        arcs: (k,) arc length from the start of the run [mm].
+    """
+
+    places: Places
+    runs: IntArray
+    arcs: FloatArray
+
+    def some(self, which: IntArray | BoolArray) -> Samples:
+        """Return some of them."""
+        places = Places(self.places.faces[which], self.places.flat[which])
+        return Samples(places, self.runs[which], self.arcs[which])
+
+
+def deposited_path(poses: PoseStream, surface: Surface, mesh: Mesh, *, spacing: float) -> SurfacePath:
+    """Lay the deposited runs of two points or more onto the surface.
+
+    Args:
+        poses: the stream; only depositing rows count.
+        surface: what they lie on.
+        mesh: the same surface laid flat.
+        spacing: [mm].
+
+    Raises:
+        FieldError: the path does not lie on this surface.
+    """
+    rows = np.flatnonzero(poses.deposit)
+    counts = np.bincount(poses.runs[rows], minlength=1)
+    rows = rows[counts[poses.runs[rows]] > 1]
+    numbers, runs = np.unique(poses.runs[rows], return_inverse=True)
+    ends = np.flatnonzero(np.diff(runs, append=-1))
+    starts = np.concatenate([[0], ends[:-1] + 1]) if numbers.size else ends
+    points = poses.surface_points[rows]
+    landed, misses = closest(surface, points)
+    if misses.max(initial=0.0) > OFF_SURFACE_SHARE * spacing:
+        worst = int(np.argmax(misses))
+        raise FieldError(
+            f"the path is {misses[worst]:.3g} mm away from {surface.name} in run {poses.runs[rows[worst]]}, at most "
+            f"{OFF_SURFACE_SHARE * spacing:.3g} mm are allowed: measure a path on the surface that it was planned on.",
+            distance_mm=float(misses[worst]),
+        )
+    gaps = np.linalg.norm(points[ends] - points[starts], axis=1)
+    return trace(
+        mesh,
+        flat_places(mesh, landed),
+        runs=runs,
+        levels=poses.levels[rows[starts]],
+        closed=gaps <= CLOSED_SHARE * spacing,
+    )
+
+
+def sampled(path: SurfacePath, *, step: float) -> Samples:
+    """Return samples along every run at even distances of at most one step, ends included.
+
+    Args:
+        path: r runs.
+        step: [mm].
+    """
+    counts = np.maximum(np.ceil(path.lengths / step - WHOLE_STEPS), 1).astype(np.int64) + 1
+    runs = np.repeat(np.arange(counts.size), counts)
+    rank = np.arange(runs.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    arcs = path.lengths[runs] * rank / np.repeat(counts - 1, counts)
+    return Samples(path.at(runs, arcs), runs, arcs)

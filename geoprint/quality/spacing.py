@@ -1,0 +1,117 @@
+"""Distance from every level of a path to the level outside it, over the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.errors import VerificationError
+from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.quality.deposited import Samples
+from geoprint.quality.geodesic import Ask, GeodesicDistance
+from geoprint.quality.tracing import SurfacePath
+from geoprint.quality.triangles import Mesh, spatial
+from geoprint.surfaces import PolylineDistance
+
+# Stretches of one run are two when they are farther apart along it than this many spacings.
+APART = 2.0
+# Pieces per spacing into which runs are cut to find the nearest one in space; then the distance to the piece is exact.
+PIECES_PER_SPACING = 20
+# A way over the surface may come out shorter than a straight line by rounding [mm].
+ROUNDING = 1e-6
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class OuterDistance:
+    """How far samples are from the level outside.
+
+    Attributes:
+        distances: (k,) length of the shortest way that was found; infinity where none was [mm].
+        bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
+        straight: (k,) distance through the air, to the runs cut into short even pieces [mm].
+    """
+
+    distances: FloatArray
+    bounds: FloatArray
+    straight: FloatArray
+
+    @property
+    def exact(self) -> BoolArray:
+        """(k,) whether the distance is exact."""
+        return self.bounds >= self.distances
+
+
+def outer_distance(
+    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+) -> OuterDistance:
+    """Return the distance of samples of every level but the first to the nearest run of the level before.
+
+    Where the budget of work does not suffice, a way towards the point that is nearest in space bounds the distance
+    from above, and the straight distance from below.
+
+    Args:
+        mesh: m triangles.
+        path: r runs.
+        distance: to the path.
+        samples: k samples along runs, none of the first level.
+        spacing: wanted [mm].
+
+    Raises:
+        VerificationError: a way over the surface came out shorter than the straight line.
+    """
+    levels = np.unique(path.levels)
+    outer = levels[np.searchsorted(levels, path.levels[samples.runs]) - 1]
+    straight, least, aims = _in_space(mesh, path, samples, outer, step=spacing / PIECES_PER_SPACING)
+    found = distance(samples.places, Ask.level(outer))
+    distances, bounds = found.distances.copy(), found.bounds.copy()
+    left = np.flatnonzero(~found.complete)
+    if left.size:
+        ways = distance(samples.some(left).places, Ask.level(outer[left], aims=aims[left]))
+        distances[left] = np.minimum(distances[left], ways.distances)
+        bounds[left] = np.minimum(np.maximum(bounds[left], least[left]), distances[left])
+    short = least - distances
+    if short.max(initial=-np.inf) > ROUNDING:
+        x, y, z = spatial(mesh, samples.places)[np.argmax(short)]
+        raise VerificationError(
+            f"the distance over the surface at ({x:.3f}, {y:.3f}, {z:.3f}) mm is {short.max():.3g} mm shorter than the "
+            "straight one, which is impossible: this is a defect of geoprint; report it with the part."
+        )
+    return OuterDistance(distances, bounds, straight)
+
+
+def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float) -> float:
+    """Return the share of samples within one spacing of another stretch of their own level.
+
+    There two fronts meet, near the medial axis of the surface, where level curves have corners and fields err most.
+
+    Args:
+        path: r runs.
+        distance: to the path.
+        samples: k samples along runs.
+        spacing: wanted [mm].
+    """
+    levels, limits = path.levels[samples.runs], np.full(samples.runs.size, spacing)
+    ask = Ask.elsewhere(levels, samples.runs, samples.arcs, clear=APART * spacing, limits=limits)
+    return float(np.isfinite(distance(samples.places, ask).distances).mean())
+
+
+def _in_space(
+    mesh: Mesh, path: SurfacePath, samples: Samples, levels: IntArray, *, step: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the straight distance of samples to (k,) levels, what it is at least, and about where it leads."""
+    lines, middles = path.lines(mesh), path.middles(mesh)
+    points = spatial(mesh, samples.places)
+    halves = 0.5 * np.abs(path.ends - path.starts)
+    distances, least, nearest = np.zeros(len(points)), np.zeros(len(points)), np.zeros_like(points)
+    for level in np.unique(levels):
+        asking, pieces = np.flatnonzero(levels == level), np.flatnonzero(path.levels[path.runs] == level)
+        to_level = PolylineDistance([lines[run] for run in np.flatnonzero(path.levels == level)], step=step)
+        distances[asking] = to_level(points[asking])
+        away, which = KDTree(middles[pieces]).query(points[asking])
+        least[asking] = away - halves[pieces].max()
+        nearest[asking] = middles[pieces[which]]
+    return distances, least, nearest
