@@ -1,5 +1,35 @@
 """What people look at: figures of plans and comparisons. Takes plain values, knows no stage."""
 
 from geoprint.report.figures import Coverage, coverage_figure
+from geoprint.report.page import html_report
+from geoprint.report.values import (
+    COVERED,
+    GAP,
+    MOST_FRAMES,
+    OVERLAP,
+    BackendView,
+    PartReport,
+    PathDistances,
+    Picture,
+    Replay,
+    Row,
+)
+from geoprint.report.view_surface import ViewSurface, view_surface
 
-__all__ = ["Coverage", "coverage_figure"]
+__all__ = [
+    "COVERED",
+    "GAP",
+    "MOST_FRAMES",
+    "OVERLAP",
+    "BackendView",
+    "Coverage",
+    "PartReport",
+    "PathDistances",
+    "Picture",
+    "Replay",
+    "Row",
+    "ViewSurface",
+    "coverage_figure",
+    "html_report",
+    "view_surface",
+]
