@@ -9,14 +9,15 @@ from geoprint.report.markup import Markup, element, joined
 from geoprint.report.values import BackendView
 
 # The axis: ratios of the spacing to the wanted one. What lies beyond is counted in the outermost bins.
-LOWEST, HIGHEST, BINS = 0.7, 1.3, 60
+# A bin has its middle at 1, so that perfectly even paths fill one bin.
+LOWEST, HIGHEST, BINS = 0.695, 1.305, 61
 TICKS = (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
 # What counts as even enough, shaded.
 EVEN = (0.95, 1.05)
 
 
 def spacing_shares(ratios: FloatArray) -> FloatArray:
-    """Return the (60,) share of the measured samples in each bin; both outer bins hold what lies beyond the axis.
+    """Return the (61,) share of the measured samples in each bin; both outer bins hold what lies beyond the axis.
 
     Args:
         ratios: (k,) spacing over the wanted one; NaN is not counted.
@@ -85,5 +86,5 @@ def _percent(value: float) -> str:
 
 
 def _tick(value: float) -> Markup:
-    beyond = {LOWEST: "≤ ", HIGHEST: "≥ "}.get(value, "")
+    beyond = {TICKS[0]: "≤ ", TICKS[-1]: "≥ "}.get(value, "")
     return joined(f"{beyond}{value:.1f}")

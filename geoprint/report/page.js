@@ -13,8 +13,13 @@
   const FONT = { family: "system-ui, sans-serif", size: 12, color: "#1c2730" };
   // Share of the colour bar that stands for what was not measured.
   const GREY_SHARE = 0.06;
-  // The box around the part, in sizes of the part: room for the needle where there is a robot.
-  const MARGIN = 0.06, MARGIN_WITH_ROBOT = 0.22;
+  // The box around the part, in sizes of the part; above it room for the needle where there is a robot.
+  const MARGIN = 0.06, HEADROOM = 0.2;
+  // Seen obliquely from above; light from the left behind the reader.
+  const CAMERA = { eye: { x: 0.22, y: -1.22, z: 0.95 }, up: { x: 0, y: 0, z: 1 }, center: { x: 0, y: 0, z: -0.15 } };
+  const LIGHT = { x: -40000, y: -50000, z: 77000 };
+  // Places of the traces that move: bead, arm, needle.
+  const ROBOT = [3, 4, 5];
   const TURN = Math.PI / 24, ZOOM = 1.15;
   // As many scenes are kept alive at once; browsers allow about sixteen.
   const MOST_LIVE = 4;
@@ -35,8 +40,8 @@
   function unpack(data) {
     return {
       ...data,
-      vertices: rows(data.surface.vertices),
-      faces: rows(data.surface.faces),
+      vertices: rows(data.vertices),
+      faces: rows(data.faces),
       backends: data.backends.map((backend) => ({
         distance: decoded(backend.distance),
         spacing: decoded(backend.ratios),
@@ -54,6 +59,15 @@
         },
       })),
     };
+  }
+
+  // Where each vertex is in the part's own coordinates, as text.
+  function places({ rotation, middle, vertices }) {
+    return Array.from(vertices[0], (_, at) => {
+      const [x, y, z] = [0, 1, 2].map((axis) =>
+        (middle[axis] + vertices.reduce((sum, row, place) => sum + rotation[place][axis] * row[at], 0)).toFixed(2));
+      return `<br>x ${x}, y ${y}, z ${z} mm in the file`;
+    });
   }
 
   // ---- colours -----------------------------------------------------------------------------------------------
@@ -82,22 +96,22 @@
     distance: (part, backend) => ({
       intensity: backend.distance, intensitymode: "vertex", cmin: 0, cmax: part.farthest,
       colorscale: evenly(DISTANCE), colorbar: bar("distance from the seed [mm]", {}),
-      text: Array.from(backend.distance, (value) => `${value.toFixed(2)} mm from the seed`),
+      said: (at) => `${backend.distance[at].toFixed(2)} mm from the seed`,
       legend: "Light: near the seed, dark: far from it, as this backend measures.",
     }),
     spacing: (part, backend) => {
       const [low, high] = part.ratios;
       const grey = low - (GREY_SHARE / (1 - GREY_SHARE)) * (high - low);
       // What is not measured falls into the grey end of the scale, everything else is kept out of it.
-      const shown = middle(part.faces, backend.spacing).map((value) => (value === value ? Math.max(value, low) : grey));
+      const shown = middle(part.faces, backend.spacing).map((value) => (Number.isNaN(value) ? grey : Math.max(value, low)));
       return {
         intensity: shown, intensitymode: "cell", cmin: grey, cmax: high,
         colorscale: [[0, UNMEASURED], [GREY_SHARE * 0.99, UNMEASURED], ...evenly(SPACING, GREY_SHARE)],
         colorbar: bar("local spacing / wanted spacing [1]", {
           tickvals: [low, 0.9, 1, 1.1, high], ticktext: [`≤ ${low}`, "0.9", "1", "1.1", `≥ ${high}`],
         }),
-        text: Array.from(backend.spacing, (value) =>
-          value === value ? `spacing ${value.toFixed(3)} of the wanted one` : "outside the outermost path"),
+        said: (at) => Number.isNaN(backend.spacing[at])
+          ? "outside the outermost path" : `spacing ${backend.spacing[at].toFixed(3)} of the wanted one`,
         legend: "Red: paths too close, blue: too far apart, white: as wanted. Grey: outside the outermost path, which has no neighbour there.",
       };
     },
@@ -105,7 +119,7 @@
       intensity: middle(part.faces, backend.coverage), intensitymode: "cell", cmin: -0.5, cmax: 2.5,
       colorscale: COVERAGE.flatMap((colour, place) => [[place / 3, colour], [(place + 1) / 3, colour]]),
       colorbar: bar("coverage of the surface", { tickvals: [0, 1, 2], ticktext: COVERAGE_WORDS }),
-      text: Array.from(backend.coverage, (value) => COVERAGE_WORDS[value]),
+      said: (at) => COVERAGE_WORDS[backend.coverage[at]],
       legend: "Orange: farther than 0.55 spacings from every path. Blue: within 0.45 spacings of two stretches of path.",
     }),
   };
@@ -147,13 +161,15 @@
 
   function traces(part, state) {
     const backend = part.backends[state.backend];
-    const { legend, ...colouring } = COLOURINGS[state.colour](part, backend);
+    const { legend, said, ...colouring } = COLOURINGS[state.colour](part, backend);
     const [x, y, z] = part.vertices, [i, j, k] = part.faces;
     const surface = {
-      type: "mesh3d", x, y, z, i, j, k, ...colouring,
-      hovertemplate: "%{text}<br>x %{x:.2f}, y %{y:.2f}, z %{z:.2f} mm<extra></extra>",
-      lighting: { ambient: 0.72, diffuse: 0.4, specular: 0.04, roughness: 0.9, fresnel: 0.05 },
-      lightposition: { x: 2000, y: 3000, z: 8000 }, flatshading: false,
+      type: "mesh3d", x, y, z, i, j, k, ...colouring, text: part.places.map((place, at) => said(at) + place),
+      hovertemplate: "%{text}<extra></extra>",
+      // Faces are small in proportion to all that is drawn: without the zeros plotly.js takes them for flat ones.
+      lighting: { ambient: 0.62, diffuse: 0.5, specular: 0.03, roughness: 0.9, fresnel: 0.02,
+        vertexnormalsepsilon: 0, facenormalsepsilon: 0 },
+      lightposition: LIGHT, flatshading: false,
     };
     const nothing = [[null], [null], [null]];
     const now = state.robot && backend.replay ? pose(backend.replay, state.time) : null;
@@ -162,6 +178,7 @@
       list: [
         surface,
         { ...line(backend.path, PATH, state.robot ? 1.5 : 2.5), visible: state.paths },
+        frameTrace(part),
         line(now ? now.laid : nothing, BEAD, 7),
         line(now ? now.arm : nothing, ARM, 9, "lines+markers"),
         line(now ? now.needle : nothing, NEEDLE, 6),
@@ -169,25 +186,34 @@
     };
   }
 
-  function extent(part, state) {
+  // Two opposite corners of the box around the part, or around everything that moves too.
+  function corners(part, withRobot) {
     const low = [], high = [];
-    part.vertices.forEach((row, axis) => {
-      low[axis] = row.reduce((a, b) => Math.min(a, b), Infinity);
-      high[axis] = row.reduce((a, b) => Math.max(a, b), -Infinity);
-    });
-    if (state.frame === "robot") {
-      for (const { replay } of part.backends) {
-        if (!replay) continue;
-        replay.arm.forEach((value, place) => {
-          low[place % 3] = Math.min(low[place % 3], value);
-          high[place % 3] = Math.max(high[place % 3], value);
-        });
-      }
+    const reach = (axis, value) => {
+      low[axis] = Math.min(low[axis] ?? value, value);
+      high[axis] = Math.max(high[axis] ?? value, value);
+    };
+    part.vertices.forEach((row, axis) => row.forEach((value) => reach(axis, value)));
+    if (withRobot) {
+      part.backends.forEach(({ replay }) => replay?.arm.forEach((value, place) => reach(place % 3, value)));
     }
-    const size = Math.max(...high.map((value, axis) => value - low[axis]));
-    const withRobot = state.frame !== "robot" && part.backends.some((backend) => backend.replay);
-    const margin = size * (withRobot ? MARGIN_WITH_ROBOT : MARGIN);
-    return low.map((value, axis) => [value - margin, high[axis] + margin]);
+    return { low, high, size: Math.max(...high.map((value, axis) => value - low[axis])) };
+  }
+
+  // An unseen cube around everything. plotly.js shades a surface in the proportions of all that is drawn: with a cube
+  // the light stays as it is when the robot comes and goes.
+  function frameTrace(part) {
+    const { low, high, size } = corners(part, true);
+    const [x, y, z] = low.map((value, axis) => [-1, 1].map((side) => 0.5 * (value + high[axis] + side * size)));
+    return { type: "scatter3d", mode: "markers", x, y, z, hoverinfo: "skip", showlegend: false, opacity: 0,
+      marker: { size: 0.1 } };
+  }
+
+  function extent(part, state) {
+    const { low, high, size } = corners(part, state.frame === "robot");
+    const ranges = low.map((value, axis) => [value - MARGIN * size, high[axis] + MARGIN * size]);
+    if (state.frame === "part" && part.backends.some(({ replay }) => replay)) ranges[2][1] += HEADROOM * size;
+    return ranges;
   }
 
   function layout(part, state) {
@@ -196,7 +222,7 @@
     const axis = (letter, place) => ({
       title: { text: `${letter} [mm]`, font: { ...FONT, size: 11 } }, range: ranges[place], autorange: false,
       tickfont: { ...FONT, size: 10, color: "#5b6770" }, nticks: 5, gridcolor: "#d9dfe4", zeroline: false,
-      showspikes: false, backgroundcolor: "#f5f7f9", showbackground: true,
+      showspikes: false, showbackground: false, linecolor: "#9aa5ae", showline: true,
     });
     return {
       margin: { l: 0, r: 0, t: 0, b: 0 }, paper_bgcolor: "#ffffff", font: FONT, hovermode: "closest",
@@ -210,14 +236,6 @@
   }
 
   const CONFIG = { displayModeBar: false, displaylogo: false, responsive: true, showTips: false, scrollZoom: true };
-
-  // Seen obliquely from above: the view's rows are right, up and towards the reader.
-  function firstCamera(part) {
-    const [, up, towards] = part.view;
-    const eye = [0, 1, 2].map((axis) => 1.15 * towards[axis] - 0.75 * up[axis]);
-    const [x, y, z] = part.up;
-    return { eye: { x: eye[0], y: eye[1], z: eye[2] }, up: { x, y, z }, center: { x: 0, y: 0, z: 0 } };
-  }
 
   function turned({ x, y, z }, about, angle) {
     const cosine = Math.cos(angle), sine = Math.sin(angle), v = [x, y, z];
@@ -267,9 +285,12 @@
 
     start() {
       if (this.live || this.failed) return;
-      this.part ??= unpack(JSON.parse(document.getElementById(`${this.key}-data`).textContent));
-      this.state ??= { backend: 0, colour: "distance", paths: true, robot: false, frame: "part", time: Infinity,
-        camera: firstCamera(this.part) };
+      if (!this.part) {
+        this.part = unpack(JSON.parse(document.getElementById(`${this.key}-data`).textContent));
+        this.part.places = places(this.part);
+      }
+      this.state ??= { backend: 0, colour: "spacing", paths: true, robot: false, frame: "part", time: Infinity,
+        camera: structuredClone(CAMERA) };
       this.readControls();
       try {
         if (!document.createElement("canvas").getContext("webgl")) throw new Error("WebGL is missing");
@@ -350,8 +371,19 @@
       if (!this.live || !this.replay) return;
       const { laid, arm, needle } = pose(this.replay, this.state.time);
       const points = [laid, arm, needle];
+      const scene = this.plot._fullLayout.scene._scene, full = ROBOT.map((place) => this.plot._fullData[place]);
+      const drawn = full.map(({ uid }) => scene?.traces?.[uid]);
+      // Through plotly.js's public door every step would upload the surface again, a hundred times slower.
+      if (drawn.every((trace) => typeof trace?.update === "function")) {
+        drawn.forEach((trace, place) => {
+          const [x, y, z] = points[place];
+          trace.update({ ...full[place], x, y, z });
+        });
+        scene.glplot.redraw();
+        return;
+      }
       const column = (axis) => points.map((each) => each[axis]);
-      Plotly.restyle(this.plot, { x: column(0), y: column(1), z: column(2) }, [2, 3, 4]);
+      Plotly.restyle(this.plot, { x: column(0), y: column(1), z: column(2) }, ROBOT);
     }
 
     showRobot() {
@@ -395,12 +427,12 @@
         this.redraw();
       });
       this.root.querySelector(".reset").addEventListener("click", () => {
-        this.state.camera = firstCamera(this.part);
+        this.state.camera = structuredClone(CAMERA);
         if (this.live) Plotly.relayout(this.plot, { "scene.camera": this.state.camera });
       });
       this.plot.addEventListener("keydown", (event) => {
         if (!this.live || event.ctrlKey || event.altKey || event.metaKey) return;
-        const camera = event.key === "Home" ? firstCamera(this.part) : cameraAfter(event.key, this.camera());
+        const camera = event.key === "Home" ? structuredClone(CAMERA) : cameraAfter(event.key, this.camera());
         if (!camera) return;
         event.preventDefault();
         Plotly.relayout(this.plot, { "scene.camera": camera });

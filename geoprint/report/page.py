@@ -35,10 +35,14 @@ def html_report(parts: Sequence[PartReport], *, title: str) -> bytes:
     """
     if not parts:
         raise InputError("a report needs at least one part; none was compared.")
-    several = len(parts) > 1
-    body = [part_section(part, number=number, level=2 if several else 1) for number, part in enumerate(parts)]
-    if several:
-        body.insert(0, joined(element("h1", title), overview(parts)))
+    body = [
+        element("h1", title),
+        overview(parts) if len(parts) > 1 else Markup(""),
+        *(
+            part_section(part, number=number, heading=part.name if len(parts) > 1 else "")
+            for number, part in enumerate(parts)
+        ),
+    ]
     library, script = _plotly(), _packaged("page.js")
     text = Template(_packaged("page.html")).substitute(
         title=joined(title),

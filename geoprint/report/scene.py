@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,31 +24,45 @@ LIFT_SHARE = 0.002
 def scene_data(part: PartReport) -> Json:
     """Return everything page.js needs to draw the part.
 
+    All places are turned upright and counted from the middle of the part's box: then x, y and z say how large
+    something is, and single precision is enough wherever the part lies in its own coordinates.
+
     Returns:
-        `surface` (vertices (3, n), faces (3, m)), `backends`, `view` and `up` (rotations, row by row), `spacing`,
-        and the ranges of the colour scales: the same for all backends, so that colours can be compared.
+        `vertices` (3, n), `faces` (3, m), `backends`, `rotation` and `middle`, which lead back to the part's own
+        coordinates, and the ranges of the colour scales: the same for all backends, so that colours can be compared.
     """
     surface = part.surface
-    lift = LIFT_SHARE * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    middle = 0.5 * (low + high)
+    lift = LIFT_SHARE * float(np.linalg.norm(high - low))
     normals = shading_normals(surface)
     tree = KDTree(surface.vertices)
 
+    def upright(places: FloatArray) -> FloatArray:
+        return (places - middle) @ part.R_view_work.T
+
     def lifted(places: FloatArray) -> FloatArray:
         _, nearest = tree.query(places)
-        return places + lift * normals[nearest]
+        return upright(places + lift * normals[nearest])
 
     return {
-        "surface": {"vertices": _floats(surface.vertices.T), "faces": _integers(surface.faces.T)},
-        "view": part.R_view_work.tolist(),
-        "up": part.R_base_work[2].tolist(),
-        "spacing": part.spacing,
+        "vertices": _floats(upright(surface.vertices).T),
+        "faces": _integers(surface.faces.T),
+        "rotation": part.R_view_work.tolist(),
+        "middle": middle.tolist(),
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
         "ratios": list(COLOUR_RANGE),
-        "backends": [_backend(backend, lifted(backend.places)) for backend in part.backends],
+        "backends": [
+            {
+                **_backend(backend, lifted(backend.places)),
+                "replay": None if backend.replay is None else _replay(backend.replay, upright),
+            }
+            for backend in part.backends
+        ],
     }
 
 
-def _backend(backend: BackendView, places: FloatArray) -> Json:
+def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:
     kept, offsets = _thinned(backend.offsets, step=_step(len(places)))
     return {
         "name": backend.name,
@@ -55,11 +70,10 @@ def _backend(backend: BackendView, places: FloatArray) -> Json:
         "ratios": _floats(backend.spacing_ratios),
         "coverage": _encoded(backend.coverage.astype(np.uint8), "u1"),
         "path": _floats(_with_breaks(places[kept], offsets).T),
-        "replay": None if backend.replay is None else _replay(backend.replay),
     }
 
 
-def _replay(replay: Replay) -> Json:
+def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json:
     kept, offsets = _thinned(replay.bead_offsets, step=_step(len(replay.bead)))
     times = _with_breaks(replay.bead_times[kept, None], offsets)[:, 0]
     # A break counts as laid with what is before it, so that the times can be searched.
@@ -67,12 +81,12 @@ def _replay(replay: Replay) -> Json:
     elbows = replay.tips - replay.needle * replay.axes
     return {
         "times": _floats(replay.times),
-        "arm": _floats(replay.joints),
+        "arm": _floats(upright(replay.joints)),
         "joints": replay.joints.shape[1],
-        "elbows": _floats(elbows),
-        "tips": _floats(replay.tips),
+        "elbows": _floats(upright(elbows)),
+        "tips": _floats(upright(replay.tips)),
         "deposit": _encoded(replay.deposit.astype(np.uint8), "u1"),
-        "bead": _floats(_with_breaks(replay.bead[kept], offsets).T),
+        "bead": _floats(_with_breaks(upright(replay.bead[kept]), offsets).T),
         "beadTimes": _floats(times),
     }
 

@@ -12,26 +12,25 @@ from geoprint.report.values import BackendView, PartReport, PathDistances, Pictu
 
 MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
 COLOURS = (
-    ("distance", "Distance from the seed"),
     ("spacing", "Local spacing"),
     ("coverage", "Gaps and overlaps"),
+    ("distance", "Distance from the seed"),
 )
 SPEEDS = (1, 5, 20, 60)
 SLIDER_STEPS = 1000
 
 
-def part_section(part: PartReport, *, number: int, level: int) -> Markup:
+def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
     """Return the section of one part.
 
     Args:
         part: what to show.
         number: its place in the report; makes the ids in the page unique.
-        level: of its headings: 1 where the part is the whole report, 2 below a table of parts.
+        heading: stands above it; empty where the page's title says it already.
     """
-    key = f"part{number}"
-    head = f"h{level + 1}"
+    key, head = f"part{number}", "h3" if heading else "h2"
     blocks = [
-        element(f"h{level}", part.name, id=f"{key}-title"),
+        element("h2", heading) if heading else Markup(""),
         _verdict(part),
         element(head, "Comparison"),
         _table(part),
@@ -51,7 +50,7 @@ def part_section(part: PartReport, *, number: int, level: int) -> Markup:
         _facts("Input, SHA-256", part.inputs),
         _facts("Versions", part.versions),
     ]  # fmt: skip
-    return element("section", *blocks, id=key, class_="part", aria_labelledby=f"{key}-title")
+    return element("section", *blocks, id=key, class_="part", aria_label=part.name)
 
 
 def overview(parts: Sequence[PartReport]) -> Markup:
@@ -139,12 +138,13 @@ def _scene(part: PartReport, key: str) -> Markup:
         "div",
         element("div", *controls, class_="controls"),
         element(
-            "div", still, plot,
-            element("p", "Loading the 3D view; until then, and where it cannot be drawn, a still picture stands here.",
-                    class_="status", role="status"),
-            class_="stage",
+            "div", still, plot, class_="stage",
         ),
         element("p", class_="legend note", aria_live="polite"),
+        element(
+            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
+            class_="status", role="status",
+        ),
         _player(part.backends, key),
         class_="scene", data_part=key,
     )  # fmt: skip

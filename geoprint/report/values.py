@@ -166,8 +166,7 @@ class PartReport:
         cautions: what nobody may overlook: what was not checked, a placement that is not calibrated.
         overview: its cells in the table over all parts, as (heading, value).
         surface: to draw on; see `view_surface`.
-        R_view_work: (3, 3) rotation to the view: x to the right, y up, z towards the reader.
-        R_base_work: (3, 3) rotation to a frame whose z axis is up, in which the replay is seen.
+        R_view_work: (3, 3) rotation to the view: z up, as the part stands in the cell or along its mean normal.
         spacing: wanted spacing [mm].
         backends: what was planned, in the order of the table.
         refused: (backend, reason) of those that planned nothing.
@@ -186,7 +185,6 @@ class PartReport:
     overview: tuple[tuple[str, str], ...]
     surface: Surface
     R_view_work: FloatArray
-    R_base_work: FloatArray
     spacing: float
     backends: tuple[BackendView, ...]
     refused: tuple[tuple[str, str], ...]
@@ -199,7 +197,7 @@ class PartReport:
     versions: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, R_view_work="float: 3 3", R_base_work="float: 3 3")
+        freeze_arrays(self, R_view_work="float: 3 3")
         if not self.verdict or not self.backends:
             raise InputError(f"the report on {self.name} needs a verdict and at least one backend that planned.")
         for backend in self.backends:
