@@ -7,7 +7,7 @@ import io
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,12 +16,18 @@ import pytest
 from matplotlib.image import imread
 from numpy.typing import NDArray
 from selenium.webdriver import Chrome, ChromeOptions, ChromeService
+from selenium.webdriver.common.by import By
 from selenium.webdriver.support.wait import WebDriverWait
 
 # Set to "required" where a missing browser is a failure and no reason to skip.
 BROWSER_TESTS = "GEOPRINT_BROWSER_TESTS"
 # Seconds to wait for what a page draws; a software renderer on a busy machine takes some.
 PATIENCE = 60.0
+# Virtual key codes of the keys that are pressed.
+KEYS = {
+    "Enter": 13, " ": 32, "Tab": 9, "PageDown": 34, "Home": 36, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39,
+    "ArrowDown": 40,
+}  # fmt: skip
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--force-device-scale-factor=1",
     "--enable-webgl", "--ignore-gpu-blocklist", "--use-gl=angle", "--use-angle=swiftshader",
@@ -85,9 +91,42 @@ class Page:
         )  # fmt: skip
         return base64.b64decode(str(found["data"]))
 
-    def emulate(self, *, media: str) -> None:
-        """Show the page as on paper ("print"), or as on screen again ("")."""
-        self._devtools("Emulation.setEmulatedMedia", {"media": media})
+    def click(self, selector: str) -> None:
+        """Click an element with the mouse."""
+        self.driver.find_element(By.CSS_SELECTOR, selector).click()
+
+    def focus(self, selector: str) -> None:
+        self.run(f"document.querySelector({json.dumps(selector)}).focus()")
+
+    def press(self, key: str) -> None:
+        """Press a key, by its name in the browser's events, where the focus is."""
+        code = KEYS[key]
+        text = {"text": "\r" if key == "Enter" else key} if key in {"Enter", " "} else {}
+        for kind in ("keyDown", "keyUp"):
+            self._devtools(
+                "Input.dispatchKeyEvent",
+                {"type": kind, "key": key, "windowsVirtualKeyCode": code, **(text if kind == "keyDown" else {})},
+            )
+
+    @contextmanager
+    def printed(self) -> Generator[None]:
+        """Show the page as on paper."""
+        self._devtools("Emulation.setEmulatedMedia", {"media": "print"})
+        yield
+        self._devtools("Emulation.setEmulatedMedia", {"media": ""})
+
+    @contextmanager
+    def without_webgl(self) -> Generator[None]:
+        """Open pages as on a machine whose browser has no WebGL."""
+        script = "HTMLCanvasElement.prototype.getContext = () => null"
+        added = self._devtools("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+        yield
+        self._devtools("Page.removeScriptToEvaluateOnNewDocument", {"identifier": added["identifier"]})
+
+    def forget(self) -> None:
+        """Drop what the logs hold."""
+        self.errors()
+        self.requests()
 
     def pdf(self) -> bytes:
         found = self._devtools("Page.printToPDF", {"printBackground": True, "preferCSSPageSize": True})
@@ -107,14 +146,14 @@ class Page:
         return [address for address in found if not address.startswith(("data:", "blob:"))]
 
     def _log(self, kind: str) -> list[dict[str, object]]:
-        return self.driver.get_log(kind)  # pyright: ignore
+        return self.driver.get_log(kind)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 
     def _devtools(self, command: str, arguments: dict[str, object]) -> dict[str, object]:
-        return self.driver.execute_cdp_cmd(command, arguments)  # pyright: ignore
+        return self.driver.execute_cdp_cmd(command, arguments)  # pyright: ignore[reportUnknownMemberType, reportUnknownVariableType]
 
 
 @contextmanager
-def opened_browser() -> Iterator[Page]:
+def opened_browser() -> Generator[Page]:
     """Start a browser; skips where there is none, see `required_browser`."""
     chromium, path = required_browser()
     options = ChromeOptions()

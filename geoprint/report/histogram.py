@@ -27,8 +27,8 @@ def spacing_shares(ratios: FloatArray) -> FloatArray:
 
     Examples:
         >>> shares = spacing_shares(np.array([1.001, 1.002, 5.0, np.nan]))
-        >>> shares[30], shares[-1]
-        (0.66666667, 0.33333333)
+        >>> shares[[30, 60]]
+        array([0.66666667, 0.33333333])
     """
     measured = ratios[~np.isnan(ratios)]
     places = np.floor((measured - LOWEST) / (HIGHEST - LOWEST) * BINS).astype(np.int64)
@@ -39,10 +39,7 @@ def spacing_shares(ratios: FloatArray) -> FloatArray:
 def histograms(backends: tuple[BackendView, ...]) -> Markup:
     """Return one row a backend, on one axis; each row has its own height, which is written beside it."""
     rows = [_row(backend) for backend in backends]
-    ticks = [
-        element("span", _tick(value), class_="tick", style=f"left:{_percent(value)}%")
-        for value in TICKS
-    ]
+    ticks = [element("span", _tick(value), class_="tick", style=f"left:{_percent(value)}%") for value in TICKS]
     axis = element("div", element("div", *ticks, class_="ticks"), class_="histogram-axis", aria_hidden="true")
     label = element("p", "local spacing / wanted spacing [1]", class_="axis-label")
     return element("div", *rows, axis, label, class_="histograms")

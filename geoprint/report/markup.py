@@ -19,7 +19,7 @@ class Markup(str):
     __slots__ = ()
 
 
-def element(tag: str, *children: str, **attributes: str | int | bool) -> Markup:  # noqa: FBT001 - HTML has such attributes
+def element(tag: str, *children: str, **attributes: str | int | bool) -> Markup:
     """Return an element; plain text among its children and all attribute values are escaped.
 
     Args:

@@ -16,7 +16,7 @@
   // The box around the part, in sizes of the part; above it room for the needle where there is a robot.
   const MARGIN = 0.06, HEADROOM = 0.2;
   // Seen obliquely from above; light from the left behind the reader.
-  const CAMERA = { eye: { x: 0.22, y: -1.22, z: 0.95 }, up: { x: 0, y: 0, z: 1 }, center: { x: 0, y: 0, z: -0.15 } };
+  const CAMERA = { eye: { x: 0.22, y: -1.27, z: 0.98 }, up: { x: 0, y: 0, z: 1 }, center: { x: 0, y: 0, z: -0.18 } };
   const LIGHT = { x: -40000, y: -50000, z: 77000 };
   // Places of the traces that move: bead, arm, needle.
   const ROBOT = [3, 4, 5];
@@ -447,6 +447,8 @@
       this.player.querySelector("button").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
     }
   }
+
+  document.documentElement.classList.add("scripted");
 
   // Scenes come alive near the screen; the one left longest ago gives way.
   const live = [];

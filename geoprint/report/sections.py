@@ -67,7 +67,8 @@ def overview(parts: Sequence[PartReport]) -> Markup:
                 element("td", part.verdict[0], class_="words"),
             )
         )
-    head = [element("th", heading, scope="col") for heading in ("part", *headings, "verdict")]
+    head = [element("th", heading, scope="col") for heading in ("part", *headings)]
+    head.append(element("th", "verdict", scope="col", class_="words"))
     return _scrollable(
         element("table", element("thead", element("tr", *head)), element("tbody", *rows), class_="overview"),
         label="All parts",
@@ -109,7 +110,10 @@ def _table_row(row: Row) -> Markup:
 
 def _refused(refused: Sequence[tuple[str, str]]) -> Markup:
     return joined(
-        *(element("p", element("strong", name), f" planned nothing: {reason}", class_="refused") for name, reason in refused)
+        *(
+            element("p", element("strong", name), f" planned nothing: {reason}", class_="refused")
+            for name, reason in refused
+        )
     )
 
 
@@ -118,7 +122,7 @@ def _scene(part: PartReport, key: str) -> Markup:
         "div", class_="plot", id=f"{key}-plot", tabindex=0, role="application",
         aria_label=f"3D view of {part.name}. Arrow keys turn it, plus and minus zoom, Home resets.",
     )  # fmt: skip
-    still = element("div", _figure(part.still), class_="still")
+    still = element("div", *(_figure(backend.still) for backend in part.backends), class_="still")
     replayed = any(backend.replay is not None for backend in part.backends)
     robot = element("label", element("input", type="checkbox", name=f"{key}-robot"), " Robot")
     controls = [
@@ -163,7 +167,7 @@ def _choice(key: str, name: str, legend: str, options: Sequence[tuple[str, str]]
 def _player(backends: Sequence[BackendView], key: str) -> Markup:
     if all(backend.replay is None for backend in backends):
         return element("p", "No robot motion to replay.", class_="note")
-    speeds = [element("option", f"{speed} x", value=speed, selected=speed == 5) for speed in SPEEDS]
+    speeds = [element("option", f"{speed} times", value=speed, selected=speed == 5) for speed in SPEEDS]
     return element(
         "div",
         element("button", "Play", type="button", class_="play"),

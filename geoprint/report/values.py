@@ -18,6 +18,22 @@ COVERED, GAP, OVERLAP = 0, 1, 2
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A still picture.
+
+    Attributes:
+        caption: what it shows; also read out in its place.
+        kind: of its bytes.
+        content: the file's bytes.
+    """
+
+    caption: str
+    kind: Literal["png", "svg"]
+    content: bytes
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Replay:
     """The robot's motion along the path of one backend, in the part's own (work) frame.
@@ -53,7 +69,7 @@ class Replay:
         )  # fmt: skip
         if not 2 <= sizes["f"] <= MOST_FRAMES:
             raise InputError(
-                f"a replay has {sizes['f']} frames; 2 to {MOST_FRAMES} are drawn: take every n-th row of the trajectory."
+                f"a replay has {sizes['f']} frames, 2 to {MOST_FRAMES} are allowed: take every n-th row of the motion."
             )
         if np.diff(self.times).min() <= 0.0 or np.diff(self.bead_times).min(initial=0.0) < 0.0:
             raise InputError("Replay.times must rise and Replay.bead_times must not fall.")
@@ -74,6 +90,7 @@ class BackendView:
         places: (k, 3) samples of the paths, stretch after stretch [mm].
         offsets: (r + 1,) stretch i is `places[offsets[i]:offsets[i + 1]]`.
         ratios: (k,) distance to the neighbouring path over the wanted spacing; NaN for the outermost.
+        still: its paths, coloured by local spacing; stands in where no 3D is drawn, and in print.
         replay: the robot's motion, or None where there is none to show.
     """
 
@@ -85,6 +102,7 @@ class BackendView:
     places: FloatArray
     offsets: IntArray
     ratios: FloatArray
+    still: Picture
     replay: Replay | None
 
     def __post_init__(self) -> None:
@@ -140,22 +158,6 @@ class PathDistances:
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A still picture.
-
-    Attributes:
-        caption: what it shows; also read out in its place.
-        kind: of its bytes.
-        content: the file's bytes.
-    """
-
-    caption: str
-    kind: Literal["png", "svg"]
-    content: bytes
-
-
-@final
 @dataclass(frozen=True, slots=True, eq=False)
 class PartReport:
     """Everything the page says of one part.
@@ -172,7 +174,6 @@ class PartReport:
         refused: (backend, reason) of those that planned nothing.
         table: one row a quantity, one column a backend that planned.
         path_distances: how far the paths lie apart, or None with one backend only.
-        still: all backends side by side; stands in where no 3D is drawn, and in print.
         pictures: others, for instance the flattened chart.
         settings: (name, value), as asked for.
         inputs: (file, SHA-256).
@@ -190,7 +191,6 @@ class PartReport:
     refused: tuple[tuple[str, str], ...]
     table: tuple[Row, ...]
     path_distances: PathDistances | None
-    still: Picture
     pictures: tuple[Picture, ...]
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]

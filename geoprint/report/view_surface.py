@@ -13,6 +13,8 @@ from geoprint.surfaces import boundary_half_edges, face_areas, half_edges
 
 # Faces per cell that clustering a flat piece leaves: two triangles a grid cell, more where the grid cuts slantwise.
 FACES_PER_CELL = 2.2
+# Kinds of vertices that are kept apart: eight octants that they face, inside and on the border.
+KINDS = 16
 # Cells grow by this factor until few enough faces are left.
 GROWTH = 1.12
 
@@ -73,16 +75,14 @@ def _kinds(surface: Surface) -> IntArray:
     """Return a number for each vertex; only equal ones may be merged: on the border or not, and facing one way."""
     octants: IntArray = (shading_normals(surface) > 0.0).astype(np.int64) @ np.array([1, 2, 4])
     border = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
-    octants[np.unique(border)] += 8
+    octants[np.unique(border)] += KINDS // 2
     return octants
 
 
 def _clustered(surface: Surface, kinds: IntArray, *, cell: float) -> ViewSurface:
     places = np.floor((surface.vertices - surface.vertices.min(axis=0)) / cell).astype(np.int64)
-    _, clusters, counts = np.unique(
-        np.column_stack([places, kinds]), axis=0, return_inverse=True, return_counts=True
-    )  # fmt: skip
-    clusters = clusters.ravel()
+    keys = np.ravel_multi_index((*places.T, kinds), (*(places.max(axis=0) + 1), KINDS))
+    _, clusters, counts = np.unique(keys, return_inverse=True, return_counts=True)
     means = np.column_stack([np.bincount(clusters, surface.vertices[:, axis]) / counts for axis in range(3)])
     away = np.linalg.norm(surface.vertices - means[clusters], axis=1)
     # The first vertex of each cluster when sorted by cluster, then by distance from its mean.
@@ -90,14 +90,20 @@ def _clustered(surface: Surface, kinds: IntArray, *, cell: float) -> ViewSurface
     chosen = order[np.searchsorted(clusters[order], np.arange(len(counts)))]
     faces = clusters[surface.faces]
     whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
-    faces = _without_duplicates(faces[whole])
+    faces = _without_folds(faces[whole])
     used, faces = np.unique(faces, return_inverse=True)
-    return ViewSurface(
-        Surface(surface.vertices[chosen[used]], faces.reshape(-1, 3), name=surface.name), chosen[used]
-    )
+    return ViewSurface(Surface(surface.vertices[chosen[used]], faces.reshape(-1, 3), name=surface.name), chosen[used])
 
 
-def _without_duplicates(faces: IntArray) -> IntArray:
-    """Return each triangle once; the first of those with the same corners stays as it is turned."""
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    return faces[np.sort(first)]
+def _without_folds(faces: IntArray) -> IntArray:
+    """Return each triangle once; those with the same corners cancel where they are turned against each other."""
+    ordered = np.sort(faces, axis=1)
+    count = int(faces.max()) + 1
+    keys = np.ravel_multi_index(tuple(ordered.T), (count, count, count))
+    _, first, which = np.unique(keys, return_index=True, return_inverse=True)
+    # A triangle is turned as its sorted corners are, or against them.
+    smallest = np.take_along_axis(faces, ((np.argmin(faces, axis=1)[:, None] + [[0, 1, 2]]) % 3), axis=1)
+    turned = np.where(smallest[:, 1] < smallest[:, 2], 1, -1)
+    net = np.bincount(which, turned)
+    kept = ordered[first]
+    return np.where(net[:, None] > 0, kept, kept[:, [0, 2, 1]])[net != 0]
