@@ -27,7 +27,8 @@ def dome(*, rings: int = 24, name: str = "dome") -> Surface:
     counts = np.concatenate([[1], 6 * np.arange(1, rings + 1)])
     starts = np.concatenate([[0], np.cumsum(counts)])
     radii = np.repeat(np.arange(rings + 1), counts) * RADIUS / rings
-    angles = np.concatenate([2 * np.pi * np.arange(count) / count for count in counts])
+    within = np.arange(len(radii)) - np.repeat(starts[:-1], counts)
+    angles = 2 * np.pi * within / np.repeat(counts, counts)
     faces: list[tuple[int, int, int]] = []
     for ring in range(1, rings + 1):
         inner, outer = int(counts[ring - 1]), int(counts[ring])

@@ -11,12 +11,20 @@ from numpy.typing import NDArray
 
 from geoprint.report import html_report
 from tests.browser import Page, opened_browser
-from tests.report_cases import part
+from tests.report_cases import dome, part
 
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
 # Share of pixels that differ when something else is drawn, and when nothing is.
 CHANGED, SAME = 0.004, 0.001
 STAGE = ".stage"
+START_OVER = """(() => {
+    document.activeElement.blur();
+    for (const input of document.querySelectorAll('.scene input')) {
+        if (input.type === 'range') input.value = input.defaultValue; else input.checked = input.defaultChecked;
+    }
+    document.querySelector('.controls').dispatchEvent(new Event('change'));
+    document.querySelector('.reset').click();
+})()"""
 
 
 @pytest.fixture(scope="module")
@@ -28,20 +36,26 @@ def browser() -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    path.write_bytes(html_report([part()], title="Dome"))
+    path.write_bytes(html_report([part(surface=dome(rings=12))], title="Dome"))
     return path
 
 
-@pytest.fixture(params=[1280, 390])
-def page(request: pytest.FixtureRequest, browser: Page, report: Path) -> Page:
+@pytest.fixture(scope="module", params=[1280, 390])
+def loaded(request: pytest.FixtureRequest, browser: Page, report: Path) -> Page:
+    """Load the page once for each width: the browser's time goes into reading plotly.js."""
     browser.resize(width=int(request.param))
     return opened(browser, report)
 
 
 @pytest.fixture
-def wide(browser: Page, report: Path) -> Page:
-    browser.resize(width=1280)
-    return opened(browser, report)
+def page(loaded: Page) -> Page:
+    """Return the page with every control as it was when loaded."""
+    loaded.run(START_OVER)
+    return loaded
+
+
+wide_only = pytest.mark.parametrize("loaded", [1280], indirect=True)
+narrow_only = pytest.mark.parametrize("loaded", [390], indirect=True)
 
 
 def opened(browser: Page, path: Path) -> Page:
@@ -93,24 +107,25 @@ def test_the_page_draws_without_error_or_request_and_fits(page: Page, report: Pa
     assert page.run("document.querySelector('.scene').classList.contains('live')")
     # The plot fills its stage and no more.
     assert page.run(
-        "['.plot', '.plot canvas'].every(name => Math.abs(document.querySelector(name).getBoundingClientRect().height"
-        " - document.querySelector('.stage').clientHeight) < 3)"
+        "['.plot', '.plot .main-svg'].every(name => Math.abs("
+        "document.querySelector(name).clientHeight - document.querySelector('.stage').clientHeight) < 3)"
     )
 
 
-def test_colours_and_backends_switch_by_mouse(wide: Page) -> None:
-    spacing = settled(wide)
-    wide.click("[name=part0-colour][value=coverage]")
-    coverage = changed(wide, spacing)
-    assert "Orange" in str(wide.run("document.querySelector('.legend').textContent"))
-    wide.click("[name=part0-colour][value=distance]")
-    assert difference(changed(wide, coverage), spacing) > CHANGED
-    wide.click("[name=part0-colour][value=spacing]")
-    wide.click("[name=part0-backend][value='1']")
-    assert difference(changed(wide, coverage), spacing) > CHANGED
-    wide.click("[name=part0-paths]")
-    assert not wide.run("document.querySelector('[name=part0-paths]').checked")
-    assert wide.errors() == []
+@wide_only
+def test_colours_and_backends_switch_by_mouse(page: Page) -> None:
+    spacing = settled(page)
+    page.click("[name=part0-colour][value=coverage]")
+    coverage = changed(page, spacing)
+    assert "Orange" in str(page.run("document.querySelector('.legend').textContent"))
+    page.click("[name=part0-colour][value=distance]")
+    assert difference(changed(page, coverage), spacing) > CHANGED
+    page.click("[name=part0-colour][value=spacing]")
+    page.click("[name=part0-backend][value='1']")
+    assert difference(changed(page, coverage), spacing) > CHANGED
+    page.click("[name=part0-paths]")
+    assert not page.run("document.querySelector('[name=part0-paths]').checked")
+    assert page.errors() == []
 
 
 def test_colours_and_backends_switch_by_keyboard(page: Page) -> None:
@@ -129,27 +144,30 @@ def test_colours_and_backends_switch_by_keyboard(page: Page) -> None:
     assert page.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
 
 
-def test_every_control_is_reached_by_the_tabulator(wide: Page) -> None:
-    wide.focus("[name=part0-backend]")
+@wide_only
+def test_every_control_is_reached_by_the_tabulator(page: Page) -> None:
+    page.focus("[name=part0-backend]")
     reached: list[str] = []
     for _ in range(12):
-        reached.append(str(wide.run("document.activeElement.name || document.activeElement.className")))
-        wide.press("Tab")
+        reached.append(str(page.run("document.activeElement.name || document.activeElement.className")))
+        page.press("Tab")
     text = " ".join(reached)
     for name in ("part0-backend", "part0-colour", "part0-frame", "part0-paths", "part0-robot", "reset", "plot", "play"):
         assert name in text
 
 
-def test_arrow_keys_turn_the_part_and_home_brings_it_back(wide: Page) -> None:
-    straight = settled(wide)
-    wide.focus(".plot")
+@wide_only
+def test_arrow_keys_turn_the_part_and_home_brings_it_back(page: Page) -> None:
+    straight = settled(page)
+    page.focus(".plot")
     for _ in range(3):
-        wide.press("ArrowUp")
-    turned = changed(wide, straight)
-    wide.press("Home")
-    assert difference(changed(wide, turned), straight) < CHANGED
+        page.press("ArrowUp")
+    turned = changed(page, straight)
+    page.press("Home")
+    assert difference(changed(page, turned), straight) < CHANGED
 
 
+@narrow_only
 def test_the_slider_moves_the_robot_and_the_deposit(page: Page) -> None:
     still = settled(page)
     page.focus("#part0-time")
@@ -164,18 +182,19 @@ def test_the_slider_moves_the_robot_and_the_deposit(page: Page) -> None:
     assert page.errors() == []
 
 
-def test_play_runs_and_pauses_and_a_backend_without_a_robot_has_none(wide: Page) -> None:
-    settled(wide)
-    wide.run("document.querySelector('.player select').value = '1'")
-    wide.focus(".play")
-    wide.press("Enter")
-    wide.wait_until("0 < Number(document.querySelector('#part0-time').value)")
-    assert wide.run("document.querySelector('.play').textContent") == "Pause"
-    wide.press("Enter")
-    wide.wait_until("document.querySelector('.play').textContent === 'Play'")
-    wide.click("[name=part0-backend][value='1']")
-    assert wide.run("document.querySelector('#part0-time').disabled")
-    assert wide.errors() == []
+@narrow_only
+def test_play_runs_and_pauses_and_a_backend_without_a_robot_has_none(page: Page) -> None:
+    settled(page)
+    page.run("document.querySelector('.player select').value = '1'")
+    page.focus(".play")
+    page.press("Enter")
+    page.wait_until("0 < Number(document.querySelector('#part0-time').value)")
+    assert page.run("document.querySelector('.play').textContent") == "Pause"
+    page.press("Enter")
+    page.wait_until("document.querySelector('.play').textContent === 'Play'")
+    page.click("[name=part0-backend][value='1']")
+    assert page.run("document.querySelector('#part0-time').disabled")
+    assert page.errors() == []
 
 
 def test_without_webgl_and_in_print_the_still_pictures_stand_in(browser: Page, report: Path) -> None:
@@ -196,7 +215,7 @@ def test_without_webgl_and_in_print_the_still_pictures_stand_in(browser: Page, r
 
 def test_hostile_names_run_nothing(browser: Page, tmp_path: Path) -> None:
     path = tmp_path / "hostile.html"
-    path.write_bytes(html_report([part(HOSTILE, names=(HOSTILE, "second"))] * 2, title=HOSTILE))
+    path.write_bytes(html_report([part(HOSTILE, surface=dome(rings=6), names=(HOSTILE, "second"))] * 2, title=HOSTILE))
     opened(browser, path)
     settled(browser)
     assert browser.run("window.hacked === undefined")

@@ -97,7 +97,7 @@ def _step(count: int) -> int:
 
 def _thinned(offsets: IntArray, *, step: int) -> tuple[IntArray, IntArray]:
     """Return every step-th row of each stretch, its last one always, and the offsets of what is kept."""
-    rows: IntArray = np.arange(offsets[-1])
+    rows: IntArray = np.arange(int(offsets[-1]))
     within = rows - np.repeat(offsets[:-1], np.diff(offsets))
     kept = np.flatnonzero((within % step == 0) | np.isin(rows, offsets[1:] - 1))
     return kept, np.searchsorted(kept, offsets)
