@@ -95,6 +95,16 @@ class Page:
         """Click an element with the mouse."""
         self.driver.find_element(By.CSS_SELECTOR, selector).click()
 
+    def point_at(self, selector: str, *, across: float, down: float) -> None:
+        """Move the mouse over an element, to a share of its width and height."""
+        box = self.run(
+            f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+            f" return {{x: b.x + {across} * b.width, y: b.y + {down} * b.height}} }})()"
+        )
+        assert isinstance(box, dict)
+        for x in (2.0, 1.0, 0.0):
+            self._devtools("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": box["x"] + x, "y": box["y"]})
+
     def focus(self, selector: str) -> None:
         self.run(f"document.querySelector({json.dumps(selector)}).focus()")
 

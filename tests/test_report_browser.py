@@ -145,6 +145,16 @@ def test_colours_and_backends_switch_by_keyboard(page: Page) -> None:
 
 
 @wide_only
+def test_pointing_at_the_part_shows_value_and_place_in_the_file(page: Page) -> None:
+    settled(page)
+    page.point_at(".plot", across=0.5, down=0.45)
+    page.wait_until("document.querySelector('.hovertext') !== null")
+    said = str(page.run("document.querySelector('.hovertext').textContent"))
+    assert "of the wanted one" in said
+    assert "mm in the file" in said
+
+
+@wide_only
 def test_every_control_is_reached_by_the_tabulator(page: Page) -> None:
     page.focus("[name=part0-backend]")
     reached: list[str] = []

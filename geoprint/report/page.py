@@ -19,6 +19,9 @@ from geoprint.report.scene import scene_data
 from geoprint.report.sections import overview, part_section
 from geoprint.report.values import PartReport
 
+# The page's script, in the order in which its files build on each other.
+SCRIPTS = ("colours.js", "drawing.js", "page.js")
+
 
 def html_report(parts: Sequence[PartReport], *, title: str) -> bytes:
     """Return report.html: verdict, figures and one 3D scene for each part.
@@ -43,7 +46,7 @@ def html_report(parts: Sequence[PartReport], *, title: str) -> bytes:
             for number, part in enumerate(parts)
         ),
     ]
-    library, script = _plotly(), _packaged("page.js")
+    library, script = _plotly(), _script()
     text = Template(_packaged("page.html")).substitute(
         title=joined(title),
         policy=joined(_policy(library, script)),
@@ -66,6 +69,11 @@ def _plotly() -> str:
     from plotly.offline import get_plotlyjs
 
     return _inline(get_plotlyjs())
+
+
+def _script() -> str:
+    """Return the page's own script, closed off from everything else."""
+    return "\n".join(['(() => {\n"use strict";', *map(_packaged, SCRIPTS), "})();"])
 
 
 def _inline(script: str) -> str:
