@@ -9,6 +9,8 @@ const NARROW_PIXELS = 500, NARROW_FACTOR = 1.2;
 const LIGHT = { x: -40000, y: -50000, z: 77000 };
 // Places of the traces that move: bead, arm, needle.
 const ROBOT = [3, 4, 5];
+// The part fills about this share of the plot.
+const SEEN_SHARE = 0.65;
 const TURN = Math.PI / 24, ZOOM = 1.15;
 
 function firstCamera(width) {
@@ -49,7 +51,15 @@ function line(points, colour, width, mode = "lines") {
   };
 }
 
-function traces(part, state) {
+// Line widths in pixels: shares of the spacing as it is seen about now, so that dense paths leave colour between them.
+function widths(part, state, pixels) {
+  const seen = (part.spacing * SEEN_SHARE * pixels) / corners(part, state.frame === "robot").size;
+  const between = (low, value, high) => Math.min(Math.max(value, low), high);
+  return { path: between(0.8, 0.14 * seen, 2.5), bead: between(1.5, 0.5 * seen, 8) };
+}
+
+function traces(part, state, pixels) {
+  const width = widths(part, state, pixels);
   const backend = part.backends[state.backend];
   const { legend, said, ...colouring } = COLOURINGS[state.colour](part, backend);
   const [x, y, z] = part.vertices, [i, j, k] = part.faces;
@@ -67,9 +77,9 @@ function traces(part, state) {
     legend,
     list: [
       surface,
-      { ...line(backend.path, PATH, state.robot ? 1.5 : 2.5), visible: state.paths },
+      { ...line(backend.path, PATH, width.path), visible: state.paths },
       frameTrace(part),
-      line(now ? now.laid : nothing, BEAD, 7),
+      line(now ? now.laid : nothing, BEAD, width.bead),
       line(now ? now.arm : nothing, ARM, 9, "lines+markers"),
       line(now ? now.needle : nothing, NEEDLE, 6),
     ],

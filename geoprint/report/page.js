@@ -28,7 +28,7 @@ class Scene {
     this.readControls();
     try {
       if (!document.createElement("canvas").getContext("webgl")) throw new Error("WebGL is missing");
-      const { list, legend } = traces(this.part, this.state);
+      const { list, legend } = traces(this.part, this.state, this.plot.clientHeight);
       this.legend.textContent = legend;
       this.ready = Plotly.newPlot(this.plot, list, layout(this.part, this.state), CONFIG).then(() => {
         this.plot.on("plotly_relayout", () => { this.state.camera = this.camera(); });
@@ -95,7 +95,7 @@ class Scene {
   redraw() {
     this.readControls();
     if (!this.live) return;
-    const { list, legend } = traces(this.part, this.state);
+    const { list, legend } = traces(this.part, this.state, this.plot.clientHeight);
     this.legend.textContent = legend;
     Plotly.react(this.plot, list, layout(this.part, { ...this.state, camera: this.camera() }), CONFIG);
   }

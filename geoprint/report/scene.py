@@ -29,7 +29,8 @@ def scene_data(part: PartReport) -> Json:
 
     Returns:
         `vertices` (3, n), `faces` (3, m), `backends`, `rotation` and `middle`, which lead back to the part's own
-        coordinates, and the ranges of the colour scales: the same for all backends, so that colours can be compared.
+        coordinates, `spacing` [mm], and the ranges of the colour scales: the same for all backends, so that colours
+        can be compared.
     """
     surface = part.surface
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
@@ -50,6 +51,7 @@ def scene_data(part: PartReport) -> Json:
         "faces": _integers(surface.faces.T),
         "rotation": part.R_view_work.tolist(),
         "middle": middle.tolist(),
+        "spacing": part.spacing,
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
         "ratios": list(COLOUR_RANGE),
         "backends": [
