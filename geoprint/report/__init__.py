@@ -2,5 +2,37 @@
 
 from geoprint.report.chart_figure import FlattenedPart, chart_figure
 from geoprint.report.figures import Coverage, coverage_figure
+from geoprint.report.page import html_report
+from geoprint.report.values import (
+    COVERED,
+    GAP,
+    MOST_FRAMES,
+    OVERLAP,
+    BackendView,
+    PartReport,
+    PathDistances,
+    Picture,
+    Replay,
+    Row,
+)
+from geoprint.report.view_surface import ViewSurface, view_surface
 
-__all__ = ["Coverage", "FlattenedPart", "chart_figure", "coverage_figure"]
+__all__ = [
+    "COVERED",
+    "GAP",
+    "MOST_FRAMES",
+    "OVERLAP",
+    "BackendView",
+    "Coverage",
+    "FlattenedPart",
+    "PartReport",
+    "PathDistances",
+    "Picture",
+    "Replay",
+    "Row",
+    "ViewSurface",
+    "chart_figure",
+    "coverage_figure",
+    "html_report",
+    "view_surface",
+]

@@ -1,0 +1,101 @@
+"""The report of a comparison: one HTML file that opens offline, in any browser, years later.
+
+Nothing is fetched: plotly.js, styles, script, data and pictures stand in the file. A content security policy with the
+hash of every script forbids the rest, so that no name in the input can run or fetch anything either.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from collections.abc import Sequence
+from importlib import resources
+from string import Template
+
+from geoprint.errors import InputError
+from geoprint.report.markup import Markup, element, joined, script_data
+from geoprint.report.scene import scene_data
+from geoprint.report.sections import overview, part_section
+from geoprint.report.values import PartReport
+
+# The page's script, in the order in which its files build on each other.
+SCRIPTS = ("colours.js", "drawing.js", "page.js")
+
+
+def html_report(parts: Sequence[PartReport], *, title: str) -> bytes:
+    """Return report.html: verdict, figures and one 3D scene for each part.
+
+    Args:
+        parts: what was compared; with several, a table over all of them stands first.
+        title: of the page.
+
+    Returns:
+        UTF-8 HTML; the same for the same input.
+
+    Raises:
+        InputError: there is no part to report on.
+    """
+    if not parts:
+        raise InputError("a report needs at least one part; none was compared.")
+    body = [
+        element("h1", title),
+        overview(parts) if len(parts) > 1 else Markup(""),
+        *(
+            part_section(part, number=number, heading=part.name if len(parts) > 1 else "")
+            for number, part in enumerate(parts)
+        ),
+    ]
+    library, script = _plotly(), _script()
+    text = Template(_packaged("page.html")).substitute(
+        title=joined(title),
+        policy=joined(_policy(library, script)),
+        style=_packaged("page.css"),
+        body=joined(*body),
+        data=joined(
+            *(
+                element("script", script_data(scene_data(part)), type="application/json", id=f"part{number}-data")
+                for number, part in enumerate(parts)
+            )
+        ),
+        library=library,
+        script=script,
+    )
+    return text.encode("utf-8")
+
+
+def _plotly() -> str:
+    # The package leaves the function without types.
+    from plotly.offline import get_plotlyjs
+
+    return _inline(get_plotlyjs())
+
+
+def _script() -> str:
+    """Return the page's own script, closed off from everything else."""
+    return "\n".join(['(() => {\n"use strict";', *map(_packaged, SCRIPTS), "})();"])
+
+
+def _inline(script: str) -> str:
+    """Return JavaScript that can stand in a page: nothing in it ends the script element or opens a comment."""
+    return re.sub(r"<(?=/script|!--)", r"\\x3c", script, flags=re.IGNORECASE)
+
+
+def _packaged(name: str) -> Markup:
+    return Markup((resources.files("geoprint.report") / name).read_text(encoding="utf-8"))
+
+
+def _policy(*scripts: str) -> str:
+    """Return the content security policy: these scripts run, styles and pictures of the page show, nothing loads.
+
+    plotly.js sets styles on its elements, hence 'unsafe-inline' for styles alone.
+    """
+    hashes = " ".join(f"'sha256-{_hash(script)}'" for script in scripts)
+    return (
+        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")

@@ -1,0 +1,222 @@
+"""The parts of the page as HTML: verdict, table, scene with its controls, matrix, pictures, settings."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from itertools import groupby
+
+from geoprint.report.histogram import histograms
+from geoprint.report.markup import Markup, element, joined
+from geoprint.report.values import BackendView, PartReport, PathDistances, Picture, Row
+
+MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
+COLOURS = (
+    ("spacing", "Local spacing"),
+    ("coverage", "Gaps and overlaps"),
+    ("distance", "Distance from the seed"),
+)
+SPEEDS = (1, 5, 20, 60)
+SLIDER_STEPS = 1000
+
+
+def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
+    """Return the section of one part.
+
+    Args:
+        part: what to show.
+        number: its place in the report; makes the ids in the page unique.
+        heading: stands above it; empty where the page's title says it already.
+    """
+    key, head = f"part{number}", "h3" if heading else "h2"
+    blocks = [
+        element("h2", heading) if heading else Markup(""),
+        _verdict(part),
+        element(head, "Comparison"),
+        _table(part),
+        _refused(part.refused),
+        element(head, "On the part"),
+        _scene(part, key),
+        element(head, "How the spacing is distributed"),
+        element(
+            "p", "Share of the path by its distance to the neighbouring path; shaded: within 5% of the wanted one. "
+            "Each row has its own height.", class_="note",
+        ),
+        histograms(part.backends),
+        _path_distances(part.path_distances, head),
+        *([element(head, "Pictures"), *map(_figure, part.pictures)] if part.pictures else []),
+        element(head, "How it was made"),
+        _facts("Settings", part.settings),
+        _facts("Input, SHA-256", part.inputs),
+        _facts("Versions", part.versions),
+    ]  # fmt: skip
+    return element("section", *blocks, id=key, class_="part", aria_label=part.name)
+
+
+def overview(parts: Sequence[PartReport]) -> Markup:
+    """Return the table over all parts, one row each, with links to their sections."""
+    headings = list(dict.fromkeys(heading for part in parts for heading, _ in part.overview))
+    rows: list[Markup] = []
+    for number, part in enumerate(parts):
+        cells = dict(part.overview)
+        rows.append(
+            element(
+                "tr",
+                element("th", element("a", part.name, href=f"#part{number}"), scope="row"),
+                *(element("td", cells.get(heading, "-")) for heading in headings),
+                element("td", part.verdict[0], class_="words"),
+            )
+        )
+    head = [element("th", heading, scope="col") for heading in ("part", *headings)]
+    head.append(element("th", "verdict", scope="col", class_="words"))
+    return _scrollable(
+        element("table", element("thead", element("tr", *head)), element("tbody", *rows), class_="overview"),
+        label="All parts",
+    )
+
+
+def _verdict(part: PartReport) -> Markup:
+    first, *others = part.verdict
+    cautions = element(
+        "ul", *(element("li", caution) for caution in part.cautions), class_="cautions", aria_label="Mind"
+    )
+    return joined(
+        element("p", first, class_="verdict"),
+        *(element("p", sentence) for sentence in others),
+        cautions if part.cautions else Markup(""),
+    )
+
+
+def _table(part: PartReport) -> Markup:
+    columns = [element("th", "quantity", scope="col")] + [
+        element("th", backend.name, element("small", backend.title), scope="col") for backend in part.backends
+    ]
+    bodies: list[Markup] = []
+    for group, rows in groupby(part.table, key=lambda row: row.group):
+        heading = element("tr", element("th", group, colspan=len(columns), scope="rowgroup", class_="group"))
+        bodies.append(element("tbody", heading, *map(_table_row, rows)))
+    table = element("table", element("thead", element("tr", *columns)), *bodies, class_="comparison")
+    return _scrollable(table, label=f"Comparison of the backends on {part.name}")
+
+
+def _table_row(row: Row) -> Markup:
+    meaning = element("small", row.meaning) if row.meaning else Markup("")
+    cells = [
+        element("td", element("strong", value, title="best")) if column in row.best else element("td", value)
+        for column, value in enumerate(row.values)
+    ]
+    return element("tr", element("th", row.quantity, meaning, scope="row"), *cells)
+
+
+def _refused(refused: Sequence[tuple[str, str]]) -> Markup:
+    return joined(
+        *(
+            element("p", element("strong", name), f" planned nothing: {reason}", class_="refused")
+            for name, reason in refused
+        )
+    )
+
+
+def _scene(part: PartReport, key: str) -> Markup:
+    plot = element(
+        "div", class_="plot", id=f"{key}-plot", tabindex=0, role="application",
+        aria_label=f"3D view of {part.name}. Arrow keys turn it, plus and minus zoom, Home resets.",
+    )  # fmt: skip
+    still = element("div", *(_figure(backend.still) for backend in part.backends), class_="still")
+    replayed = any(backend.replay is not None for backend in part.backends)
+    robot = element("label", element("input", type="checkbox", name=f"{key}-robot"), " Robot")
+    controls = [
+        _choice(key, "backend", "Backend", [(str(place), view.name) for place, view in enumerate(part.backends)]),
+        _choice(key, "colour", "Colour", COLOURS),
+        element(
+            "fieldset",
+            element("legend", "Show"),
+            element("label", element("input", type="checkbox", name=f"{key}-paths", checked=True), " Paths"),
+            robot if replayed else "",
+            element("button", "Reset view", type="button", class_="reset"),
+        ),
+    ]
+    if replayed:
+        controls.insert(2, _choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot"))))
+    return element(
+        "div",
+        element("div", *controls, class_="controls"),
+        element(
+            "div", still, plot, class_="stage",
+        ),
+        element("p", class_="legend note", aria_live="polite"),
+        element(
+            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
+            class_="status", role="status",
+        ),
+        _player(part.backends, key),
+        class_="scene", data_part=key,
+    )  # fmt: skip
+
+
+def _choice(key: str, name: str, legend: str, options: Sequence[tuple[str, str]]) -> Markup:
+    labels = [
+        element(
+            "label", element("input", type="radio", name=f"{key}-{name}", value=value, checked=place == 0), f" {text}"
+        )
+        for place, (value, text) in enumerate(options)
+    ]
+    return element("fieldset", element("legend", legend), *labels)
+
+
+def _player(backends: Sequence[BackendView], key: str) -> Markup:
+    if all(backend.replay is None for backend in backends):
+        return element("p", "No robot motion to replay.", class_="note")
+    speeds = [element("option", f"{speed} times", value=speed, selected=speed == 5) for speed in SPEEDS]
+    return element(
+        "div",
+        element("button", "Play", type="button", class_="play"),
+        element(
+            "label", "Time ",
+            element("input", type="range", id=f"{key}-time", min=0, max=SLIDER_STEPS, value=SLIDER_STEPS, step=1),
+            class_="time",
+        ),
+        element("output", "", for_=f"{key}-time"),
+        element("label", "Speed ", element("select", *speeds)),
+        class_="player", role="group", aria_label="Replay of the robot",
+    )  # fmt: skip
+
+
+def _path_distances(distances: PathDistances | None, head: str) -> Markup:
+    if distances is None:
+        return Markup("")
+    names = distances.names
+    rows: list[Markup] = []
+    for i, name in enumerate(names):
+        cells: list[Markup] = []
+        for j in range(len(names)):
+            value = "" if i == j else f"{(distances.hausdorff if i < j else distances.mean)[i, j]:.3f}"
+            cells.append(element("td", value, class_="same" if i == j else "above" if i < j else "below"))
+        rows.append(element("tr", element("th", name, scope="row"), *cells))
+    head_row = element("tr", element("td", "mm"), *(element("th", name, scope="col") for name in names))
+    table = element("table", element("thead", head_row), element("tbody", *rows), class_="matrix")
+    return joined(
+        element(head, "How far the paths lie apart"),
+        element(
+            "p", "Above the diagonal: Hausdorff distance, the largest from a point of one path to the other path [mm]. "
+            "Below, shaded: the mean of these distances [mm].", class_="note",
+        ),
+        _scrollable(table, label="Distances between the paths of the backends"),
+    )  # fmt: skip
+
+
+def _figure(picture: Picture) -> Markup:
+    data = base64.b64encode(picture.content).decode("ascii")
+    image = element("img", src=f"data:{MEDIA[picture.kind]};base64,{data}", alt=picture.caption)
+    return element("figure", image, element("figcaption", picture.caption))
+
+
+def _facts(title: str, facts: Sequence[tuple[str, str]]) -> Markup:
+    if not facts:
+        return Markup("")
+    rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
+    return element("table", element("caption", title), element("tbody", *rows), class_="facts")
+
+
+def _scrollable(table: Markup, *, label: str) -> Markup:
+    return element("div", table, class_="scrollable", tabindex=0, role="region", aria_label=label)

@@ -1,0 +1,228 @@
+"""What the report page shows of a part, as plain frozen values; no stage is known here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model.arrays import freeze_arrays
+
+# A replay is looked at, not measured: so many frames move smoothly and keep the page small.
+MOST_FRAMES = 600
+# Values of `BackendView.coverage`.
+COVERED, GAP, OVERLAP = 0, 1, 2
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A still picture.
+
+    Attributes:
+        caption: what it shows; also read out in its place.
+        kind: of its bytes.
+        content: the file's bytes.
+    """
+
+    caption: str
+    kind: Literal["png", "svg"]
+    content: bytes
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Replay:
+    """The robot's motion along the path of one backend, in the part's own (work) frame.
+
+    The frames show the arm; the bead carries its own, finer times, so that curves stay curves.
+
+    Attributes:
+        times: (f,) rising, of each frame, at most 600 [s].
+        joints: (f, j, 3) places of the arm's joints from base to flange [mm], drawn as its skeleton.
+        tips: (f, 3) tip of the nozzle [mm].
+        axes: (f, 3) unit vector out of the nozzle.
+        deposit: (f,) 1 where material is laid, else 0.
+        needle: length that is drawn straight along the axis, down to the tip [mm].
+        bead: (k, 3) deposited path in the order of printing [mm].
+        bead_offsets: (r + 1,) stretch i is `bead[bead_offsets[i]:bead_offsets[i + 1]]`.
+        bead_times: (k,) when each point is laid [s], not falling.
+    """
+
+    times: FloatArray
+    joints: FloatArray
+    tips: FloatArray
+    axes: FloatArray
+    deposit: IntArray
+    needle: float
+    bead: FloatArray
+    bead_offsets: IntArray
+    bead_times: FloatArray
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(
+            self, times="float: f", joints="float: f j 3", tips="float: f 3", axes="float: f 3", deposit="int: f",
+            bead="float: k 3", bead_offsets="int: o", bead_times="float: k",
+        )  # fmt: skip
+        if not 2 <= sizes["f"] <= MOST_FRAMES:
+            raise InputError(
+                f"a replay has {sizes['f']} frames, 2 to {MOST_FRAMES} are allowed: take every n-th row of the motion."
+            )
+        if np.diff(self.times).min() <= 0.0 or np.diff(self.bead_times).min(initial=0.0) < 0.0:
+            raise InputError("Replay.times must rise and Replay.bead_times must not fall.")
+        _check_stretches(self.bead_offsets, points=sizes["k"], name="Replay.bead_offsets")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class BackendView:
+    """What one backend planned, to be drawn on the view surface of its part (n vertices).
+
+    Attributes:
+        name: short, as the command line spells it.
+        title: what it is, in a few words.
+        distance: (n,) its distance from the seed [mm].
+        spacing_ratios: (n,) ratio of the nearest sample with a neighbour outside; NaN outside the outermost path.
+        coverage: (n,) 0 covered, 1 gap (too far from every path), 2 overlap (near two stretches of path).
+        places: (k, 3) samples of the paths, stretch after stretch [mm].
+        offsets: (r + 1,) stretch i is `places[offsets[i]:offsets[i + 1]]`.
+        ratios: (k,) distance to the neighbouring path over the wanted spacing; NaN for the outermost.
+        still: its paths, coloured by local spacing; stands in where no 3D is drawn, and in print.
+        replay: the robot's motion, or None where there is none to show.
+    """
+
+    name: str
+    title: str
+    distance: FloatArray
+    spacing_ratios: FloatArray
+    coverage: IntArray
+    places: FloatArray
+    offsets: IntArray
+    ratios: FloatArray
+    still: Picture
+    replay: Replay | None
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(
+            self, distance="float: n", coverage="int: n", places="float: k 3", offsets="int: o",
+        )  # fmt: skip
+        _freeze_measured(self, "spacing_ratios", size=sizes["n"])
+        _freeze_measured(self, "ratios", size=sizes["k"])
+        _check_stretches(self.offsets, points=sizes["k"], name="BackendView.offsets")
+        if not np.isin(self.coverage, (COVERED, GAP, OVERLAP)).all():
+            raise InputError("BackendView.coverage must be 0 (covered), 1 (gap) or 2 (overlap).")
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A line of the table: one quantity, a value for each backend.
+
+    Attributes:
+        group: heading it stands under; neighbouring rows with the same one share it.
+        quantity: what it is, with its unit.
+        meaning: a few words for a reader who does not know the quantity; may be empty.
+        values: one text a backend.
+        best: columns of `values` that are set off as the best ones.
+    """
+
+    group: str
+    quantity: str
+    meaning: str
+    values: tuple[str, ...]
+    best: tuple[int, ...] = ()
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PathDistances:
+    """How far the paths of the backends lie apart.
+
+    Attributes:
+        names: b backends.
+        hausdorff: (b, b) largest distance from a point of one path to the other, in either direction [mm].
+        mean: (b, b) the mean of these distances [mm].
+    """
+
+    names: tuple[str, ...]
+    hausdorff: FloatArray
+    mean: FloatArray
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(self, hausdorff="float: b b", mean="float: b b")
+        if sizes["b"] != len(self.names):
+            raise InputError(f"PathDistances have {len(self.names)} names for {sizes['b']} paths.")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class PartReport:
+    """Everything the page says of one part.
+
+    Attributes:
+        name: of the part, usually its file's.
+        verdict: sentences in plain words; the first one decides and is set large.
+        cautions: what nobody may overlook: what was not checked, a placement that is not calibrated.
+        overview: its cells in the table over all parts, as (heading, value).
+        surface: to draw on; see `view_surface`.
+        R_view_work: (3, 3) rotation to the view: z up, as the part stands in the cell or along its mean normal.
+        spacing: wanted spacing [mm].
+        backends: what was planned, in the order of the table.
+        refused: (backend, reason) of those that planned nothing.
+        table: one row a quantity, one column a backend that planned.
+        path_distances: how far the paths lie apart, or None with one backend only.
+        pictures: others, for instance the flattened chart.
+        settings: (name, value), as asked for.
+        inputs: (file, SHA-256).
+        versions: (program, version).
+    """
+
+    name: str
+    verdict: tuple[str, ...]
+    cautions: tuple[str, ...]
+    overview: tuple[tuple[str, str], ...]
+    surface: Surface
+    R_view_work: FloatArray
+    spacing: float
+    backends: tuple[BackendView, ...]
+    refused: tuple[tuple[str, str], ...]
+    table: tuple[Row, ...]
+    path_distances: PathDistances | None
+    pictures: tuple[Picture, ...]
+    settings: tuple[tuple[str, str], ...]
+    inputs: tuple[tuple[str, str], ...]
+    versions: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, R_view_work="float: 3 3")
+        if not self.verdict or not self.backends:
+            raise InputError(f"the report on {self.name} needs a verdict and at least one backend that planned.")
+        for backend in self.backends:
+            if len(backend.distance) != len(self.surface.vertices):
+                raise InputError(
+                    f"the report on {self.name}: {backend.name} has {len(backend.distance)} values for "
+                    f"{len(self.surface.vertices)} vertices of the view surface; take values[view.vertices]."
+                )
+        for row in self.table:
+            if len(row.values) != len(self.backends):
+                raise InputError(
+                    f"the report on {self.name}: the row '{row.quantity}' has {len(row.values)} values for "
+                    f"{len(self.backends)} backends."
+                )
+
+
+def _freeze_measured(view: BackendView, name: str, *, size: int) -> None:
+    """Check an array that may hold NaN, where nothing was measured, and make it read-only."""
+    values: FloatArray = np.array(getattr(view, name), dtype=np.float64)
+    if values.shape != (size,) or np.isinf(values).any():
+        raise InputError(f"BackendView.{name} must be {size} finite numbers or NaN, found shape {values.shape}.")
+    values.setflags(write=False)
+    object.__setattr__(view, name, values)
+
+
+def _check_stretches(offsets: IntArray, *, points: int, name: str) -> None:
+    if offsets.size < 2 or offsets[0] != 0 or offsets[-1] != points or np.diff(offsets).min() < 1:
+        raise InputError(f"{name} must rise from 0 to the number of points, {points}.")

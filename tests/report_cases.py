@@ -1,0 +1,121 @@
+"""A part for the report that is quick to make: a dome with rings on it, planned by backends that never ran."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.report import GAP, OVERLAP, BackendView, PartReport, PathDistances, Picture, Replay, Row
+
+RADIUS, HEIGHT = 20.0, 6.0
+SPACING = 2.0
+# A whole PNG of one grey pixel.
+PIXEL = bytes.fromhex(
+    "89504e470d0a1a0a0000000d49484452000000010000000108000000003a7e9b"
+    "550000000a49444154789c636800000082008177cd72b60000000049454e44ae426082"
+)
+
+
+def height(radii: FloatArray) -> FloatArray:
+    return HEIGHT * (1.0 - (radii / RADIUS) ** 2)
+
+
+def dome(*, rings: int = 24, name: str = "dome") -> Surface:
+    """Return a paraboloid of 6 * rings^2 faces, counter-clockwise seen from above."""
+    counts = np.concatenate([[1], 6 * np.arange(1, rings + 1)])
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    radii = np.repeat(np.arange(rings + 1), counts) * RADIUS / rings
+    within = np.arange(len(radii)) - np.repeat(starts[:-1], counts)
+    angles = 2 * np.pi * within / np.repeat(counts, counts)
+    faces: list[tuple[int, int, int]] = []
+    for ring in range(1, rings + 1):
+        inner, outer = int(counts[ring - 1]), int(counts[ring])
+        for sector in range(6):
+            for step in range(ring):
+                a = starts[ring] + (sector * ring + step) % outer
+                b = starts[ring] + (sector * ring + step + 1) % outer
+                c = starts[ring - 1] + (sector * (ring - 1) + step) % inner
+                faces.append((a, b, c))
+                if step < ring - 1:
+                    faces.append((b, starts[ring - 1] + (sector * (ring - 1) + step + 1) % inner, c))
+    vertices = np.column_stack([radii * np.cos(angles), radii * np.sin(angles), height(radii)])
+    return Surface(vertices, np.array(faces), name=name)
+
+
+def circles(radii: Sequence[float], *, points: int = 120) -> tuple[FloatArray, IntArray]:
+    """Return closed circles on the dome, and where each starts."""
+    angles: FloatArray = np.linspace(0.0, 2 * np.pi, points)
+    lines = [
+        np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(points, height(np.array([r]))[0])])
+        for r in radii
+    ]
+    return np.vstack(lines), points * np.arange(len(lines) + 1)
+
+
+def replay(*, frames: int = 80, seconds: float = 40.0) -> Replay:
+    """Return an arm of four joints that follows the circles of the dome."""
+    bead, offsets = circles([19.0, 15.0, 11.0, 7.0, 3.0])
+    times: FloatArray = np.linspace(0.0, seconds, frames)
+    bead_times: FloatArray = np.linspace(0.0, seconds, len(bead))
+    tips = np.column_stack([np.interp(times, bead_times, bead[:, axis]) for axis in range(3)])
+    base = np.array([-120.0, 0.0, -20.0])
+    above = np.array([[-80.0, 0.0, 90.0], [0.0, 0.0, 80.0], [0.0, 0.0, 45.0]])
+    joints = np.concatenate([np.broadcast_to(base, (frames, 1, 3)), tips[:, None] + above], axis=1)
+    down = np.broadcast_to([0.0, 0.0, -1.0], tips.shape)
+    laid = np.ones(frames, dtype=np.int64)
+    return Replay(times, joints, tips, down, laid, 25.0, bead, offsets, bead_times)
+
+
+def backend(name: str, *, surface: Surface, error: float, moving: bool = True) -> BackendView:
+    """Return a backend whose spacing is wrong by `error` in the middle of the dome and right at its rim."""
+    radii = np.hypot(*surface.vertices[:, :2].T)
+    places, offsets = circles([19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0, 1.0])
+    ratios = 1.0 + error * (1.0 - np.hypot(*places[:, :2].T) / RADIUS)
+    ratios[: offsets[1]] = np.nan
+    on_surface = np.where(radii > 18.0, np.nan, 1.0 + error * (1.0 - radii / RADIUS))
+    return BackendView(
+        name=name,
+        title=f"{name}, in words",
+        distance=RADIUS - radii,
+        spacing_ratios=on_surface,
+        coverage=np.where(radii < 30 * error, GAP, np.where(radii > 19.0, OVERLAP, 0)),
+        places=places,
+        offsets=offsets,
+        ratios=ratios,
+        still=Picture(f"Paths of {name}", "png", PIXEL),
+        replay=replay() if moving else None,
+    )
+
+
+def part(
+    name: str = "dome.ply", *, surface: Surface | None = None, names: Sequence[str] = ("first", "second")
+) -> PartReport:
+    """Return a report on the dome; the last backend cannot be printed."""
+    shown = surface or dome()
+    views = tuple(
+        backend(each, surface=shown, error=0.3 / 4**place, moving=place < len(names) - 1 or len(names) == 1)
+        for place, each in enumerate(names)
+    )
+    apart = 0.1 * np.abs(np.subtract.outer(np.arange(len(names)), np.arange(len(names))))
+    return PartReport(
+        name=name,
+        verdict=(f"{names[-1]} covers {name} most evenly.", f"{names[0]} can be printed."),
+        cautions=("PLACEMENT NOT CALIBRATED: the program runs only dry.",),
+        overview=(("most even", names[-1]),),
+        surface=shown,
+        R_view_work=np.eye(3),
+        spacing=SPACING,
+        backends=views,
+        refused=(("third", "the surface has no border."),),
+        table=(
+            Row("Evenness", "spacing CV", "0% is even", tuple("1.0%" for _ in names), (len(names) - 1,)),
+            Row("Robot", "print time [s]", "", tuple("40" for _ in names)),
+        ),
+        path_distances=PathDistances(tuple(names), 2 * apart, apart),
+        pictures=(Picture("the chart", "svg", b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"/>'),),
+        settings=(("spacing", "2 mm"),),
+        inputs=((name, 64 * "0"),),
+        versions=(("geoprint", "0.0"),),
+    )
