@@ -55,13 +55,14 @@ def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path
     status, stdout, stderr = run("compare", part, "--unit", "mm", "--rounds", "6", "--place", "demo", "--out", out)
     assert status == 0, stderr
     assert stdout == ""
-    assert "uncovered" in stderr
+    assert "covers plate.ply" in stderr or "cover plate.ply" in stderr
     assert sorted(path.name for path in out.iterdir()) == [
         "compare.json",
         "compare.png",
         "heat",
         "lscm",
         "manifest.json",
+        "report.html",
     ]
     assert (out / "heat" / "rapid" / "GeoPrint.mod").is_file()
 

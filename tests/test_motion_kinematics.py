@@ -104,6 +104,16 @@ def test_tool_frame_of_an_arm_cannot_be_changed_from_outside() -> None:
         arm.T_flange_tool[2, 3] = 0.0
 
 
+def test_the_skeleton_goes_from_the_base_to_the_flange_in_links_of_constant_length() -> None:
+    arm = Arm(straight_cell().robot, T_flange_tool=np.eye(4))
+    joints = np.random.default_rng(1).uniform(-1.0, 1.0, size=(20, 6))
+    places = arm.joint_places(joints)
+    np.testing.assert_array_equal(places[:, 0], 0.0)
+    np.testing.assert_allclose(places[:, -1], arm.flange_poses(joints)[:, :3, 3], atol=1e-9)
+    lengths = np.linalg.norm(np.diff(places, axis=1), axis=2)
+    np.testing.assert_allclose(lengths, np.tile([0.0, 290.0, 270.0, 70.0, 302.0, 72.0, 0.0], (20, 1)), atol=1e-9)
+
+
 def test_unknown_arm_is_refused_with_the_known_ones() -> None:
     cell = straight_cell()
     robot = Robot(

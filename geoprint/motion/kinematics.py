@@ -150,6 +150,23 @@ class Arm:
         poses[:, :3, 3] *= MILLIMETRES_PER_METRE
         return poses
 
+    def joint_places(self, joints: FloatArray) -> FloatArray:
+        """Return where the arm's joints are: its skeleton, to be drawn.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 8, 3) places of the base, the six joints and the flange in the base frame [mm].
+        """
+        data = self._model.createData()
+        places = np.zeros((len(joints), JOINTS + 2, 3))
+        for row, angles in enumerate(np.ascontiguousarray(joints, dtype=np.float64)):
+            self._pinocchio.framesForwardKinematics(self._model, data, angles)
+            places[row, 1:-1] = [data.oMi[joint].translation for joint in range(1, JOINTS + 1)]
+            places[row, -1] = data.oMf[self._flange].translation
+        return places * MILLIMETRES_PER_METRE
+
     def tool_poses(self, joints: FloatArray) -> FloatArray:
         """Return where the tool is.
 
@@ -180,7 +197,7 @@ class Arm:
         found = self._inverse.reach(
             RigidTransform.from_matrix(Ts_base_flange), joint_limits=_LIMITS_THAT_SKIP_CONDITIONING
         )
-        return np.pi - (np.pi - found.joints) % (2.0 * np.pi)
+        return transforms.wrapped(found.joints)
 
     def _lengths(self) -> Lengths:
         """Read the lengths off the joint origins at zero angles, where the forearm points ahead along x."""

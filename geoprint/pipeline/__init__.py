@@ -9,7 +9,12 @@ from geoprint.pipeline.comparison import (
     compare,
     compare_parts,
 )
-from geoprint.pipeline.comparison_files import comparison_picture, comparison_summary, save_comparisons
+from geoprint.pipeline.comparison_files import (
+    comparison_picture,
+    comparison_report,
+    comparison_summary,
+    save_comparisons,
+)
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.saving import save_plan
@@ -30,6 +35,7 @@ __all__ = [
     "compare",
     "compare_parts",
     "comparison_picture",
+    "comparison_report",
     "comparison_summary",
     "comparison_table",
     "examine",

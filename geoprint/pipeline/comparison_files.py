@@ -1,4 +1,4 @@
-"""How comparisons land on disk: compare.json, pictures, and a bundle for each backend of each part."""
+"""How comparisons land on disk: compare.json, the report, pictures, and a bundle for each backend of each part."""
 
 from __future__ import annotations
 
@@ -13,19 +13,23 @@ import numpy as np
 from geoprint.errors import VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
 from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
+from geoprint.pipeline.coverage_picture import coverage_picture
+from geoprint.pipeline.part_report import part_report
 from geoprint.pipeline.saving import plan_files, verify_files
 from geoprint.pipeline.summary import settings_summary, summary, uniformity_summary
 from geoprint.pipeline.verdict import verdict
-from geoprint.pipeline.workpiece import upright
 from geoprint.quality import agreement
-from geoprint.report import Coverage, coverage_figure
+from geoprint.report import html_report
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
 SCHEMA = 1
+# Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
+VIEW_FACES = 100_000
+FEWEST_VIEW_FACES = 10_000
 
 
 def save_comparisons(parts: Sequence[Comparison | FailedPart], directory: Path, *, overwrite: bool = False) -> None:
-    """Write compare.json, and for each part a picture and a bundle for each planned backend: verified, or nothing.
+    """Write compare.json, report.html, and for each part a picture and a bundle a planned backend: all or nothing.
 
     One part's files stand in the folder itself, those of several in a folder each, named after the part.
 
@@ -40,7 +44,7 @@ def save_comparisons(parts: Sequence[Comparison | FailedPart], directory: Path, 
         VerificationError: what was written differs from the plans when it is read back.
     """
     folders = part_folders(parts)
-    files = {"compare.json": json_bytes(comparison_summary(parts))}
+    files = {"compare.json": json_bytes(comparison_summary(parts)), "report.html": comparison_report(parts)}
     for part, folder in zip(parts, folders, strict=True):
         if isinstance(part, Comparison):
             files[f"{folder}compare.png"] = comparison_picture(part)
@@ -134,27 +138,18 @@ def _row(name: str, outcome: Planned | Refused) -> dict[str, Json]:
 
 def comparison_picture(comparison: Comparison) -> bytes:
     """Return a PNG: the backends side by side, their paths coloured by local spacing."""
-    planned = comparison.planned
-    spacing = planned[0][1].plan.contours.spacing
-    return coverage_figure(
-        comparison.workpiece.part,
-        [_coverage(name, outcome) for name, outcome in planned],
-        R_view_work=upright(comparison.workpiece),
-        spacing=spacing,
-        title=f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart, seen along the mean normal",
-    )
+    spacing = comparison.planned[0][1].plan.contours.spacing
+    title = f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart, seen along the mean normal"
+    return coverage_picture(comparison.workpiece, comparison.planned, title=title)
 
 
-def _coverage(name: str, outcome: Planned) -> Coverage:
-    """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing."""
-    measured, poses = outcome.uniformity, outcome.plan.poses
-    outermost = poses.deposit & (poses.levels == poses.levels[poses.deposit].min())
-    _, counts = np.unique(poses.runs[outermost], return_counts=True)
-    sizes = np.concatenate([np.diff(measured.offsets), counts])
-    return Coverage(
-        title=name,
-        caption=f"spacing CV {measured.cv:.1%}, uncovered {measured.uncovered:.1%}",
-        places=np.concatenate([measured.places, poses.surface_points[outermost]]),
-        offsets=np.concatenate([[0], np.cumsum(sizes)]),
-        ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
+def comparison_report(parts: Sequence[Comparison | FailedPart]) -> bytes:
+    """Return report.html: verdict, figures and a 3D scene for each part, in one file that opens offline."""
+    compared = [part for part in parts if isinstance(part, Comparison)]
+    named = compared[0].job.surface.name if len(parts) == 1 else f"{len(parts)} parts"
+    faces = max(VIEW_FACES // len(compared), FEWEST_VIEW_FACES)
+    return html_report(
+        [part_report(part, faces=faces) for part in compared],
+        title=f"geoprint compare: {named}",
+        failed=[(part.job.surface.name, part.reason) for part in parts if isinstance(part, FailedPart)],
     )

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
 from geoprint.pipeline.verdict import verdict
 
-# Wide enough for every column on one line; a narrower terminal wraps the reasons below the table, not the figures.
-WIDTH = 124
+# Wider than any table of figures, so that no cell is cut; a narrower terminal wraps whole lines.
+WIDTH = 1000
 HEADINGS = (
-    "backend", "spacing mean", "CV", "p95", "uncovered", "runs", "length mm", "print s", "printable", "clearance mm",
+    "backend", "mean", "CV", "p95", "gap", "overlap", "runs", "length mm", "print s", "printable", "clear mm",
     "planned in s",
 )  # fmt: skip
 TEXT_COLUMNS = {"part", "backend", "printable"}
@@ -20,27 +20,29 @@ TEXT_COLUMNS = {"part", "backend", "printable"}
 def comparison_table(parts: Sequence[Comparison | FailedPart]) -> str:
     """Return the table and, below it, what it means and why something is missing.
 
-    Spacing figures are ratios to the wanted spacing; uncovered is the share of the area farther than 0.55 spacings
-    from every path.
+    Mean, CV and p95 are of the spacing over the wanted one; gap is the share of the area farther than 0.55 spacings
+    from every path, overlap the share within 0.45 spacings of two stretches.
     """
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
     several = len(parts) > 1
-    table = Table(title=_title(parts), title_justify="left", title_style="")
+    table = Table(box=SIMPLE_HEAD, title=_title(parts), title_justify="left", title_style="")
     for heading in ("part", *HEADINGS) if several else HEADINGS:
         table.add_column(heading, justify="left" if heading in TEXT_COLUMNS else "right", no_wrap=True)
     notes: list[str] = []
+    mind: list[str] = []
     for part in parts:
         name = part.job.surface.name
         for row in _rows(part):
             table.add_row(*((name, *row) if several else row))
         table.add_section()
-        notes += [f"{name}: {note}" for note in _notes(part)] if several else _notes(part)
+        notes += [f"{name}: {reason}" for reason in _reasons(part)] if several else _words(part)
+        mind += _cautions(part)
     buffer = io.StringIO()
-    width = WIDTH + (max(len(part.job.surface.name) for part in parts) + 3 if several else 0)
-    Console(file=buffer, width=width, highlight=False).print(table)
-    return "\n".join([buffer.getvalue().rstrip(), *dict.fromkeys(notes)])
+    Console(file=buffer, width=WIDTH, highlight=False).print(table)
+    return "\n".join([*(line.rstrip() for line in buffer.getvalue().splitlines()), *notes, *dict.fromkeys(mind)])
 
 
 def _title(parts: Sequence[Comparison | FailedPart]) -> str:
@@ -59,7 +61,7 @@ def _title(parts: Sequence[Comparison | FailedPart]) -> str:
 
 def _rows(part: Comparison | FailedPart) -> list[tuple[str, ...]]:
     if isinstance(part, FailedPart):
-        return [("-", *("-" for _ in HEADINGS[1:8]), "failed", "-", "-")]
+        return [("-", *("-" for _ in HEADINGS[1:9]), "failed", "-", "-")]
     return [_refused_row(name) if isinstance(out, Refused) else _row(name, out) for name, out in part.outcomes]
 
 
@@ -72,6 +74,7 @@ def _row(name: str, outcome: Planned) -> tuple[str, ...]:
         f"{measured.cv:.2%}",
         f"{measured.percentile(95):.3f}",
         f"{measured.uncovered:.2%}",
+        f"{measured.overlap:.2%}",
         str(plan.toolpath.curves.count),
         f"{measured.length:.0f}",
         "-" if robot is None else f"{robot.trajectory.duration:.0f}",
@@ -82,15 +85,29 @@ def _row(name: str, outcome: Planned) -> tuple[str, ...]:
 
 
 def _refused_row(name: str) -> tuple[str, ...]:
-    return (name, *("-" for _ in HEADINGS[1:8]), "refused", "-", "-")
+    return (name, *("-" for _ in HEADINGS[1:9]), "refused", "-", "-")
 
 
-def _notes(part: Comparison | FailedPart) -> list[str]:
+def _words(part: Comparison | FailedPart) -> Sequence[str]:
+    return [part.reason] if isinstance(part, FailedPart) else verdict(part)
+
+
+def _reasons(part: Comparison | FailedPart) -> list[str]:
+    """Say why something is missing in the rows of a part."""
     if isinstance(part, FailedPart):
         return [part.reason]
-    notes = list(verdict(part))
-    for robot in [outcome.plan.robot for _, outcome in part.planned if outcome.plan.robot is not None][:1]:
-        notes.append(f"not checked: {', '.join(robot.clearance.not_checked)}")
-        if not robot.placement.calibrated:
-            notes.append("PLACEMENT NOT CALIBRATED: the programs run only dry.")
-    return notes
+    unprinted = [(name, outcome.not_printable) for name, outcome in part.planned if outcome.not_printable is not None]
+    return [
+        *(f"{name} could not plan: {reason}" for name, reason in part.refused),
+        *(f"{name} cannot be printed: {reason}" for name, reason in unprinted),
+    ]
+
+
+def _cautions(part: Comparison | FailedPart) -> list[str]:
+    robots = [outcome.plan.robot for _, outcome in part.planned] if isinstance(part, Comparison) else []
+    for robot in robots:
+        if robot is not None:
+            calibrated = robot.placement.calibrated
+            said = [] if calibrated else ["PLACEMENT NOT CALIBRATED: the programs run only dry."]
+            return [f"not checked: {', '.join(robot.clearance.not_checked)}", *said]
+    return []

@@ -52,7 +52,8 @@ def _printing(ranked: list[tuple[str, Planned]]) -> list[str]:
     if not ranked[0][1].plan.job.robot:
         return ["Whether the robot can print them was not asked."]
     times = {name: outcome.plan.robot.trajectory.duration for name, outcome in ranked if outcome.plan.robot is not None}
-    said = [_listed([f"{name} prints in {time:.0f} s" for name, time in times.items()]) + "."] if times else []
+    taken = [f"{time:.0f} s with {name}" for name, time in times.items()]
+    said = [f"Printing takes {_listed(taken)}."] if taken else []
     return said + [
         f"{name} cannot be printed: {outcome.not_printable}"
         for name, outcome in ranked

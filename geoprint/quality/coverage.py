@@ -13,14 +13,14 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.deposited import Samples
 from geoprint.quality.front import ANY
 from geoprint.quality.geodesic import Ask, GeodesicDistance
 from geoprint.quality.spacing import APART
 from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import Mesh, SmallTriangles, small_triangles, spatial
+from geoprint.quality.triangles import Mesh, Places, SmallTriangles, small_triangles, spatial
 from geoprint.quality.widths import strip_widths
 
 # Surface farther than this share of the spacing from every run is a gap.
@@ -47,6 +47,9 @@ class Coverage:
         widths: (k,) width of the strip nearest to the path at each sample, over the spacing.
         width_cv: its coefficient of variation along the path.
         unknown: share of the area for which the budget of work did not suffice; the others are shares of the rest.
+        places: middles of the j small triangles that were judged.
+        gaps: (j,) whether each is farther than 0.55 spacings from every run.
+        overlaps: (j,) whether each is within 0.45 spacings of two stretches.
     """
 
     area: float
@@ -55,9 +58,12 @@ class Coverage:
     widths: FloatArray
     width_cv: float
     unknown: float
+    places: Places
+    gaps: BoolArray
+    overlaps: BoolArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, widths="float: k")
+        freeze_arrays(self, widths="float: k", gaps="bool: j", overlaps="bool: j")
 
 
 class _Stretches(NamedTuple):
@@ -108,6 +114,9 @@ def coverage(
         widths=widths,
         width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=lengths)) / mean),
         unknown=unknown,
+        places=found.triangles.middles,
+        gaps=found.own > gap,
+        overlaps=found.other < overlap,
     )
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import FloatArray, IntArray, PoseStream, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import deposited_path, sampled
@@ -78,6 +78,9 @@ class Uniformity:
         unknown: share of the area for which the budget of work did not suffice; it counts as neither.
         unreached: samples from which no way over the surface to the level outside was found; they are left out above.
         meeting: share of the samples within one spacing of another stretch of their own level, where fronts meet.
+        judged_places: (j, 3) places all over the surface [mm].
+        gaps: (j,) whether each is uncovered.
+        overlaps: (j,) whether each is overlapped.
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
         spacing: wanted distance between neighbouring levels [mm].
@@ -96,6 +99,9 @@ class Uniformity:
     unknown: float
     unreached: int
     meeting: float
+    judged_places: FloatArray
+    gaps: BoolArray
+    overlaps: BoolArray
     fill: float
     length: float
     spacing: float
@@ -103,7 +109,7 @@ class Uniformity:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, places="float: k 3", offsets="int: o", levels="int: k", ratios="float: k", bounds="float: k",
-            straight="float: k", widths="float: k",
+            straight="float: k", widths="float: k", judged_places="float: j 3", gaps="bool: j", overlaps="bool: j",
         )  # fmt: skip
 
     @property
@@ -217,6 +223,9 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         unknown=covered.unknown,
         unreached=int((~reached).sum()),
         meeting=meeting_share(path, distance, measured, spacing=spacing),
+        judged_places=spatial(mesh, covered.places),
+        gaps=covered.gaps,
+        overlaps=covered.overlaps,
         fill=length * spacing / covered.area,
         length=length,
         spacing=spacing,

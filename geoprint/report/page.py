@@ -23,12 +23,13 @@ from geoprint.report.values import PartReport
 SCRIPTS = ("colours.js", "drawing.js", "page.js")
 
 
-def html_report(parts: Sequence[PartReport], *, title: str) -> bytes:
+def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tuple[str, str]] = ()) -> bytes:
     """Return report.html: verdict, figures and one 3D scene for each part.
 
     Args:
         parts: what was compared; with several, a table over all of them stands first.
         title: of the page.
+        failed: name and reason of the parts that could not be compared.
 
     Returns:
         UTF-8 HTML; the same for the same input.
@@ -40,9 +41,9 @@ def html_report(parts: Sequence[PartReport], *, title: str) -> bytes:
         raise InputError("a report needs at least one part; none was compared.")
     body = [
         element("h1", title),
-        overview(parts) if len(parts) > 1 else Markup(""),
+        overview(parts, failed) if len(parts) + len(failed) > 1 else Markup(""),
         *(
-            part_section(part, number=number, heading=part.name if len(parts) > 1 else "")
+            part_section(part, number=number, heading=part.name if len(parts) + len(failed) > 1 else "")
             for number, part in enumerate(parts)
         ),
     ]

@@ -53,8 +53,8 @@ def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
     return element("section", *blocks, id=key, class_="part", aria_label=part.name)
 
 
-def overview(parts: Sequence[PartReport]) -> Markup:
-    """Return the table over all parts, one row each, with links to their sections."""
+def overview(parts: Sequence[PartReport], failed: Sequence[tuple[str, str]]) -> Markup:
+    """Return the table over all parts, one row each, with links to their sections; failed ones have a reason."""
     headings = list(dict.fromkeys(heading for part in parts for heading, _ in part.overview))
     rows: list[Markup] = []
     for number, part in enumerate(parts):
@@ -67,6 +67,9 @@ def overview(parts: Sequence[PartReport]) -> Markup:
                 element("td", part.verdict[0], class_="words"),
             )
         )
+    for name, reason in failed:
+        blank = [element("td", "-") for _ in headings]
+        rows.append(element("tr", element("th", name, scope="row"), *blank, element("td", reason, class_="words")))
     head = [element("th", heading, scope="col") for heading in ("part", *headings)]
     head.append(element("th", "verdict", scope="col", class_="words"))
     return _scrollable(

@@ -1,0 +1,162 @@
+"""A comparison as the report page shows it."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.export import Json
+from geoprint.model import FloatArray, IntArray
+from geoprint.motion import Arm
+from geoprint.pipeline.chart_picture import chart_picture
+from geoprint.pipeline.comparison import Comparison, Planned
+from geoprint.pipeline.coverage_picture import coverage_panel, coverage_picture
+from geoprint.pipeline.planning import Plan, RobotPlan
+from geoprint.pipeline.report_table import report_table
+from geoprint.pipeline.summary import settings_summary
+from geoprint.pipeline.verdict import verdict
+from geoprint.pipeline.workpiece import upright
+from geoprint.quality import agreement
+from geoprint.report import (
+    COVERED,
+    GAP,
+    MOST_FRAMES,
+    OVERLAP,
+    BackendView,
+    PartReport,
+    PathDistances,
+    Picture,
+    Replay,
+    ViewSurface,
+    view_surface,
+)
+from geoprint.transforms import apply, inverse
+
+# What each backend is, in a few words.
+TITLES = {
+    "lscm": "flattened, planned in 2D",
+    "heat": "heat method on the mesh",
+    "fast-marching": "fast marching on the mesh",
+}
+# Packages whose version changes figures.
+PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
+
+
+def part_report(comparison: Comparison, *, faces: int) -> PartReport:
+    """Return what the report page says of a comparison.
+
+    Args:
+        comparison: with one planned backend or more.
+        faces: of the surface that is drawn, at most.
+    """
+    workpiece, planned = comparison.workpiece, comparison.planned
+    first = planned[0][1].plan
+    spacing = first.contours.spacing
+    view = view_surface(workpiece.surface, faces=faces)
+    names = tuple(name for name, _ in planned)
+    apart = agreement([outcome.plan.poses for _, outcome in planned], spacing=spacing)
+    return PartReport(
+        name=comparison.job.surface.name,
+        verdict=verdict(comparison),
+        cautions=_cautions(comparison),
+        overview=_overview(comparison),
+        surface=view.surface,
+        R_view_work=upright(workpiece),
+        spacing=spacing,
+        backends=tuple(_view(name, outcome, view) for name, outcome in planned),
+        refused=comparison.refused,
+        table=report_table(planned),
+        path_distances=PathDistances(names, apart.hausdorff, apart.mean) if len(names) > 1 else None,
+        pictures=tuple(
+            Picture(f"{name}: chart, distance image and level curves", "png", chart_picture(plan, plan.flattening))
+            for name, plan in ((name, outcome.plan) for name, outcome in planned)
+            if plan.flattening is not None
+        ),
+        settings=_settings(first),
+        inputs=tuple(
+            (path.name, digest)
+            for path, digest in zip((comparison.job.surface, comparison.job.body), workpiece.digests, strict=False)
+            if path is not None
+        ),
+        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
+    )
+
+
+def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
+    plan, measured = outcome.plan, outcome.uniformity
+    panel = coverage_panel(name, outcome)
+    vertices = view.surface.vertices
+    _, nearest = KDTree(panel.places).query(vertices)
+    _, judged = KDTree(measured.judged_places).query(vertices)
+    marks: IntArray = np.where(measured.gaps, GAP, np.where(measured.overlaps, OVERLAP, COVERED))
+    caption = (
+        f"{name}: paths {plan.contours.spacing:.3g} mm apart; spacing varies by {measured.cv:.2%} (CV), "
+        f"{measured.uncovered:.2%} of the area uncovered. Red: too close, blue: too far apart, grey: outermost."
+    )
+    return BackendView(
+        name=name,
+        title=TITLES[name],
+        distance=plan.contours.distance.values[view.vertices],
+        spacing_ratios=panel.ratios[np.asarray(nearest)],
+        coverage=marks[np.asarray(judged)],
+        places=panel.places,
+        offsets=panel.offsets,
+        ratios=panel.ratios,
+        still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
+        replay=None if plan.robot is None else _replay(plan, plan.robot),
+    )
+
+
+def _replay(plan: Plan, robot: RobotPlan) -> Replay:
+    """Return the motion at so many rows of the trajectory as the page shows, in the work frame."""
+    cell, trajectory = plan.workpiece.cell, robot.trajectory
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    rows = np.unique(np.linspace(0, trajectory.times.size - 1, MOST_FRAMES).astype(np.int64))
+    joints = trajectory.joints[rows]
+    T_work_base = inverse(robot.placement.T_base_work)
+    skeleton: FloatArray = apply(T_work_base, arm.joint_places(joints).reshape(-1, 3)).reshape(len(rows), -1, 3)
+    tools = T_work_base @ arm.tool_poses(joints)
+    laid = np.flatnonzero(plan.poses.deposit)
+    starts = np.flatnonzero(np.diff(plan.poses.runs[laid], prepend=-1))
+    return Replay(
+        times=trajectory.times[rows],
+        joints=skeleton,
+        tips=tools[:, :3, 3],
+        axes=tools[:, :3, 2],
+        deposit=trajectory.deposit[rows].astype(np.int64),
+        needle=cell.tool.needle_length,
+        bead=plan.poses.tips[laid],
+        bead_offsets=np.append(starts, laid.size),
+        bead_times=trajectory.pose_times[laid],
+    )
+
+
+def _cautions(comparison: Comparison) -> tuple[str, ...]:
+    """Say what nobody may overlook; what cannot be printed and why stands in the verdict."""
+    robots = [outcome.plan.robot for _, outcome in comparison.planned if outcome.plan.robot is not None]
+    if not robots:
+        return ()
+    cautions = [] if robots[0].placement.calibrated else ["PLACEMENT NOT CALIBRATED: the programs run only dry."]
+    return (*cautions, f"Not checked: {'; '.join(robots[0].clearance.not_checked)}.")
+
+
+def _overview(comparison: Comparison) -> tuple[tuple[str, str], ...]:
+    best, outcome = min(comparison.planned, key=lambda pair: pair[1].uniformity.cv)
+    printable = [name for name, other in comparison.planned if other.plan.robot is not None]
+    asked = comparison.job.robot
+    return (
+        ("most even", best),
+        ("its spacing CV", f"{outcome.uniformity.cv:.2%}"),
+        ("printable", (", ".join(printable) or "none") if asked else "not asked"),
+    )
+
+
+def _settings(plan: Plan) -> tuple[tuple[str, str], ...]:
+    def text(value: Json) -> str:
+        return "none" if value is None else {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+
+    settings = settings_summary(plan)
+    return tuple((name.replace("_", " "), text(value)) for name, value in settings.items() if name != "backend")

@@ -1,0 +1,102 @@
+"""The report page's table: one row a quantity, one column a backend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from geoprint.pipeline.comparison import Planned
+from geoprint.report import Row
+
+
+def report_table(planned: Sequence[tuple[str, Planned]]) -> tuple[Row, ...]:
+    """Return the rows; the best values of a row are marked where backends differ in what is printed.
+
+    Args:
+        planned: name and outcome of each column.
+    """
+    outcomes = [outcome for _, outcome in planned]
+    rows = [*_evenness(outcomes), *_path(outcomes)]
+    if outcomes[0].plan.job.robot:
+        rows += _robot(outcomes)
+    return (*rows, _row("Computing", "planning time [s]", "", outcomes, lambda o: f"{o.planning_time:.1f}"))
+
+
+def _evenness(outcomes: Sequence[Planned]) -> list[Row]:
+    group = "Evenness"
+    return [
+        _row(
+            group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", outcomes,
+            lambda o: f"{o.uniformity.cv:.2%}", badness=lambda o: o.uniformity.cv,
+        ),
+        _row(group, "spacing, mean", "1 is as wanted", outcomes, lambda o: f"{o.uniformity.mean:.3f}"),
+        _row(
+            group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", outcomes,
+            lambda o: f"{o.uniformity.percentile(5):.3f} - {o.uniformity.percentile(95):.3f}",
+            badness=lambda o: o.uniformity.percentile(95) - o.uniformity.percentile(5),
+        ),
+        _row(
+            group, "within 5% of the wanted", "share of the path", outcomes,
+            lambda o: f"{o.uniformity.within_5_percent:.1%}", badness=lambda o: -o.uniformity.within_5_percent,
+        ),
+        _row(
+            group, "area uncovered", "farther than 0.55 spacings from every path", outcomes,
+            lambda o: f"{o.uniformity.uncovered:.2%}", badness=lambda o: o.uniformity.uncovered,
+        ),
+        _row(
+            group, "area overlapped", "within 0.45 spacings of two stretches of path", outcomes,
+            lambda o: f"{o.uniformity.overlap:.2%}", badness=lambda o: o.uniformity.overlap,
+        ),
+        _row(
+            group, "strip width, variation (CV)", "thickness error of a constant flow", outcomes,
+            lambda o: f"{o.uniformity.width_cv:.2%}", badness=lambda o: o.uniformity.width_cv,
+        ),
+        _row(group, "measured by", "", outcomes, lambda o: o.uniformity.method),
+    ]  # fmt: skip
+
+
+def _path(outcomes: Sequence[Planned]) -> list[Row]:
+    group = "Path"
+    return [
+        _row(
+            group, "runs", "each starts and stops the dispenser", outcomes,
+            lambda o: str(o.plan.toolpath.curves.count),
+        ),
+        _row(group, "length [mm]", "", outcomes, lambda o: f"{o.uniformity.length:.0f}"),
+        _row(
+            group, "stops while laying", "at sharp corners, with the valve open", outcomes,
+            lambda o: str(o.plan.poses.stops_while_laying), badness=lambda o: o.plan.poses.stops_while_laying,
+        ),
+    ]  # fmt: skip
+
+
+def _robot(outcomes: Sequence[Planned]) -> list[Row]:
+    group = "Robot"
+    return [
+        _row(group, "printable", "", outcomes, lambda o: "no" if o.plan.robot is None else "yes"),
+        _row(
+            group, "print time [s]", "", outcomes,
+            lambda o: "-" if o.plan.robot is None else f"{o.plan.robot.trajectory.duration:.0f}",
+        ),
+        _row(
+            group, "smallest clearance [mm]", "tool to part and body, above the tip", outcomes,
+            lambda o: "-" if o.plan.robot is None else f"{o.plan.robot.clearance.smallest:.2f}",
+        ),
+    ]  # fmt: skip
+
+
+def _row(
+    group: str,
+    quantity: str,
+    meaning: str,
+    outcomes: Sequence[Planned],
+    text: Callable[[Planned], str],
+    *,
+    badness: Callable[[Planned], float] | None = None,
+) -> Row:
+    values = tuple(text(outcome) for outcome in outcomes)
+    if badness is None or len(set(values)) == 1:
+        return Row(group, quantity, meaning, values)
+    leading = values[int(np.argmin([badness(outcome) for outcome in outcomes]))]
+    return Row(group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading))
