@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import io
 import json
 import re
 from dataclasses import replace
@@ -11,6 +12,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from geoprint.report import Picture, html_report
 from geoprint.report.histogram import BINS, spacing_shares
@@ -131,13 +133,16 @@ def test_the_largest_part_with_three_backends_stays_below_15_megabytes() -> None
     surface = dome(rings=129)
     assert 99_000 < len(surface.faces) <= 100_000
     places, offsets = circles(list(np.linspace(1.0, 19.0, 99)), points=MOST_SAMPLES // 99)
+    noise, png = np.random.default_rng(0).integers(0, 256, size=(500, 500, 3), dtype=np.uint8), io.BytesIO()
+    Image.fromarray(noise).save(png, format="png")
+    assert len(png.getvalue()) > 700_000
     views = tuple(
         replace(
             backend(name, surface=surface, error=0.1), places=places, offsets=offsets, ratios=np.ones(len(places)),
             replay=replace(
                 replay(frames=600), bead=places, bead_offsets=offsets, bead_times=np.linspace(0.0, 40.0, len(places))
             ),
-            still=Picture("still", "png", bytes(200_000)),
+            still=Picture("still", "png", png.getvalue()),
         )
         for name in ("one", "two", "three")
     )  # fmt: skip

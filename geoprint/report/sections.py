@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Sequence
 from itertools import groupby
 
@@ -10,7 +11,9 @@ from geoprint.report.histogram import histograms
 from geoprint.report.markup import Markup, element, joined
 from geoprint.report.values import BackendView, PartReport, PathDistances, Picture, Row
 
-MEDIA = {"png": "image/png", "svg": "image/svg+xml"}
+MEDIA = {"webp": "image/webp", "svg": "image/svg+xml"}
+# Of pictures in the page, in 100: lines stay crisp at a fifth of the size of a PNG.
+PICTURE_QUALITY = 85
 COLOURS = (
     ("spacing", "Local spacing"),
     ("coverage", "Gaps and overlaps"),
@@ -209,8 +212,9 @@ def _path_distances(distances: PathDistances | None, head: str) -> Markup:
 
 
 def _figure(picture: Picture) -> Markup:
-    data = base64.b64encode(picture.content).decode("ascii")
-    image = element("img", src=f"data:{MEDIA[picture.kind]};base64,{data}", alt=picture.caption)
+    kind, content = ("webp", _webp(picture.content)) if picture.kind == "png" else (picture.kind, picture.content)
+    data = base64.b64encode(content).decode("ascii")
+    image = element("img", src=f"data:{MEDIA[kind]};base64,{data}", alt=picture.caption)
     return element("figure", image, element("figcaption", picture.caption))
 
 
@@ -223,3 +227,11 @@ def _facts(title: str, facts: Sequence[tuple[str, str]]) -> Markup:
 
 def _scrollable(table: Markup, *, label: str) -> Markup:
     return element("div", table, class_="scrollable", tabindex=0, role="region", aria_label=label)
+
+
+def _webp(png: bytes) -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.open(io.BytesIO(png)).save(buffer, format="webp", quality=PICTURE_QUALITY)
+    return buffer.getvalue()
