@@ -325,6 +325,9 @@ def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_
     assert found["lscm"]["settings"]["resolution"] == found["lscm"]["chart"]["resolution"] == 200
     assert found["lscm"]["chart"]["pixel_mm"] == pytest.approx(50.0 / 200, rel=1e-3)
     assert found["lscm"]["chart"]["area_scale"]["p99"] == pytest.approx(1.0, abs=1e-6)
+    predicted = found["lscm"]["chart"]["predicted_spacing"]
+    assert [row["level"] for row in predicted] == [0, 1, 2, 3, 4]
+    assert [row["mean"] for row in predicted] == pytest.approx([1.0] * 5, abs=1e-6)
     assert found["heat"]["settings"]["resolution"] is None
     assert "chart" not in found["heat"]
     assert (tmp_path / "out" / "lscm" / "chart.png").read_bytes().startswith(b"\x89PNG")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from geoprint.backends.diagnostics import Diagnostics, diagnostics
-from geoprint.backends.distortion import Distortion, distortion
+from geoprint.backends.distortion import Distortion, distortion, predicted_spacing
 from geoprint.backends.fast_marching import FastMarching
 from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend, BackendFactory
@@ -27,4 +27,5 @@ __all__ = [
     "Lscm",
     "diagnostics",
     "distortion",
+    "predicted_spacing",
 ]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from geoprint.backends import distortion, predicted_spacing
 from geoprint.pipeline.comparison import Planned
 from geoprint.report import Row
 
@@ -18,6 +19,8 @@ def report_table(planned: Sequence[tuple[str, Planned]]) -> tuple[Row, ...]:
     """
     outcomes = [outcome for _, outcome in planned]
     rows = [*_evenness(outcomes), *_path(outcomes)]
+    if any(outcome.plan.flattening is not None for outcome in outcomes):
+        rows += _chart(outcomes)
     if outcomes[0].plan.job.robot:
         rows += _robot(outcomes)
     return (*rows, _row("Computing", "planning time [s]", "", outcomes, lambda o: f"{o.planning_time:.1f}"))
@@ -67,6 +70,32 @@ def _path(outcomes: Sequence[Planned]) -> list[Row]:
         _row(
             group, "stops while laying", "at sharp corners, with the valve open", outcomes,
             lambda o: str(o.plan.poses.stops_while_laying), badness=lambda o: o.plan.poses.stops_while_laying,
+        ),
+    ]  # fmt: skip
+
+
+def _chart(outcomes: Sequence[Planned]) -> list[Row]:
+    def scales(outcome: Planned) -> str:
+        plan = outcome.plan
+        if plan.flattening is None:
+            return "-"
+        found = distortion(plan.workpiece.surface, plan.flattening.chart)
+        return f"{found.scale_percentile(1):.2f} - {found.scale_percentile(99):.2f}"
+
+    def predicted(outcome: Planned) -> str:
+        plan = outcome.plan
+        if plan.flattening is None:
+            return "-"
+        found = predicted_spacing(plan.workpiece.surface, plan.flattening.chart, plan.contours.curves.points)
+        low, high = np.percentile(found, [5, 95]).tolist()
+        return f"{low:.3f} - {high:.3f}"
+
+    group = "Flattening"
+    return [
+        _row(group, "area scale of the chart, 1st and 99th percentile", "1 everywhere on a plane", outcomes, scales),
+        _row(
+            group, "spacing that the chart predicts, 5th and 95th percentile", "one over its scale of length", outcomes,
+            predicted,
         ),
     ]  # fmt: skip
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import Flattening, diagnostics, distortion
+from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
@@ -43,7 +43,7 @@ def summary(plan: Plan) -> dict[str, Json]:
         "field": _field(plan),
     }
     if plan.flattening is not None:
-        result["chart"] = _chart(plan.workpiece.surface, plan.flattening)
+        result["chart"] = _chart(plan, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
@@ -206,14 +206,26 @@ def _field(plan: Plan) -> dict[str, Json]:
     return {"refinement": refinement, **{name: _rounded(value) for name, value in asdict(found).items()}}
 
 
-def _chart(surface: Surface, flattening: Flattening) -> dict[str, Json]:
+def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
+    surface, contours = plan.workpiece.surface, plan.contours
     found = distortion(surface, flattening.chart)
+    predicted = predicted_spacing(surface, flattening.chart, contours.curves.points)
+    levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
     return {
         "resolution": flattening.resolution,
         "pixel_mm": _rounded(flattening.pixel),
         "largest_pixel_on_surface_mm": _rounded(flattening.largest_pixel),
         "area_scale": {f"p{share}": _rounded(found.scale_percentile(share)) for share in (1, 50, 99)},
         "mean_dilatation": _rounded(found.mean_dilatation),
+        "predicted_spacing": [
+            {
+                "level": int(level),
+                "mean": _rounded(predicted[levels == level].mean()),
+                "min": _rounded(predicted[levels == level].min()),
+                "max": _rounded(predicted[levels == level].max()),
+            }
+            for level in np.unique(levels)
+        ],
     }
 
 
