@@ -185,7 +185,7 @@ def _field(plan: Plan) -> dict[str, Json]:
 
 
 def _chart(surface: Surface, flattening: Flattening) -> dict[str, Json]:
-    found = distortion(surface, flattening.chart)
+    found = distortion(surface, flattening.chart.flat)
     return {
         "resolution": flattening.resolution,
         "pixel_mm": _rounded(flattening.pixel),
