@@ -27,6 +27,7 @@ def drawn(*, scale: float, levels: int = 3) -> tuple[FloatArray, bytes]:
         places=places,
         offsets=50 * np.arange(levels + 1),
         levels=np.arange(levels),
+        chart_offsets=50 * np.arange(levels + 1),
     )
     png = chart_figure(plate(), part, R_view_work=np.eye(3), spacing=30.0 / levels, title="test")
     return np.asarray(imread(io.BytesIO(png)), dtype=np.float64), png

@@ -66,16 +66,34 @@ class Continuation:
             z = step * z + shift if rounds > 0 else (z - shift) / step
         return np.stack([z.real, z.imag], axis=-1)
 
-    def beside(self, x: FloatArray, y: FloatArray, *, rounds: int) -> BoolArray:
-        """Tell which places [mm] lie in the half of the chart at the side of the cut that a copy continues.
+    @property
+    def extremes(self) -> FloatArray:
+        """The (2, 2, 2) pairs of left and right corners that bound where half a round from the cut is [mm].
 
-        The halves meet on the straight line of places as far from the middle of one side as of the other; it runs
-        through the centre of the motion, or across its shift.
+        What is half a round from a corner is as far from its place on the left as from that on the right: a straight
+        line through the centre of the motion, or across its shift. Half a round on from the middle of the cut these
+        lines are compared; where the cut is not straight they differ.
         """
-        left, right = self.left.mean(axis=0), self.right.mean(axis=0)
-        (across, up), (middle_x, middle_y) = left - right, 0.5 * (left + right)
-        towards_left = (x - middle_x) * across + (y - middle_y) * up
-        return towards_left * rounds > 0.0
+        half = np.exp(0.5j * self.turn)
+        middle, shift = complex(*self.right.mean(axis=0)), complex(*self.shift)
+        opposite = half * middle + shift / (1.0 + half)
+        ways = self.left - self.right
+        places = np.array([opposite.real, opposite.imag]) - 0.5 * (self.left + self.right)
+        beyond = (places * ways).sum(axis=1) / np.linalg.norm(ways, axis=1)
+        corners = [int(np.argmin(beyond)), int(np.argmax(beyond))]
+        return np.stack([self.left[corners], self.right[corners]], axis=1)
+
+    def beside(self, x: FloatArray, y: FloatArray, *, rounds: int) -> BoolArray:
+        """Tell which places [mm] can be nearer to something across a side of the cut than to all within the chart.
+
+        They are the half of the chart at the side that a copy continues; where the cut is not straight, the halves
+        overlap so that none is too small from any of its corners.
+        """
+        found = np.zeros(np.broadcast_shapes(x.shape, y.shape), dtype=np.bool_)
+        for left, right in self.extremes:
+            (across, up), (middle_x, middle_y) = left - right, 0.5 * (left + right)
+            found |= ((x - middle_x) * across + (y - middle_y) * up) * rounds > 0.0
+        return found
 
     def beyond(self, segments: FloatArray, *, rounds: int) -> FloatArray:
         """Return the (b, 2, 2) images in a copy of those segments [mm] that are within half a round of the cut."""

@@ -148,7 +148,7 @@ class Lscm:
         if image is not region:
             found = [[piece for line in level for piece in clipped(line, region)] for level in found]
         inside = partial(holds, self._chart.flat)
-        found = [joined(level, self._chart.continuation, holds=inside, pixel=region.pixel) for level in found]
+        found = joined(found, self._chart.continuation, holds=inside, pixel=region.pixel)
         lines = [line for level in found for line in level]
         if not lines:
             raise FieldError(

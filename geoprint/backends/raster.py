@@ -174,7 +174,8 @@ def filled(segments: FloatArray, *, shape: tuple[int, int]) -> BoolArray:
     Each row of centres is crossed by segments; a centre is inside when an odd number of crossings lies to its left.
 
     Args:
-        segments: (s, 2, 2) x and y of both ends in pixels, all segments of closed loops in any order.
+        segments: (s, 2, 2) x and y of both ends in pixels, all segments of closed loops in any order; they may
+            reach beyond the image.
         shape: rows and columns.
 
     Returns:
@@ -186,8 +187,11 @@ def filled(segments: FloatArray, *, shape: tuple[int, int]) -> BoolArray:
         array([[0, 0, 0, 0], [0, 1, 1, 0], [0, 0, 0, 0]])
     """
     start, end = segments[:, 0], segments[:, 1]
-    first = np.ceil(np.minimum(start[:, 1], end[:, 1])).astype(np.int64)
-    crossed = np.ceil(np.maximum(start[:, 1], end[:, 1])).astype(np.int64) - first
+    first, last = (
+        np.clip(np.ceil(side(start[:, 1], end[:, 1])), 0, shape[0]).astype(np.int64)
+        for side in (np.minimum, np.maximum)
+    )
+    crossed = last - first
     edge = np.repeat(np.arange(int(crossed.size)), crossed)
     row = np.arange(edge.size) - np.repeat(np.cumsum(crossed) - crossed - first, crossed)
     share = (row - start[edge, 1]) / (end[edge, 1] - start[edge, 1])

@@ -28,9 +28,9 @@ from geoprint.surfaces import (
     twins,
 )
 
-# Bands that turn by more are nearly plane rings [rad]: uncut their charts are hardly worse, and the copy at one side of
-# the cut would come round to the half of the chart at that side.
-LARGEST_TURN = 4 / 3 * np.pi
+# Bands that turn by more are nearly plane rings [rad]: uncut their charts are hardly worse. From 4 / 3 pi on the copy
+# at one side of the cut would come round to the half of the chart at that side; what is left is for crooked cuts.
+LARGEST_TURN = 1.25 * np.pi
 
 
 def flattened(surface: Surface) -> Chart:

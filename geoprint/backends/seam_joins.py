@@ -47,32 +47,45 @@ class Piece:
     end: float
 
     @property
+    def middle(self) -> FloatArray:
+        """The (2,) middle of its middle segment [mm]."""
+        half = len(self.nodes) // 2
+        return np.asarray(self.nodes[half - 1 : half + 1].mean(axis=0))
+
+    @property
     def length(self) -> float:
         """Its length [mm]."""
         return float(np.linalg.norm(np.diff(self.nodes, axis=0), axis=1).sum())
 
 
-def joined(lines: list[FloatArray], continuation: Continuation, *, holds: Holds, pixel: float) -> list[FloatArray]:
-    """Keep the pieces of level curves of one level that lie in a chart, and join them across its cut.
+def joined(
+    levels: list[list[FloatArray]], continuation: Continuation, *, holds: Holds, pixel: float
+) -> list[list[FloatArray]]:
+    """Keep the pieces of level curves that lie in a chart, and join those of each level across its cut.
 
     Args:
-        lines: (k, 2) polylines [mm], larger values on the left; a closed one repeats its first point.
+        levels: of each level the (k, 2) polylines [mm], larger values on the left; a closed one repeats its first
+            point.
         continuation: the cut; without any, the lines come back as they are.
         holds: tells which of (k, 2) places lie in the chart.
         pixel: of the raster [mm].
 
     Returns:
-        The polylines [mm]; where they cross the cut they have one node on its left side, and the next one lies at the
-        other side of the chart. Curves shorter than a pixel that touch the cut are left out.
+        The polylines [mm] of each level; where they cross the cut they have one node on its left side, and the next
+        one lies at the other side of the chart. Those that touch the cut and are shorter than a pixel are left out.
     """
     if not continuation.rounds:
-        return lines
-    pieces = [piece for line in lines for piece in _pieces(line, continuation, near=NEAR_PIXELS * pixel, holds=holds)]
-    return _chained(pieces, continuation, pixel=pixel)
+        return levels
+    near = NEAR_PIXELS * pixel
+    cut = [[piece for line in lines for piece in _pieces(line, continuation, near=near)] for lines in levels]
+    # The middle of a piece is farthest from its ends, where it is in the chart and beyond it.
+    kept = iter(holds(np.array([piece.middle for pieces in cut for piece in pieces]).reshape(-1, 2)).tolist())
+    inside = [[piece for piece in pieces if next(kept)] for pieces in cut]
+    return [_chained(pieces, continuation, pixel=pixel) for pieces in inside]
 
 
-def _pieces(line: FloatArray, continuation: Continuation, *, near: float, holds: Holds) -> list[Piece]:
-    """Cut a line at both sides of the cut and keep what lies in the chart."""
+def _pieces(line: FloatArray, continuation: Continuation, *, near: float) -> list[Piece]:
+    """Cut a line at both sides of the cut."""
     close = point_distances(continuation.sides, line) <= near
     if not close.any():
         return [Piece(line, np.inf, np.inf)]
@@ -94,11 +107,7 @@ def _pieces(line: FloatArray, continuation: Continuation, *, near: float, holds:
     if len(pieces) > 1 and bool((line[0] == line[-1]).all()):
         first, last = pieces[0], pieces.pop()
         pieces[0] = Piece(np.vstack([last.nodes[:-1], first.nodes]), last.start, first.end)
-    pieces = [piece for piece in pieces if len(piece.nodes) > 1]
-    # The middle of a piece is farthest from its ends, where it is in the chart and beyond it.
-    middles = [piece.nodes[len(piece.nodes) // 2 - 1 : len(piece.nodes) // 2 + 1].mean(axis=0) for piece in pieces]
-    kept = holds(np.array(middles).reshape(-1, 2))
-    return [piece for piece, inside in zip(pieces, kept, strict=True) if inside]
+    return [piece for piece in pieces if len(piece.nodes) > 1]
 
 
 def _crossings(line: FloatArray, side: FloatArray, *, close: BoolArray) -> FloatArray:
