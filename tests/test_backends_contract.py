@@ -14,6 +14,7 @@ from geoprint.backends import BACKENDS
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, Surface
 from geoprint.surfaces import PolylineDistance, boundary_seed, even_points, positions, refine
+from tests.bands import band
 from tests.meshes import cylinder_patch, plate, spherical_cap
 
 every_backend = pytest.mark.parametrize("name", sorted(BACKENDS))
@@ -78,6 +79,15 @@ def test_rolling_a_plate_into_a_cylinder_changes_nothing(name: str) -> None:
     flat = plate((angle * radius, length), (60, 50), jitter_seed=5)
     rolled = cylinder_patch(radius=radius, angle=angle, length=length, divisions=(60, 50), jitter_seed=5)
     np.testing.assert_allclose(distance(name, rolled), distance(name, flat), atol=0.005)
+
+
+@every_backend
+def test_a_strip_rolled_up_and_joined_keeps_its_distances_from_the_long_sides(name: str) -> None:
+    surface = band(low=12.0, high=12.0, height=15.0)
+    heights = surface.vertices[:, 2]
+    error = np.abs(distance(name, surface) - np.minimum(heights, 15.0 - heights))
+    assert error.mean() < STATED_ERROR
+    assert error.max() < 0.1
 
 
 @every_backend

@@ -13,19 +13,9 @@ from geoprint.backends.seam_chart import LARGEST_TURN, flat_turn, flattened, lai
 from geoprint.errors import InputError
 from geoprint.model import IntArray, Surface
 from geoprint.surfaces import boundary_loops, load, prepare
+from tests.bands import band
 from tests.meshes import annulus, plate
 from tests.shared_data import shared
-
-
-def band(
-    *, low: float, high: float, height: float, bulge: float = 0.0, divisions: tuple[int, int] = (72, 16)
-) -> Surface:
-    """Return the band of a cone about the z axis between two radii, bulging outwards in the middle."""
-    flat = annulus(inner=1.0, outer=2.0, divisions=divisions, jitter_seed=3)
-    x, y, _ = flat.vertices.T
-    share, turn = np.hypot(x, y) - 1.0, np.arctan2(y, x)
-    radius = high + (low - high) * share + 4.0 * bulge * share * (1.0 - share)
-    return Surface(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height * (1 - share)]), flat.faces)
 
 
 def side_lengths(vertices: np.ndarray[tuple[int, int], np.dtype[np.float64]], faces: IntArray) -> list[list[float]]:
