@@ -13,6 +13,7 @@ from geoprint.backends.lscm import Lscm
 from geoprint.backends.raster import region_image
 from geoprint.backends.seam_chart import flat_turn, flattened, laid_flat, shortest_cut
 from geoprint.backends.seam_joins import joined
+from geoprint.errors import FieldError
 from geoprint.model import BoolArray, Contours, FloatArray, Seed, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import (
     PolylineDistance,
@@ -275,10 +276,19 @@ def test_a_curve_that_ends_at_the_border_stays_open() -> None:
     np.testing.assert_allclose(found, [[4, 10], [4, 4], [-5, 4], [-4, 4], [-4, 0]])
 
 
-def test_ends_too_far_apart_for_one_place_are_not_joined() -> None:
-    found = join([[-6.0, 1.0], [-4.0, 1.0], [-4.0, 0.0]], [[4.0, 10.0], [4.0, 9.5], [6.0, 9.5]])
-    np.testing.assert_allclose(found[0], [[-5, 1], [-4, 1], [-4, 0]])
-    np.testing.assert_allclose(found[1], [[4, 10], [4, 9.5], [5, 9.5]])
+def test_a_curve_that_ends_beside_the_cut_on_one_side_alone_is_not_joined() -> None:
+    (found,) = joined([[np.array([[-5.1, 0.1], [-4.9, 0.2], [-4.9, 0.0]])]], STRIP, holds=in_strip, pixel=0.05)
+    np.testing.assert_allclose(found[0], [[-5.0, 0.15], [-4.9, 0.2], [-4.9, 0.0]])
+
+
+def test_a_curve_that_is_lost_at_the_cut_is_refused() -> None:
+    with pytest.raises(FieldError, match=r"2 level curves end at the cut .* 7 mm along it .* within 0\.8 mm"):
+        joined(
+            [[np.array([[-5.1, 3.0], [-4.9, 3.0], [-4.9, 0.0]]), np.array([[4.9, 10.0], [4.9, 7.0], [5.1, 7.0]])]],
+            STRIP,
+            holds=in_strip,
+            pixel=0.05,
+        )
 
 
 def test_without_a_cut_lines_come_back_as_they_are() -> None:
@@ -289,6 +299,6 @@ def test_without_a_cut_lines_come_back_as_they_are() -> None:
 def test_the_image_of_a_strip_goes_on_beyond_its_cut() -> None:
     square = segments_of(np.array([[-5.0, 0.0], [5, 0], [5, 10], [-5, 10]]))
     region = region_image(square[[0, 2]], resolution=40, continuation=STRIP)
-    y = region.origin[1] + region.pixel * np.arange(region.values.shape[0])
+    y = np.asarray(region.origin[1] + region.pixel * np.arange(region.values.shape[0]), dtype=np.float64)
     wanted = np.repeat(np.minimum(y, 10.0 - y)[:, None], region.values.shape[1], axis=1)
     np.testing.assert_allclose(region.values[region.measured], wanted[region.measured], atol=1e-12)

@@ -137,8 +137,8 @@ class Lscm:
         Raises:
             InputError: a point of the seed names a face that the surface does not have.
             UsageError: the spacing is not positive.
-            FieldError: not even the first level lies on the surface, the raster is too coarse for the spacing, or the
-                one it needs is too large.
+            FieldError: not even the first level lies on the surface, the raster is too coarse for the spacing, the one
+                it needs is too large, or a curve is lost at the cut.
         """
         field = self.distance(seed)
         distances = level_distances(field, spacing=spacing)

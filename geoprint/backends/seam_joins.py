@@ -19,6 +19,7 @@ from scipy.optimize import linear_sum_assignment
 
 from geoprint.backends.continuation import Continuation
 from geoprint.backends.segment_distance import point_distances
+from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray
 from geoprint.surfaces import arc_lengths
 
@@ -73,6 +74,9 @@ def joined(
     Returns:
         The polylines [mm] of each level; where they cross the cut they have one node on its left side, and the next
         one lies at the other side of the chart. Those that touch the cut and are shorter than a pixel are left out.
+
+    Raises:
+        FieldError: a curve has no continuation across the cut, and no border near by at which it could have ended.
     """
     if not continuation.rounds:
         return levels
@@ -133,8 +137,8 @@ def _crossings(line: FloatArray, side: FloatArray, *, close: BoolArray) -> Float
 
 def _chained(pieces: list[Piece], continuation: Continuation, *, pixel: float) -> list[FloatArray]:
     """Join the ends of pieces on the cut with beginnings on it, and follow them round."""
-    following = _following(pieces, largest_gap=LARGEST_GAP_PIXELS * pixel)
     lengths = arc_lengths(continuation.left)
+    following = _following(pieces, largest_gap=LARGEST_GAP_PIXELS * pixel, whole=float(lengths[-1]))
     free = set(range(len(pieces)))
     chains: list[FloatArray] = []
     for first in sorted(free - set(following.values())) + list(range(len(pieces))):
@@ -160,17 +164,32 @@ def _chained(pieces: list[Piece], continuation: Continuation, *, pixel: float) -
     return chains
 
 
-def _following(pieces: list[Piece], *, largest_gap: float) -> dict[int, int]:
-    """Return, for pieces that end on the cut, the piece that begins there."""
+def _following(pieces: list[Piece], *, largest_gap: float, whole: float) -> dict[int, int]:
+    """Return, for pieces that end on the cut, the piece that begins there.
+
+    Args:
+        pieces: of one level.
+        largest_gap: between an end and a beginning along the cut [mm].
+        whole: length of the cut [mm].
+
+    Raises:
+        FieldError: an end or a beginning is left over that is farther from the border than that.
+    """
     ends, starts = np.array([piece.end for piece in pieces]), np.array([piece.start for piece in pieces])
     ending, starting = np.flatnonzero(np.isfinite(ends)), np.flatnonzero(np.isfinite(starts))
     gaps = np.minimum(np.abs(ends[ending, None] - starts[starting]), largest_gap)
     rows, columns = linear_sum_assignment(gaps)
-    return {
-        int(ending[row]): int(starting[column])
-        for row, column in zip(rows, columns, strict=True)
-        if gaps[row, column] < largest_gap
-    }
+    near = gaps[rows, columns] < largest_gap
+    ended, begun = ending[rows[near]], starting[columns[near]]
+    alone = np.concatenate([ends[np.setdiff1d(ending, ended)], starts[np.setdiff1d(starting, begun)]])
+    lost = alone[np.minimum(alone, whole - alone) > largest_gap]
+    if lost.size:
+        raise FieldError(
+            f"{lost.size} level curves end at the cut of the chart, the first {lost[0]:.3g} mm along it, and none goes "
+            f"on there within {largest_gap:.3g} mm: choose another spacing, or use `--backend heat`.",
+            count=int(lost.size),
+        )
+    return dict(zip(ended.tolist(), begun.tolist(), strict=True))
 
 
 def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
