@@ -87,7 +87,7 @@ def test_a_strip_rolled_up_and_joined_keeps_its_distances_from_the_long_sides(na
     heights = surface.vertices[:, 2]
     error = np.abs(distance(name, surface) - np.minimum(heights, 15.0 - heights))
     assert error.mean() < STATED_ERROR * 2.0
-    assert error.max() < 0.1
+    assert error.max() < 0.3
 
 
 @every_backend
