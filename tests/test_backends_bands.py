@@ -282,7 +282,7 @@ def test_a_curve_that_ends_beside_the_cut_on_one_side_alone_is_not_joined() -> N
 
 
 def test_a_curve_that_is_lost_at_the_cut_is_refused() -> None:
-    with pytest.raises(FieldError, match=r"2 level curves end at the cut .* 7 mm along it .* within 0\.8 mm"):
+    with pytest.raises(FieldError, match=r"2 level curves end at the cut .* first 7 mm along it, .* within 0\.8 mm"):
         joined(
             [[np.array([[-5.1, 3.0], [-4.9, 3.0], [-4.9, 0.0]]), np.array([[4.9, 10.0], [4.9, 7.0], [5.1, 7.0]])]],
             STRIP,
