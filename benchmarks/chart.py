@@ -26,7 +26,7 @@ from benchmarks.surfaces import make
 from geoprint.backends import BACKENDS
 from geoprint.backends.chart import conformal_chart, farthest_pair
 from geoprint.backends.distortion import distortion, predicted_spacing
-from geoprint.backends.seam_chart import seam_chart
+from geoprint.backends.seam_chart import flattened
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces import boundary_loops, boundary_seed, describe, load, positions, prepare
@@ -90,9 +90,9 @@ def distorted(sizes: Sizes, parts: tuple[Path, ...]) -> Iterator[str]:
     files = (prepare(load(path, unit="mm"))[0] for path in parts)
     for surface in chain(bands, shapes, files):
         kind = describe(surface)
-        yield _distortion_row(surface, kind, conformal_chart)
+        yield _distortion_row(surface, kind if kind != "annulus" else "annulus, uncut", conformal_chart)
         if kind == "annulus":
-            yield _distortion_row(surface, "annulus, tied cut", lambda band: seam_chart(band).flat)
+            yield _distortion_row(surface, "annulus, as lscm lays it", lambda band: flattened(band).flat)
 
 
 def _distortion_row(surface: Surface, kind: str, flatten: Callable[[Surface], Surface]) -> str:

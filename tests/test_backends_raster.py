@@ -187,6 +187,9 @@ def test_loops_are_filled_by_the_even_odd_rule() -> None:
     assert 0.3 < wanted.mean() < 0.7
     np.testing.assert_array_equal(filled(segments, shape=shape), wanted)
     np.testing.assert_array_equal(filled(segments[::-1, ::-1], shape=shape), wanted)
+    # Loops may reach beyond the image.
+    corner = filled(segments - 20.0, shape=(30, 30))
+    np.testing.assert_array_equal(corner, wanted[20:50, 20:50])
 
 
 def test_distances_from_a_seed_are_straight_also_through_a_hole() -> None:

@@ -6,25 +6,16 @@ import numpy as np
 import pytest
 
 from geoprint.backends.chart import conformal_chart
+from geoprint.backends.continuation import UNCUT, Continuation
 from geoprint.backends.distortion import distortion
 from geoprint.backends.overlap import signed_areas
-from geoprint.backends.seam_chart import SeamChart, flat_turn, laid_flat, seam_chart, shortest_cut
-from geoprint.errors import FieldError, InputError
+from geoprint.backends.seam_chart import LARGEST_TURN, flat_turn, flattened, laid_flat, shortest_cut
+from geoprint.errors import InputError
 from geoprint.model import IntArray, Surface
-from geoprint.surfaces import boundary_loops, describe, load, prepare
-from tests.meshes import annulus, plate, torus
+from geoprint.surfaces import boundary_loops, load, prepare
+from tests.bands import band
+from tests.meshes import annulus, plate
 from tests.shared_data import shared
-
-
-def band(
-    *, low: float, high: float, height: float, bulge: float = 0.0, divisions: tuple[int, int] = (72, 16)
-) -> Surface:
-    """Return the band of a cone about the z axis between two radii, bulging outwards in the middle."""
-    flat = annulus(inner=1.0, outer=2.0, divisions=divisions, jitter_seed=3)
-    x, y, _ = flat.vertices.T
-    share, turn = np.hypot(x, y) - 1.0, np.arctan2(y, x)
-    radius = high + (low - high) * share + 4.0 * bulge * share * (1.0 - share)
-    return Surface(np.column_stack([radius * np.cos(turn), radius * np.sin(turn), height * (1 - share)]), flat.faces)
 
 
 def side_lengths(vertices: np.ndarray[tuple[int, int], np.dtype[np.float64]], faces: IntArray) -> list[list[float]]:
@@ -39,43 +30,51 @@ def side_lengths(vertices: np.ndarray[tuple[int, int], np.dtype[np.float64]], fa
 )
 def test_a_developable_band_keeps_its_lengths_where_uncut_it_loses_them(low: float, high: float, height: float) -> None:
     surface = band(low=low, high=high, height=height)
-    chart = seam_chart(surface)
+    chart = flattened(surface)
     # Chords of the mesh are a little shorter than arcs: the polyhedron itself bends by that much.
     found, wanted = (side_lengths(m.vertices, m.faces) for m in (chart.flat, surface))
     np.testing.assert_allclose(found, wanted, rtol=5e-3)
     sine = (low - high) / np.hypot(low - high, height)
-    assert chart.turn == pytest.approx(2 * np.pi * sine, abs=2e-3)
+    assert chart.continuation.turn == pytest.approx(2 * np.pi * sine, abs=2e-3)
     uncut = distortion(surface, conformal_chart(surface))
     assert uncut.scale_percentile(99) / uncut.scale_percentile(1) > 4.0
 
 
 def test_a_cylinder_is_moved_by_its_girth() -> None:
     surface = band(low=12.0, high=12.0, height=15.0)
-    chart = seam_chart(surface)
-    assert np.linalg.norm(chart.shift) == pytest.approx(2 * np.pi * 12.0, rel=2e-3)
+    chart = flattened(surface)
+    assert np.linalg.norm(chart.continuation.shift) == pytest.approx(2 * np.pi * 12.0, rel=2e-3)
 
 
 def test_the_motion_carries_one_side_of_the_cut_into_the_other_and_back() -> None:
     surface = band(low=20.0, high=8.0, height=20.0, bulge=2.0)
-    chart = seam_chart(surface)
+    chart = flattened(surface)
     flat = chart.flat.vertices[:, :2]
-    left, right = flat[chart.seam], flat[len(surface.vertices) :]
-    np.testing.assert_allclose(chart.moved(right, rounds=1), left, atol=1e-9)
-    np.testing.assert_allclose(chart.moved(left, rounds=-1), right, atol=1e-9)
-    np.testing.assert_allclose(chart.moved(chart.moved(flat, rounds=3), rounds=-3), flat, atol=1e-9)
-    np.testing.assert_array_equal(chart.moved(flat, rounds=0), flat)
+    left, right = chart.continuation.left, chart.continuation.right
+    np.testing.assert_array_equal(left, flat[shortest_cut(surface, boundary_loops(surface))])
+    np.testing.assert_array_equal(right, flat[len(surface.vertices) :])
+    np.testing.assert_allclose(chart.continuation.moved(right, rounds=1), left, atol=1e-9)
+    np.testing.assert_allclose(chart.continuation.moved(left, rounds=-1), right, atol=1e-9)
+    np.testing.assert_allclose(
+        chart.continuation.moved(chart.continuation.moved(flat, rounds=3), rounds=-3), flat, atol=1e-9
+    )
+    np.testing.assert_array_equal(chart.continuation.moved(flat, rounds=0), flat)
 
 
 def test_the_moved_chart_continues_the_chart_beyond_the_cut() -> None:
     surface = band(low=12.0, high=12.0, height=15.0)
-    chart = seam_chart(surface)
+    chart = flattened(surface)
     border = boundary_loops(chart.flat)
     assert len(border) == 1
     middles = chart.flat.vertices[chart.flat.faces].mean(axis=1)[:, :2]
     # On a cylinder the chart is a rectangle along the shift: a round takes it to the next one.
-    along = middles @ chart.shift / np.linalg.norm(chart.shift)
-    next_along = chart.moved(middles, rounds=1) @ chart.shift / np.linalg.norm(chart.shift)
-    girth = float(np.linalg.norm(chart.shift))
+    along = middles @ chart.continuation.shift / np.linalg.norm(chart.continuation.shift)
+    next_along = (
+        chart.continuation.moved(middles, rounds=1)
+        @ chart.continuation.shift
+        / np.linalg.norm(chart.continuation.shift)
+    )
+    girth = float(np.linalg.norm(chart.continuation.shift))
     assert next_along.min() - along.max() == pytest.approx(0.0, abs=girth / 72)
     np.testing.assert_allclose(next_along - along, girth)
 
@@ -93,16 +92,23 @@ def test_lengths_do_not_tell_where_the_cut_runs() -> None:
 
 def test_the_tricuspid_leaflets_are_flat_to_a_thousandth_where_uncut_they_are_not() -> None:
     surface, _ = prepare(load(shared("hearts/trivalve11_healthy_leaflets.ply"), unit="mm"))
-    measured = distortion(surface, seam_chart(surface).flat)
+    measured = distortion(surface, flattened(surface).flat)
     assert measured.scale_percentile(1) == pytest.approx(1.0, abs=1e-3)
     assert measured.scale_percentile(99) == pytest.approx(1.0, abs=1e-3)
 
 
-def test_the_turn_of_a_plane_ring_is_a_full_one_and_it_needs_no_cut() -> None:
+def test_the_turn_of_a_plane_ring_is_a_full_one_and_it_is_not_cut() -> None:
     ring = annulus(jitter_seed=1)
     assert flat_turn(ring, boundary_loops(ring)) == pytest.approx(2 * np.pi, abs=1e-12)
-    with pytest.raises(FieldError, match=r"turns by 360 degrees .* more than 270"):
-        seam_chart(ring)
+    assert flattened(ring).continuation is UNCUT
+
+
+@pytest.mark.parametrize("sine", [0.6, 0.65], ids=["steeper", "flatter"])
+def test_a_cone_is_cut_only_where_it_is_so_steep_that_it_turns_by_225_degrees_at_most(sine: float) -> None:
+    surface = band(low=20.0, high=8.0, height=12.0 * np.sqrt(1 / sine**2 - 1))
+    turn = flat_turn(surface, boundary_loops(surface))
+    assert turn == pytest.approx(2 * np.pi * sine, abs=1e-2)
+    assert (flattened(surface).continuation is not UNCUT) == (turn <= LARGEST_TURN) == (sine < 0.625)
 
 
 def test_the_curvature_of_a_bulge_goes_to_both_loops() -> None:
@@ -120,12 +126,13 @@ def _turn_on_surface(surface: Surface, loop: IntArray) -> float:
     return float((np.pi - around[loop]).sum())
 
 
-@pytest.mark.parametrize("surface", [plate(), torus()], ids=["disc", "torus"])
-def test_what_is_no_band_is_refused_with_its_kind(surface: Surface) -> None:
-    with pytest.raises(FieldError, match=rf"\({describe(surface)}\) is no band"):
-        seam_chart(surface)
+def test_what_is_no_band_is_not_cut() -> None:
+    surface = plate(jitter_seed=1)
+    chart = flattened(surface)
+    assert chart.continuation.rounds == ()
+    np.testing.assert_array_equal(chart.flat.vertices, conformal_chart(surface).vertices)
 
 
-def test_a_seam_chart_checks_its_arrays() -> None:
-    with pytest.raises(InputError, match=r"SeamChart\.shift"):
-        SeamChart(plate(), np.array([0]), 0.0, np.zeros(3))
+def test_a_continuation_checks_its_arrays() -> None:
+    with pytest.raises(InputError, match=r"Continuation\.shift"):
+        Continuation(np.zeros((2, 2)), np.ones((2, 2)), 0.0, np.zeros(3))

@@ -27,6 +27,7 @@ def drawn(*, scale: float, levels: int = 3) -> tuple[FloatArray, bytes]:
         places=places,
         offsets=50 * np.arange(levels + 1),
         levels=np.arange(levels),
+        chart_offsets=50 * np.arange(levels + 1),
     )
     png = chart_figure(plate(), part, R_view_work=np.eye(3), spacing=30.0 / levels, title="test")
     return np.asarray(imread(io.BytesIO(png)), dtype=np.float64), png
@@ -65,6 +66,30 @@ def test_curves_are_black_on_the_light_half_and_thinned_where_there_are_too_many
 
     assert 0.0 < dark(8) < 0.6 * dark(20)
     assert dark(40) < 1.3 * dark(20)
+
+
+def test_a_curve_that_goes_on_at_the_other_side_of_a_cut_is_not_drawn_across_the_chart() -> None:
+    def dark(jumps: list[int]) -> float:
+        x = np.concatenate([np.linspace(25.0, 38.0, 25), np.linspace(2.0, 15.0, 25)])
+        part = FlattenedPart(
+            area_scales=np.ones((60, 80)),
+            distances=np.full((60, 80), 30.0),
+            inside=np.ones((60, 80)),
+            extent=np.array([0.0, 40.0, 0.0, 30.0]),
+            chart_places=np.column_stack([x, np.full(50, 15.0)]),
+            places=np.column_stack([x, np.full(50, 15.0), np.zeros(50)]),
+            offsets=np.array([0, 50]),
+            levels=np.array([0]),
+            chart_offsets=np.array([0, *jumps, 50]),
+        )
+        png = chart_figure(plate(), part, R_view_work=np.eye(3), spacing=60.0, title="test")
+        distances = panel(np.asarray(imread(io.BytesIO(png)), dtype=np.float64), 1)
+        height, width = distances.shape[:2]
+        middle = distances[height // 4 : 3 * height // 4, int(0.46 * width) : int(0.54 * width)]
+        return float((middle.max(axis=-1) < 0.4).mean())
+
+    assert dark([]) > 0.0
+    assert dark([25]) == 0.0
 
 
 def test_nothing_reaches_the_edge_of_the_picture_and_the_bytes_repeat() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.surfaces import closest
 
 # Triangles a bin of the grid, on average over its box.
@@ -29,6 +29,30 @@ def locate(chart: Surface, places: FloatArray) -> SurfacePoints:
         >>> locate(square, np.array([[1.0, 3.0], [3.0, -1.0]])).weights
         array([[0.25, 0.25, 0.5 ], [0.25, 0.75, 0.  ]])
     """
+    found, weights = _nearest_held(chart, places)
+    beside = weights.min(axis=1) < -OUTSIDE_WEIGHT
+    if beside.any():
+        lost = places[beside]
+        nearest, _ = closest(chart, np.column_stack([lost, np.zeros(len(lost))]))
+        found[beside], weights[beside] = nearest.faces, nearest.weights
+    weights = np.maximum(weights, 0.0)
+    return SurfacePoints(found, weights / weights.sum(axis=1, keepdims=True))
+
+
+def holds(chart: Surface, places: FloatArray) -> BoolArray:
+    """Tell which (k, 2) points of the plane [mm] lie in a flat mesh, as `locate` takes it, or on its border.
+
+    Examples:
+        >>> square = Surface(np.array([[0.0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0]]), np.array([[0, 1, 2], [0, 2, 3]]))
+        >>> holds(square, np.array([[1.0, 3.0], [3.0, -1.0]]))
+        array([ True, False])
+    """
+    _, weights = _nearest_held(chart, places)
+    return np.asarray(weights.min(axis=1) >= -OUTSIDE_WEIGHT)
+
+
+def _nearest_held(chart: Surface, places: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return, as `held`, the triangles near points and weights, of which one is negative for points outside."""
     corners: FloatArray = np.ascontiguousarray(chart.vertices[chart.faces][:, :, :2])
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     side = float(np.sqrt((high - low).prod() * TRIANGLES_PER_BIN / len(corners)))
@@ -37,14 +61,7 @@ def locate(chart: Surface, places: FloatArray) -> SurfacePoints:
     last = np.floor((corners.max(axis=1) - low) / side).astype(np.int64)
     faces, offsets = binned(first, last, columns, rows)
     boxes = np.clip(np.floor((places - low) / side).astype(np.int64), 0, [columns - 1, rows - 1])
-    found, weights = held(corners, faces, offsets, boxes[:, 1] * columns + boxes[:, 0], places)
-    beside = weights.min(axis=1) < -OUTSIDE_WEIGHT
-    if beside.any():
-        lost = places[beside]
-        nearest, _ = closest(chart, np.column_stack([lost, np.zeros(len(lost))]))
-        found[beside], weights[beside] = nearest.faces, nearest.weights
-    weights = np.maximum(weights, 0.0)
-    return SurfacePoints(found, weights / weights.sum(axis=1, keepdims=True))
+    return held(corners, faces, offsets, boxes[:, 1] * columns + boxes[:, 0], places)
 
 
 @njit(cache=True)

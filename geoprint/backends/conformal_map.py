@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias, cast, final
+from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
+from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces import cotangent_laplacian
-
-ComplexArray: TypeAlias = NDArray[np.complex128]
 
 
 def conformal_energy(surface: Surface, loops: tuple[IntArray, ...]) -> csc_array:
@@ -97,6 +94,5 @@ class PinnedMap:
             (n,) images, the first pin at 0; turn and scale are left open.
         """
         response = np.zeros_like(self.image)
-        # The solver takes what the matrix is made of, complex numbers here; its annotation knows real ones alone.
-        response[self._free] = self._solver.solve(cast("FloatArray", pull[self._free]))
+        response[self._free] = self._solver.solve(pull[self._free])
         return np.conj(np.vdot(pull, self.image)) * self.image + self._energy * response

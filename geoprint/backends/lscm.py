@@ -3,6 +3,9 @@
 Its distance is measured in the chart, so it is as even on the surface as the chart is true to length: exact on a
 plane, good on a nearly flat patch, and off by the chart's scale where the surface bends both ways or forms a cap.
 
+A band, such as a cylinder, is cut and laid flat. Distances are then taken to the seed and its images in moved copies of
+the chart, and curves are joined across the cut, so that nothing depends on where it runs.
+
 Straight distance in the chart is shorter than any way within the surface where it crosses a hole or a bay of the
 border. From the whole border it never does, since the nearest point of it comes first; from any other seed it may.
 """
@@ -10,18 +13,20 @@ border. From the whole border it never does, since the nearest point of it comes
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
 
-from geoprint.backends.chart import conformal_chart
-from geoprint.backends.chart_lookup import locate
+from geoprint.backends.chart_lookup import holds, locate
+from geoprint.backends.continuation import Chart
 from geoprint.backends.levels import level_distances
 from geoprint.backends.raster import DistanceImage, clipped, region_image, seed_image
 from geoprint.backends.resolution import linear_edge_length
-from geoprint.backends.segment_distance import point_distances
+from geoprint.backends.seam_chart import flattened
+from geoprint.backends.seam_joins import joined
 from geoprint.errors import FieldError, UsageError
-from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface, SurfaceCurves
+from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface, SurfaceCurves
 from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, positions
 
 # Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
@@ -46,13 +51,13 @@ class Flattening:
     """How the surface was flattened and rasterised.
 
     Attributes:
-        chart: the flat surface [mm]: same faces, z = 0, same area.
+        chart: the flat surface [mm]: same faces, z = 0, same area; and how it goes on if it was cut.
         resolution: pixels along its longer side.
         pixel: side of a pixel in the chart [mm].
         largest_pixel: side of the largest pixel lifted to the surface [mm].
     """
 
-    chart: Surface
+    chart: Chart
     resolution: int
     pixel: float
     largest_pixel: float
@@ -63,7 +68,7 @@ class Lscm:
     """The `lscm` backend: surfaces that a conformal map flattens, straight distance in the chart.
 
     Args:
-        surface: a disc, or what else `conformal_chart` takes.
+        surface: a disc, a band, or what else `flattened` takes.
         resolution: pixels along the longer side of the chart's raster; by default so many that the spacing has 16
             of them, wherever on the surface. Finer ones change nothing, because the loss is the chart's scale.
 
@@ -80,9 +85,9 @@ class Lscm:
             )
         self._surface = surface
         self._resolution = resolution
-        self._chart = conformal_chart(surface)
-        self._size = float(np.ptp(border_segments(self._chart), axis=(0, 1)).max())
-        self._scales = local_scales(surface, self._chart)
+        self._chart = flattened(surface)
+        self._size = float(np.ptp(self._chart.flat.vertices[self._chart.flat.faces], axis=(0, 1)).max())
+        self._scales = local_scales(surface, self._chart.flat)
 
     @staticmethod
     def edge_length(_part: Surface, *, spacing: float) -> float:
@@ -95,7 +100,8 @@ class Lscm:
         Raises:
             InputError: a point of the seed names a face that the surface does not have.
         """
-        return ScalarField(point_distances(seed_segments(self._chart, seed), self._chart.vertices[:, :2]))
+        vertices = self._chart.flat.vertices[: len(self._surface.vertices), :2]
+        return ScalarField(self._chart.continuation.distances(seed_segments(self._chart, seed), vertices))
 
     def flattening(self, *, spacing: float) -> Flattening:
         """Return the chart, and the raster that `contours` takes for a positive spacing [mm].
@@ -131,15 +137,18 @@ class Lscm:
         Raises:
             InputError: a point of the seed names a face that the surface does not have.
             UsageError: the spacing is not positive.
-            FieldError: not even the first level lies on the surface, the raster is too coarse for the spacing, or the
-                one it needs is too large.
+            FieldError: not even the first level lies on the surface, the raster is too coarse for the spacing, the one
+                it needs is too large, or a curve is lost at the cut.
         """
         field = self.distance(seed)
         distances = level_distances(field, spacing=spacing)
-        region, image = chart_images(self._chart, seed, resolution=self.flattening(spacing=spacing).resolution)
+        resolution = self.flattening(spacing=spacing).resolution
+        region, image = chart_images(self._surface, self._chart, seed, resolution=resolution)
         found = image.contours(distances)
         if image is not region:
             found = [[piece for line in level for piece in clipped(line, region)] for level in found]
+        inside = partial(holds, self._chart.flat)
+        found = joined(found, self._chart.continuation, holds=inside, pixel=region.pixel)
         lines = [line for level in found for line in level]
         if not lines:
             raise FieldError(
@@ -153,7 +162,7 @@ class Lscm:
         """Find the chart triangle of every node and keep its barycentric weights: the same point of the surface."""
         offsets = np.concatenate([[0], np.cumsum([len(line) for line in lines])])
         closed = np.array([bool((line[0] == line[-1]).all()) for line in lines])
-        return SurfaceCurves(locate(self._chart, np.concatenate(lines)), offsets, closed)
+        return SurfaceCurves(locate(self._chart.flat, np.concatenate(lines)), offsets, closed)
 
     def _too_fine(self, spacing: float, needed: int) -> FieldError:
         """Return the refusal of a spacing that needs more pixels than are allowed."""
@@ -176,39 +185,48 @@ class Lscm:
         return "({:.2f}, {:.2f}, {:.2f}) mm".format(*self._surface.vertices[int(np.argmin(self._scales))])
 
 
-def chart_images(chart: Surface, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
-    """Return the distance to the border of a chart, negative outside, and the distance to the image of a seed.
+def chart_images(surface: Surface, chart: Chart, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
+    """Return the distance to the border in a chart, negative outside, and the distance to the image of a seed.
 
     Where the seed is the whole border both are one and the same image.
 
     Args:
-        chart: flat, z = 0.
-        seed: on the surface that was flattened.
+        surface: that was flattened.
+        chart: of it.
+        seed: on it.
         resolution: pixels along the longer side of the chart.
 
     Raises:
         InputError: a point of the seed names a face that the surface does not have.
     """
-    region = region_image(border_segments(chart), resolution=resolution)
-    return region, region if _is_whole_border(chart, seed) else seed_image(region, seed_segments(chart, seed))
+    border = border_segments(surface, chart)
+    region = region_image(border, resolution=resolution, continuation=chart.continuation)
+    if _is_whole_border(surface, seed):
+        return region, region
+    return region, seed_image(region, seed_segments(chart, seed), continuation=chart.continuation)
 
 
-def border_segments(chart: Surface) -> FloatArray:
-    """Return the (b, 2, 2) border edges of a chart [mm]."""
-    return chart.vertices[_border_edges(chart)][:, :, :2]
+def border_segments(surface: Surface, chart: Chart) -> FloatArray:
+    """Return the (b, 2, 2) border edges of a surface in its chart [mm], without those along the cut."""
+    ends = half_edges(chart.flat.faces)[boundary_half_edges(surface.faces)]
+    return chart.flat.vertices[ends][:, :, :2]
 
 
-def seed_segments(chart: Surface, seed: Seed) -> FloatArray:
-    """Return the (s, 2, 2) image of a seed in a chart [mm]: pieces of its curves, points as pieces without length."""
-    places = positions(chart, seed.curves.points)[:, :2]
+def seed_segments(chart: Chart, seed: Seed) -> FloatArray:
+    """Return the (s, 2, 2) image of a seed in a chart [mm]: pieces of its curves, points as pieces without length.
+
+    A piece across the cut begins in the chart and ends in a copy.
+    """
+    places = positions(chart.flat, seed.curves.points)[:, :2]
     first, last = seed.curves.offsets[:-1], seed.curves.offsets[1:] - 1
     starts = np.setdiff1d(np.arange(len(places)), last)
     alone = first[first == last]
-    return np.stack([places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]], axis=1)
+    begin, end = places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]
+    return np.stack([begin, chart.continuation.nearest_images(end, to=begin)], axis=1)
 
 
-def local_scales(surface: Surface, chart: Surface) -> FloatArray:
-    """Return the (n,) length scale of a chart around each vertex: square root of chart area over surface area.
+def local_scales(surface: Surface, flat: Surface) -> FloatArray:
+    """Return the (n,) length scale of a flat surface around each vertex: square root of flat area over surface area.
 
     The triangles around a vertex are taken together, because a sliver alone, far thinner than a pixel, may be mapped
     out of proportion without any harm. A vertex without triangles has scale 1.
@@ -216,24 +234,21 @@ def local_scales(surface: Surface, chart: Surface) -> FloatArray:
     count = len(surface.vertices)
     on_surface, on_chart = (
         np.bincount(surface.faces.ravel(), weights=np.repeat(face_areas(mesh), 3), minlength=count)
-        for mesh in (surface, chart)
+        for mesh in (surface, flat)
     )
     used = on_surface > 0.0
     return np.sqrt(np.where(used, on_chart, 1.0) / np.where(used, on_surface, 1.0))
 
 
-def _border_edges(chart: Surface) -> IntArray:
-    return half_edges(chart.faces)[boundary_half_edges(chart.faces)]
-
-
-def _is_whole_border(chart: Surface, seed: Seed) -> bool:
+def _is_whole_border(surface: Surface, seed: Seed) -> bool:
     """Tell whether a seed runs along every border edge and nowhere else."""
     points = seed.curves.points
-    vertices = chart.faces[points.faces, np.argmax(points.weights, axis=1)]
+    vertices = surface.faces[points.faces, np.argmax(points.weights, axis=1)]
+    edges = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
     starts = np.setdiff1d(np.arange(vertices.size), seed.curves.offsets[1:] - 1)
     followed, border = (
         np.unique(np.sort(pairs, axis=1), axis=0)
-        for pairs in (np.column_stack([vertices[starts], vertices[starts + 1]]), _border_edges(chart))
+        for pairs in (np.column_stack([vertices[starts], vertices[starts + 1]]), edges)
     )
     alone = bool((np.diff(seed.curves.offsets) == 1).any())
     return not alone and bool((points.weights.max(axis=1) > 1.0 - AT_VERTEX).all()) and np.array_equal(followed, border)

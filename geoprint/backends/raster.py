@@ -15,6 +15,7 @@ import contourpy
 import numpy as np
 from scipy.ndimage import binary_dilation, map_coordinates
 
+from geoprint.backends.continuation import UNCUT, Continuation
 from geoprint.backends.segment_distance import grid_distances
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
@@ -51,6 +52,12 @@ class DistanceImage:
         columns, rows = ((points - self.origin) / self.pixel).T
         return np.asarray(map_coordinates(self.values, [rows, columns], order=1, mode="nearest"))
 
+    def beside(self, continuation: Continuation, *, rounds: int) -> BoolArray:
+        """Return the (rows, columns) measured pixels at the side of a cut that a copy continues."""
+        rows, columns = (np.arange(count, dtype=np.float64) for count in self.values.shape)
+        x, y = self.origin[0] + self.pixel * columns, self.origin[1] + self.pixel * rows[:, None]
+        return self.measured & continuation.beside(x, y, rounds=rounds)
+
     def contours(self, levels: FloatArray) -> list[list[FloatArray]]:
         """Return the level curves of every level by marching squares [Lorensen1987], larger values on the left.
 
@@ -72,37 +79,45 @@ class DistanceImage:
         ]
 
 
-def region_image(border: FloatArray, *, resolution: int) -> DistanceImage:
+def region_image(border: FloatArray, *, resolution: int, continuation: Continuation = UNCUT) -> DistanceImage:
     """Return the distance to the border of a region, positive inside, negative outside.
 
     Args:
-        border: (s, 2, 2) x and y of both ends of every segment of its border [mm], any number of closed loops; inside
-            is what an odd number of them surrounds.
+        border: (s, 2, 2) x and y of both ends of every segment of its border [mm]; with the sides of the cut, if there
+            is one, any number of closed loops. Inside is what an odd number of them surrounds.
         resolution: pixels along the longer side of the region's bounding box.
+        continuation: how the region goes on beyond a cut, which is no border.
 
     Returns:
-        The image; outside pixels farther than the margin hold minus the margin.
+        The image; outside pixels farther than the margin hold minus the margin. Within the margin of a cut the pixels
+        of the region's continuation are inside too.
     """
-    low, high = border.min(axis=(0, 1)), border.max(axis=(0, 1))
+    outline = np.concatenate([border, continuation.sides])
+    low, high = outline.min(axis=(0, 1)), outline.max(axis=(0, 1))
     pixel = float((high - low).max()) / resolution
     origin = low + (0.5 - MARGIN) * pixel
     columns, rows = image_size(high - low, resolution=resolution)
-    segments = (border - origin) / pixel
-    inside = filled(segments, shape=(rows, columns))
+    inside = filled((outline - origin) / pixel, shape=(rows, columns))
     measured = np.asarray(binary_dilation(inside, np.ones((3, 3), dtype=np.bool_), iterations=MARGIN))
-    values = grid_distances(segments, measured)
-    np.negative(values, out=values, where=~inside)
-    values[~measured] = -MARGIN
-    values *= pixel
-    return DistanceImage(values, origin, pixel, measured)
+    image = DistanceImage(np.full((rows, columns), -MARGIN * pixel), origin, pixel, measured)
+    for rounds in continuation.rounds:
+        copy = (continuation.moved(outline, rounds=rounds) - origin) / pixel
+        inside |= image.beside(continuation, rounds=rounds) & filled(copy, shape=(rows, columns))
+    values = seed_image(image, border, continuation=continuation).values
+    return DistanceImage(np.where(measured, np.where(inside, values, -values), image.values), origin, pixel, measured)
 
 
-def seed_image(region: DistanceImage, seed: FloatArray) -> DistanceImage:
+def seed_image(region: DistanceImage, seed: FloatArray, *, continuation: Continuation = UNCUT) -> DistanceImage:
     """Return the straight distance to (s, 2, 2) segments [mm] on the pixels of a region and its margin.
 
     The straight line may leave the region, through a hole or across a bay of its border.
     """
     values = grid_distances((seed - region.origin) / region.pixel, region.measured)
+    for rounds in continuation.rounds:
+        images = (continuation.beyond(seed, rounds=rounds) - region.origin) / region.pixel
+        if len(images):
+            here = region.beside(continuation, rounds=rounds)
+            np.minimum(values, grid_distances(images, here), out=values, where=here)
     values *= region.pixel
     return DistanceImage(values, region.origin, region.pixel, region.measured)
 
@@ -159,7 +174,8 @@ def filled(segments: FloatArray, *, shape: tuple[int, int]) -> BoolArray:
     Each row of centres is crossed by segments; a centre is inside when an odd number of crossings lies to its left.
 
     Args:
-        segments: (s, 2, 2) x and y of both ends in pixels, all segments of closed loops in any order.
+        segments: (s, 2, 2) x and y of both ends in pixels, all segments of closed loops in any order; they may
+            reach beyond the image.
         shape: rows and columns.
 
     Returns:
@@ -171,8 +187,11 @@ def filled(segments: FloatArray, *, shape: tuple[int, int]) -> BoolArray:
         array([[0, 0, 0, 0], [0, 1, 1, 0], [0, 0, 0, 0]])
     """
     start, end = segments[:, 0], segments[:, 1]
-    first = np.ceil(np.minimum(start[:, 1], end[:, 1])).astype(np.int64)
-    crossed = np.ceil(np.maximum(start[:, 1], end[:, 1])).astype(np.int64) - first
+    first, last = (
+        np.clip(np.ceil(side(start[:, 1], end[:, 1])), 0, shape[0]).astype(np.int64)
+        for side in (np.minimum, np.maximum)
+    )
+    crossed = last - first
     edge = np.repeat(np.arange(int(crossed.size)), crossed)
     row = np.arange(edge.size) - np.repeat(np.cumsum(crossed) - crossed - first, crossed)
     share = (row - start[edge, 1]) / (end[edge, 1] - start[edge, 1])

@@ -7,19 +7,16 @@ measured in the chart and its moved copies does not know where the cut runs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from geoprint.backends.conformal_map import ComplexArray, PinnedMap, conformal_energy, turning_pull
+from geoprint.backends.chart import conformal_chart
+from geoprint.backends.conformal_map import PinnedMap, conformal_energy, turning_pull
+from geoprint.backends.continuation import UNCUT, Chart, Continuation
 from geoprint.backends.overlap import refuse_overlaps, signed_areas
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
-from geoprint.errors import FieldError
-from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
+from geoprint.model import IntArray, Surface
 from geoprint.surfaces import (
     boundary_loops,
     cotangent_laplacian,
@@ -31,81 +28,35 @@ from geoprint.surfaces import (
     twins,
 )
 
-# Bands that turn by more are nearly plane rings [rad]: uncut their charts are hardly worse, and what is left between
-# the ends of a sector is too narrow for moved copies of it.
-LARGEST_TURN = 1.5 * np.pi
+# Bands that turn by more are nearly plane rings [rad]: uncut their charts are hardly worse. From 4 / 3 pi on the copy
+# at one side of the cut would come round to the half of the chart at that side; what is left is for crooked cuts.
+LARGEST_TURN = 1.25 * np.pi
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class SeamChart:
-    """A band in the plane, and the motion that carries the one side of its cut into the other.
+def flattened(surface: Surface) -> Chart:
+    """Lay a surface flat by the map that comes nearest to keeping angles, cut where it is a band.
 
-    Attributes:
-        flat: the chart [mm]: the m faces of the surface in their order, on its n vertices and s copies, z = 0.
-        seam: (s,) vertices along the cut, from the longest loop inwards; they lie on its left side, and vertex n + i
-            of the chart is the copy of seam[i] on the right.
-        turn: angle of the motion [rad]: 2 pi for a plane ring, 0 for a cylinder.
-        shift: (2,) its translation [mm], after the turn about the origin.
-    """
-
-    flat: Surface
-    seam: IntArray
-    turn: float
-    shift: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, seam="int: s", shift="float: 2")
-
-    def moved(self, points: FloatArray, *, rounds: int) -> FloatArray:
-        """Carry places of the chart round the band.
-
-        One round forward lays the copies on the right side of the cut on their originals on the left, so that a moved
-        chart continues this one there; one round back continues it on the right side.
-
-        Args:
-            points: (k, 2) places [mm].
-            rounds: how often, counter-clockwise along the longest loop; negative for the other way.
-
-        Returns:
-            (k, 2) places [mm].
-        """
-        z = points[:, 0] + 1j * points[:, 1]
-        step, shift = np.exp(1j * self.turn), complex(*self.shift)
-        for _ in range(abs(rounds)):
-            z = step * z + shift if rounds > 0 else (z - shift) / step
-        return np.column_stack([z.real, z.imag])
-
-
-def seam_chart(surface: Surface) -> SeamChart:
-    """Lay a band flat by the map that comes nearest to keeping angles, cut along the shortest path between its loops.
+    A band is an annulus that turns by no more than `LARGEST_TURN`; the cut is the shortest path between its loops. All
+    else is left uncut, as `conformal_chart`.
 
     Args:
-        surface: an annulus: one component, two boundary loops, no handle.
+        surface: what `conformal_chart` takes.
 
     Returns:
         The chart, scaled so that its area is the surface's.
 
     Raises:
-        FieldError: the surface is no annulus, it turns by more than `LARGEST_TURN`, or its chart overlaps itself.
+        FieldError: as `conformal_chart`; or the system of a band is singular.
     """
-    if describe(surface) != "annulus":
-        raise FieldError(
-            f"{surface.name} ({describe(surface)}) is no band: a chart with a tied seam needs two boundary loops and "
-            "no handle; use `--backend heat`, which plans on any surface."
-        )
-    loops = boundary_loops(surface)
-    turn = flat_turn(surface, loops)
-    if abs(turn) > LARGEST_TURN:
-        raise FieldError(
-            f"{surface.name} turns by {np.degrees(turn):.0f} degrees once it is flat, more than "
-            f"{np.degrees(LARGEST_TURN):.0f}: it is nearly a plane ring, whose chart needs no cut.",
-            turn=turn,
-        )
-    return laid_flat(surface, seam=shortest_cut(surface, loops), turn=turn)
+    if describe(surface) == "annulus":
+        loops = boundary_loops(surface)
+        turn = flat_turn(surface, loops)
+        if abs(turn) <= LARGEST_TURN:
+            return laid_flat(surface, seam=shortest_cut(surface, loops), turn=turn)
+    return Chart(conformal_chart(surface), UNCUT)
 
 
-def laid_flat(surface: Surface, *, seam: IntArray, turn: float) -> SeamChart:
+def laid_flat(surface: Surface, *, seam: IntArray, turn: float) -> Chart:
     """Lay an annulus flat along a given cut with a given turn.
 
     The copies on the right of the cut are no unknowns but the images of their originals, turned back and moved by one
@@ -115,6 +66,9 @@ def laid_flat(surface: Surface, *, seam: IntArray, turn: float) -> SeamChart:
         surface: an annulus of n vertices.
         seam: (s,) vertices along edges from the longest loop to the other, none in between on a loop.
         turn: angle from the right side of the cut to the left, once round [rad].
+
+    Returns:
+        The chart; vertex n + i of it is the copy of seam[i] on the right side of the cut.
 
     Raises:
         FieldError: the chart overlaps itself, or the system is singular.
@@ -141,8 +95,9 @@ def laid_flat(surface: Surface, *, seam: IntArray, turn: float) -> SeamChart:
     refuse_overlaps(cut, flat, border)
     scale = float(np.sqrt(face_areas(surface).sum() / signed_areas(flat, cut.faces).sum()))
     shift = -scale * np.exp(1j * turn) * unknowns[-1]
-    chart = Surface(np.column_stack([scale * flat, np.zeros(len(flat))]), cut.faces, name=surface.name)
-    return SeamChart(chart, seam, turn, np.array([shift.real, shift.imag]))
+    flat = scale * flat
+    chart = Surface(np.column_stack([flat, np.zeros(len(flat))]), cut.faces, name=surface.name)
+    return Chart(chart, Continuation(flat[seam], flat[copies], turn, np.array([shift.real, shift.imag])))
 
 
 def shortest_cut(surface: Surface, loops: tuple[IntArray, ...]) -> IntArray:
@@ -160,10 +115,12 @@ def shortest_cut(surface: Surface, loops: tuple[IntArray, ...]) -> IntArray:
 def flat_turn(surface: Surface, loops: tuple[IntArray, ...]) -> float:
     """Return by how much the first loop of an annulus turns once the surface is flat [rad].
 
-    On the surface the loops turn by angles that differ by its curvature, which flattening moves onto them. A metric
-    that is stretched least has no stretch on the border [Springborn2008]; then the curvature of a place goes
-    to the first loop by its harmonic measure there: the function that is 1 on that loop, 0 on the other and harmonic
-    in between.
+    On the surface the loops turn by angles that differ by its curvature, which flattening moves onto them. Logarithms
+    of the scale of two conformal maps to flat surfaces differ by a harmonic function; the one that is zero on the
+    border has the least Dirichlet energy of them all, because its gradient is orthogonal to those of harmonic
+    functions. In that sense the scale varies least where the border keeps its lengths. Then the curvature of a place
+    goes to the first loop by its harmonic measure there: the function that is 1 on that loop, 0 on the other and
+    harmonic in between.
     """
     count = len(surface.vertices)
     share, straight = np.zeros(count), np.full(count, 2 * np.pi)

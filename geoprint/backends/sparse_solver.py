@@ -9,7 +9,7 @@ eliminates the cut last; on coordinates the cut is a median and needs no graph p
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from typing import Protocol, TypeAlias, final
+from typing import Protocol, TypeAlias, TypeVar, final, overload
 
 import numpy as np
 from numba import njit
@@ -31,22 +31,26 @@ LOWER, UPPER = 1, 2
 # Where the neighbours of each unknown start, and the neighbours.
 Graph: TypeAlias = tuple[NDArray[np.int32], NDArray[np.int32]]
 SideArray: TypeAlias = NDArray[np.int8]
+ComplexArray: TypeAlias = NDArray[np.complex128]
+# Solutions are of the kind of their right-hand side: complex where the matrix is.
+Values = TypeVar("Values", FloatArray, ComplexArray)
 
 
 class Factor(Protocol):
     """A factorised matrix."""
 
-    def solve(self, b: FloatArray, /) -> FloatArray:
-        """Return the (n,) solution for an (n,) right-hand side."""
-        ...
+    @overload
+    def solve(self, b: FloatArray, /) -> FloatArray: ...
+    @overload
+    def solve(self, b: ComplexArray, /) -> ComplexArray: ...
 
 
 @final
 class SymmetricSolver:
-    """Solves A x = b for one sparse symmetric positive definite A and many b.
+    """Solves A x = b for one sparse positive definite A, symmetric or, if complex, Hermitian, and many b.
 
     Args:
-        matrix: (n, n) sparse, symmetric positive definite.
+        matrix: (n, n) sparse, symmetric or Hermitian, positive definite.
         order: (n,) a permutation of the unknowns, in which they are eliminated, as `nested_dissection` returns it;
             only time and memory depend on it, not the result.
 
@@ -58,8 +62,8 @@ class SymmetricSolver:
         self._order = order
         self._factor = factorised(csc_array(matrix[order][:, order]))
 
-    def solve(self, right_hand_side: FloatArray) -> FloatArray:
-        """Return the (n,) solution for an (n,) right-hand side."""
+    def solve(self, right_hand_side: Values) -> Values:
+        """Return the (n,) solution for an (n,) right-hand side, complex if and only if the matrix is."""
         solution = np.empty_like(right_hand_side)
         solution[self._order] = self._factor.solve(right_hand_side[self._order])
         return solution

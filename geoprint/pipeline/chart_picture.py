@@ -23,13 +23,16 @@ def chart_picture(plan: Plan, flattening: Flattening) -> bytes:
         plan: a plan in the plane.
         flattening: its chart.
     """
-    workpiece, contours = plan.workpiece, plan.contours
-    region, image = chart_images(flattening.chart, workpiece.seed, resolution=PICTURE_PIXELS)
+    workpiece, contours, chart = plan.workpiece, plan.contours, flattening.chart
+    region, image = chart_images(workpiece.surface, chart, workpiece.seed, resolution=PICTURE_PIXELS)
     inside = region.values >= 0.0
     places = np.argwhere(inside)[:, ::-1] * region.pixel + region.origin
     scales = np.ones(inside.shape)
-    found = distortion(workpiece.surface, flattening.chart).area_scales
-    scales[inside] = found[locate(flattening.chart, places).faces]
+    found = distortion(workpiece.surface, chart.flat).area_scales
+    scales[inside] = found[locate(chart.flat, places).faces]
+    chart_places = positions(chart.flat, contours.curves.points)[:, :2]
+    nearest = chart.continuation.nearest_images(chart_places[1:], to=chart_places[:-1])
+    crossing = np.flatnonzero((nearest != chart_places[1:]).any(axis=1)) + 1
     low = region.origin - 0.5 * region.pixel
     high = low + region.pixel * np.array(inside.shape[::-1])
     flattened = FlattenedPart(
@@ -37,10 +40,11 @@ def chart_picture(plan: Plan, flattening: Flattening) -> bytes:
         distances=image.values,
         inside=inside.astype(np.float64),
         extent=np.array([low[0], high[0], low[1], high[1]]),
-        chart_places=positions(flattening.chart, contours.curves.points)[:, :2],
+        chart_places=chart_places,
         places=positions(workpiece.surface, contours.curves.points),
         offsets=contours.curves.offsets,
         levels=contours.levels,
+        chart_offsets=np.union1d(contours.curves.offsets, crossing),
     )
     return chart_figure(
         workpiece.part,

@@ -79,14 +79,14 @@ def _chart(outcomes: Sequence[Planned]) -> list[Row]:
         plan = outcome.plan
         if plan.flattening is None:
             return "-"
-        found = distortion(plan.workpiece.surface, plan.flattening.chart)
+        found = distortion(plan.workpiece.surface, plan.flattening.chart.flat)
         return f"{found.scale_percentile(1):.2f} - {found.scale_percentile(99):.2f}"
 
     def predicted(outcome: Planned) -> str:
         plan = outcome.plan
         if plan.flattening is None:
             return "-"
-        found = predicted_spacing(plan.workpiece.surface, plan.flattening.chart, plan.contours.curves.points)
+        found = predicted_spacing(plan.workpiece.surface, plan.flattening.chart.flat, plan.contours.curves.points)
         low, high = np.percentile(found, [5, 95]).tolist()
         return f"{low:.3f} - {high:.3f}"
 

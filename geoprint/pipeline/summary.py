@@ -208,8 +208,8 @@ def _field(plan: Plan) -> dict[str, Json]:
 
 def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     surface, contours = plan.workpiece.surface, plan.contours
-    found = distortion(surface, flattening.chart)
-    predicted = predicted_spacing(surface, flattening.chart, contours.curves.points)
+    found = distortion(surface, flattening.chart.flat)
+    predicted = predicted_spacing(surface, flattening.chart.flat, contours.curves.points)
     levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
     return {
         "resolution": flattening.resolution,

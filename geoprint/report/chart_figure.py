@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
@@ -51,6 +50,8 @@ class FlattenedPart:
         places: (k, 3) the same nodes on the surface [mm].
         offsets: (c + 1,) where each curve starts among them.
         levels: (c,) level of each curve.
+        chart_offsets: (p + 1,) where each piece of a curve starts that the chart shows in one; all `offsets` and,
+            where the chart was cut, nodes at which curves go on at its other side.
     """
 
     area_scales: FloatArray
@@ -61,11 +62,12 @@ class FlattenedPart:
     places: FloatArray
     offsets: IntArray
     levels: IntArray
+    chart_offsets: IntArray
 
     def __post_init__(self) -> None:
         freeze_arrays(
             self, area_scales="float: r q", distances="float: r q", inside="float: r q", extent="float: 4",
-            chart_places="float: k 2", places="float: k 3", offsets="int: o", levels="int: c",
+            chart_places="float: k 2", places="float: k 3", offsets="int: o", levels="int: c", chart_offsets="int: p",
         )  # fmt: skip
 
 
@@ -135,9 +137,11 @@ def _draw_distances(figure: Figure, axis: Axes, flattened: FlattenedPart, *, spa
         extent=_extent(flattened),
     )
     each = 1 + int(flattened.levels.max()) // DRAWN_LEVELS
-    shown = np.flatnonzero(flattened.levels % each == 0).tolist()
-    lines = _split(flattened, flattened.chart_places)
-    dark = (flattened.levels + 0.5) * spacing < WHITE_CURVES * _deepest(flattened)
+    curves = np.searchsorted(flattened.offsets, flattened.chart_offsets[:-1], side="right") - 1
+    levels = flattened.levels[curves]
+    shown = np.flatnonzero(levels % each == 0).tolist()
+    lines = np.split(flattened.chart_places, flattened.chart_offsets[1:-1])
+    dark = (levels + 0.5) * spacing < WHITE_CURVES * _deepest(flattened)
     colours = ["white" if dark[i] else "black" for i in shown]
     axis.add_collection(LineCollection([lines[i] for i in shown], colors=colours, linewidths=0.7))
     scale = figure.colorbar(drawn, ax=axis, location="bottom", shrink=SCALE_SHRINK, pad=SCALE_PAD)
@@ -152,7 +156,7 @@ def _draw_curves(figure: Figure, axis: Axes, flattened: FlattenedPart, seen: Flo
 
     width_mm = float(np.diff(axis.get_xlim())[0])
     lines = LineCollection(
-        _split(flattened, seen),
+        np.split(seen, flattened.offsets[1:-1]),
         array=(flattened.levels + 0.5) * spacing,
         cmap=_distance_map(),
         norm=_distance_norm(flattened),
@@ -188,10 +192,6 @@ def _deepest(flattened: FlattenedPart) -> float:
 def _extent(flattened: FlattenedPart) -> tuple[float, float, float, float]:
     left, right, bottom, top = flattened.extent.tolist()
     return left, right, bottom, top
-
-
-def _split(flattened: FlattenedPart, places: FloatArray) -> Sequence[FloatArray]:
-    return np.split(places, flattened.offsets[1:-1])
 
 
 def _plain(axis: Axes) -> None:
