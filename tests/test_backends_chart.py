@@ -207,3 +207,18 @@ def test_segments_apart_on_one_line_do_not_cross_though_rounding_puts_their_ends
     start = np.array([[0.1182872602709719, -0.2595024075854812], [-0.20570465704083962, 0.4512815127458273]])
     end = np.array([[-0.1811790261929029, 0.3974763925831601], [-0.4226043838121327, 0.9271231306245735]])
     assert len(crossing_segments(start, end)) == 0
+
+
+def test_holes_that_touch_in_a_point_touch_in_the_chart_as_well() -> None:
+    whole = plate((40.0, 30.0), (8, 6))
+    middles = whole.vertices[whole.faces].mean(axis=1)
+    first = (np.abs(middles[:, 0] - 17.5) < 2.5) & (np.abs(middles[:, 1] - 12.5) < 2.5)
+    second = (np.abs(middles[:, 0] - 22.5) < 2.5) & (np.abs(middles[:, 1] - 17.5) < 2.5)
+    holed, _ = prepare(Surface(whole.vertices, whole.faces[~(first | second)], name="holed"))
+    chart = conformal_chart(holed)
+    corners = np.flatnonzero(np.linalg.norm(holed.vertices - [20.0, 15.0, 0.0], axis=1) < 1e-9)
+    assert corners.size == 2
+    np.testing.assert_array_equal(chart.vertices[corners[0]], chart.vertices[corners[1]])
+    edge_length = np.linalg.norm(np.diff(holed.vertices[holed.faces[:, :2]], axis=1)[:, 0], axis=1)
+    chart_length = np.linalg.norm(np.diff(chart.vertices[chart.faces[:, :2]], axis=1)[:, 0], axis=1)
+    np.testing.assert_allclose(chart_length, edge_length, rtol=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from geoprint.backends.conformal_map import PinnedMap, conformal_energy, turning_pull
 from geoprint.backends.overlap import refuse_overlaps, signed_areas
@@ -36,17 +37,46 @@ def conformal_chart(surface: Surface) -> Surface:
     """
     loops = boundary_loops(surface)
     _require_planar(surface, loops)
-    longest, pins = loops[0], farthest_pair(surface, loops[0])
-    solved = PinnedMap(conformal_energy(surface, loops), coordinates=surface.vertices, pins=pins)
+    longest = loops[0]
+    unknown, first = touching_together(surface, loops)
+    tied = csc_array((np.ones(unknown.size), (np.arange(unknown.size), unknown)))
+    solved = PinnedMap(
+        csc_array(tied.T @ conformal_energy(surface, loops) @ tied),
+        coordinates=surface.vertices[first],
+        pins=unknown[farthest_pair(surface, longest)],
+    )
     image = solved.image
     if len(loops) > 1:
-        ends, count = np.roll(longest, -1), len(surface.vertices)
+        ends = np.roll(longest, -1)
         lengths = np.linalg.norm(surface.vertices[ends] - surface.vertices[longest], axis=1)
-        image = solved.pulled(turning_pull(longest, ends, lengths=lengths, turn=2 * np.pi, unknowns=count))
+        pull = turning_pull(unknown[longest], unknown[ends], lengths=lengths, turn=2 * np.pi, unknowns=first.size)
+        image = solved.pulled(pull)
+    image = image[unknown]
     flat = np.column_stack([image.real, image.imag])
     refuse_overlaps(surface, flat, loops)
     scale = np.sqrt(face_areas(surface).sum() / signed_areas(flat, surface.faces).sum())
     return Surface(np.column_stack([scale * flat, np.zeros(len(flat))]), surface.faces, name=surface.name)
+
+
+def touching_together(surface: Surface, loops: tuple[IntArray, ...]) -> tuple[IntArray, IntArray]:
+    """Number the places of a surface: vertices one by one, but those of its border that lie in one place as one.
+
+    Where two holes touch in a point, or a hole the outer border, the surface has a vertex for each side; they must not
+    come apart in the chart, or the sides would overlap.
+
+    Args:
+        surface: n vertices.
+        loops: its boundary loops.
+
+    Returns:
+        (n,) the place of each vertex, and (k,) one vertex of each place.
+    """
+    border = np.concatenate(loops)
+    _, one, same = np.unique(surface.vertices[border], axis=0, return_index=True, return_inverse=True)
+    representative = np.arange(len(surface.vertices))
+    representative[border] = border[one][same]
+    first, place = np.unique(representative, return_inverse=True)
+    return np.asarray(place, dtype=np.int64), first
 
 
 def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
