@@ -102,10 +102,9 @@ def _cone() -> Shape:
     return Shape((circle(slant),), lift, lambda places: slant - np.sqrt((places**2).sum(axis=1)))
 
 
-def _cap() -> Shape:
-    radius = 20.0
-    # A hemisphere, areas kept: the flat radius of the polar angle a is 2 radius sin(a / 2).
-    rim = 2 * radius * np.sin(np.pi / 4)
+def _cap(half_angle: float = np.pi / 2, *, radius: float = 20.0) -> Shape:
+    # Areas are kept: the flat radius of the polar angle a is 2 radius sin(a / 2).
+    rim = 2 * radius * np.sin(half_angle / 2)
 
     def lift(points: FloatArray) -> FloatArray:
         reach, turn = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
@@ -113,7 +112,7 @@ def _cap() -> Shape:
         return radius * np.column_stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)])
 
     def distance(places: FloatArray) -> FloatArray:
-        return radius * (np.pi / 2 - np.arccos(np.clip(places[:, 2] / radius, -1.0, 1.0)))
+        return radius * (half_angle - np.arccos(np.clip(places[:, 2] / radius, -1.0, 1.0)))
 
     return Shape((circle(rim),), lift, distance)
 
@@ -175,6 +174,17 @@ SHAPES: Mapping[str, Callable[[], Shape]] = MappingProxyType(
 )
 
 
+def cap(half_angle_deg: float, *, depth: float = 20.0) -> Shape:
+    """Return a spherical cap: the more of the sphere, the more a flat map must stretch it.
+
+    Args:
+        half_angle_deg: from the pole to the rim [degrees].
+        depth: distance along the sphere from the rim to the pole [mm].
+    """
+    half_angle = float(np.radians(half_angle_deg))
+    return _cap(half_angle, radius=depth / half_angle)
+
+
 def make(shape: str, *, faces: int, style: str = "irregular", random_seed: int = 0) -> Surface:
     """Return a triangulated shape.
 
@@ -184,7 +194,11 @@ def make(shape: str, *, faces: int, style: str = "irregular", random_seed: int =
         style: one of `STYLES`.
         random_seed: another one gives another triangulation.
     """
-    made = SHAPES[shape]()
+    return triangulated(SHAPES[shape](), name=shape, faces=faces, style=style, random_seed=random_seed)
+
+
+def triangulated(made: Shape, *, name: str, faces: int, style: str = "irregular", random_seed: int = 0) -> Surface:
+    """Return a triangulation of any shape, named; the rest is as for `make`."""
     rng = np.random.default_rng(random_seed)
     stretch = np.array([1.0, STRETCH if style == "anisotropic" else 1.0])
     borders = [border * stretch for border in made.borders]
@@ -196,7 +210,7 @@ def make(shape: str, *, faces: int, style: str = "irregular", random_seed: int =
     if style == "sliver":
         triangles = _turned(points, triangles, rng)
     used, renumbered = np.unique(triangles, return_inverse=True)
-    return Surface(made.lift(points[used] / stretch), renumbered.reshape(-1, 3), name=f"{shape}, {style}")
+    return Surface(made.lift(points[used] / stretch), renumbered.reshape(-1, 3), name=f"{name}, {style}")
 
 
 def exact_distance(surface: Surface) -> FloatArray:

@@ -1,81 +1,242 @@
-"""How even are the paths of each backend, on the parts in data/? Prints the README's table and makes its picture.
+"""How even are the paths of each backend? Prints the README's table and makes its pictures.
 
-python -m benchmarks.uniformity [--picture FILE] [--smoke]
+    python -m benchmarks.uniformity [--parts FILE ...] [--save FILE] [--picture [FOLDER]] [--smoke]
+    python -m benchmarks.uniformity --compare A.json B.json
+
+Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
+any mesh files [mm]. All are planned `SPACING` apart by `geoprint.pipeline.compare` and measured by its oracle, the
+exact distance over the triangles. The area scale is that of lscm's chart, chart over surface, 1 on average: where its
+1st and 99th percentile by area are near each other, a flat map loses little.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+import json
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
-from geoprint.config import Job, job_of
-from geoprint.pipeline import COMPARED, Comparison, Planned, compare, comparison_picture
+from benchmarks.evenness_picture import evenness_picture
+from benchmarks.surfaces import SHAPES, Shape, cap, triangulated
+from geoprint.backends import distortion
+from geoprint.config import job_of
+from geoprint.pipeline import COMPARED, Comparison, compare, comparison_picture
+from geoprint.surfaces import save_ply
 
 DATA = Path(__file__).parents[1] / "data"
+OWN: Mapping[str, str] = MappingProxyType(
+    {
+        "plate": "plate.ply",
+        "heart, free wall": "heart_flat_patch.ply",
+        "heart, apex": "heart_apex_patch.ply",
+    }
+)
+PICTURED = "heart, apex"
+ANALYTIC: Mapping[str, Callable[[], Shape]] = MappingProxyType(
+    {
+        "plate by formula": SHAPES["plate"],
+        "half cylinder": SHAPES["cylinder"],
+        "cone": SHAPES["cone"],
+        "cap, 20 degrees": lambda: cap(20.0),
+        "cap, 45 degrees": lambda: cap(45.0),
+        "cap, 70 degrees": lambda: cap(70.0),
+        "saddle": SHAPES["saddle"],
+        "bumpy": SHAPES["bumpy"],
+    }
+)
+ANALYTIC_FACES = 4_000
+BACKENDS = ("lscm", "heat", "fast-marching")
+SPACING = 1.0
+SMOKE_SPACING = 4.0
+IMAGES = Path(__file__).parents[1] / ".github" / "images"
+# A chart whose area scale spreads by less than this factor from the 1st to the 99th percentile: nearly flat.
+NEARLY_FLAT = 1.2
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
-    """A row of the table: what is planned, on which body, how fine."""
+class Evenness:
+    """One backend on one part; ratios to the spacing and shares, as in `geoprint.quality.Uniformity`."""
 
-    title: str
-    file: str
-    body: str | None
-    spacing: float
+    cv: float
+    p95: float
+    gap: float
+    overlap: float
+    width_cv: float
 
 
-PARTS = (
-    Part("plate, flat", "plate.ply", None, 1.0),
-    Part("heart, free wall, nearly flat", "heart_flat_patch.ply", "heart.ply", 1.0),
-    Part("heart, apex, strongly curved", "heart_apex_patch.ply", "heart.ply", 1.0),
-)
-SMOKE = Part("plate, flat, coarse", "plate.ply", None, 4.0)
-BACKENDS = ("lscm", "heat", "fast-marching")
-PICTURED = "heart_apex_patch.ply"
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One part.
+
+    Attributes:
+        part: what it is.
+        area_scale: 1st and 99th percentile of the area scale of lscm's chart, or None where it has none.
+        backends: evenness by name.
+        refused: reason by name, of those that cannot plan on it.
+    """
+
+    part: str
+    area_scale: tuple[float, float] | None
+    backends: Mapping[str, Evenness]
+    refused: Mapping[str, str]
+
+    @property
+    def spread(self) -> float:
+        """99th over 1st percentile of the area scale; infinite without a chart."""
+        return float("inf") if self.area_scale is None else self.area_scale[1] / self.area_scale[0]
 
 
 def main() -> None:
-    """Print the table; with `--picture` also write the picture of the apex."""
+    """Print the table, or the difference of two saved ones."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--picture", type=Path, help="where to write the picture of the apex, a PNG")
+    parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="meshes [mm] besides")
+    parser.add_argument("--save", type=Path, metavar="FILE", help="write the figures as JSON too")
+    parser.add_argument("--compare", nargs=2, type=Path, metavar=("A", "B"), help="print what changed from A to B")
+    parser.add_argument("--picture", type=Path, nargs="?", const=IMAGES, metavar="FOLDER", help="write both pictures")
     parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
-    print("| part | backend | spacing CV | p95 | area uncovered | overlapped | width CV | printable |")
-    print("|---|---|---|---|---|---|---|---|")
-    for part in (SMOKE,) if arguments.smoke else PARTS:
-        compared = compare(_job(part), backends=BACKENDS)
-        for line in _rows(part, compared):
-            print(line)
-        if arguments.picture is not None and part.file == PICTURED:
-            arguments.picture.parent.mkdir(parents=True, exist_ok=True)
-            pair = tuple((name, outcome) for name, outcome in compared.outcomes if name in COMPARED)
-            arguments.picture.write_bytes(comparison_picture(replace(compared, outcomes=pair)))
+    if arguments.compare is not None:
+        first, second = (loaded(path) for path in arguments.compare)
+        print("\n".join(differences(first, second)))
+        return
+    pictured: Path | None = arguments.picture
+    with tempfile.TemporaryDirectory() as folder:
+        parts = _smoke_parts() if arguments.smoke else _parts(Path(folder), arguments.parts)
+        rows = [_measured(title, file, smoke=arguments.smoke, picture=pictured) for title, file in parts.items()]
+    print("\n".join(table(rows)))
+    if arguments.save is not None:
+        arguments.save.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n", encoding="utf-8")
+    if pictured is not None:
+        (pictured / "evenness.png").write_bytes(picture(rows))
 
 
-def _job(part: Part) -> Job:
-    return job_of(
-        surface=DATA / part.file,
-        unit="mm",
-        spacing=part.spacing,
-        body=None if part.body is None else DATA / part.body,
-        place="demo",
+def table(rows: Sequence[Row]) -> Iterator[str]:
+    """Return a Markdown table, from nearly flat parts to strongly curved ones."""
+    names = " / ".join(BACKENDS)
+    yield f"In each cell: {names}."
+    yield ""
+    yield "| part | area scale p1 - p99 | spacing CV, % | p95 | gap, % | overlap, % | width CV, % |"
+    yield "|" + "---|" * 7
+    ordered = _sorted(rows)
+    for title, chosen in (
+        ("nearly flat", [row for row in ordered if row.spread <= NEARLY_FLAT]),
+        ("curved", [row for row in ordered if row.spread > NEARLY_FLAT]),
+    ):
+        if chosen:
+            yield f"| **{title}** |" + " |" * 6
+        yield from (_line(row) for row in chosen)
+    for row in ordered:
+        for name, reason in row.refused.items():
+            yield f"{row.part}: {name} refuses: {reason}"
+
+
+def picture(rows: Sequence[Row]) -> bytes:
+    """Return a PNG of the spacing CV of each backend on each part, ordered as in the table."""
+    cvs = {row.part: {name: found.cv for name, found in row.backends.items()} for row in _sorted(rows)}
+    flat = sum(row.spread <= NEARLY_FLAT for row in rows)
+    return evenness_picture(cvs, nearly_flat=flat, backends=BACKENDS)
+
+
+def differences(first: Sequence[Row], second: Sequence[Row]) -> Iterator[str]:
+    """Return a Markdown table of the figures that two saved tables do not share, to 1e-4."""
+    before, after = ({row.part: row for row in rows} for rows in (first, second))
+    yield "| part | backend | figure | A | B | B - A |"
+    yield "|" + "---|" * 6
+    for part in dict.fromkeys([*before, *after]):
+        if part not in before or part not in after:
+            yield f"| {part} | | only in {'A' if part in before else 'B'} | | | |"
+            continue
+        for name in dict.fromkeys([*before[part].backends, *after[part].backends]):
+            old, new = before[part].backends.get(name), after[part].backends.get(name)
+            if old is None or new is None:
+                yield f"| {part} | {name} | planned only in {'B' if old is None else 'A'} | | | |"
+                continue
+            for figure, value in asdict(old).items():
+                change = asdict(new)[figure] - value
+                if abs(change) > 1e-4:
+                    yield f"| {part} | {name} | {figure} | {value:.4f} | {value + change:.4f} | {change:+.4f} |"
+
+
+def _parts(folder: Path, files: Sequence[Path]) -> dict[str, Path]:
+    """Return the file of each part; surfaces by formula are written into the folder."""
+    parts = {title: DATA / name for title, name in OWN.items()}
+    for title, shape in ANALYTIC.items():
+        parts[title] = folder / f"{title.replace(', ', '_').replace(' ', '_')}.ply"
+        save_ply(triangulated(shape(), name=title, faces=ANALYTIC_FACES), parts[title])
+    return parts | {file.stem: file for file in files}
+
+
+def _smoke_parts() -> dict[str, Path]:
+    return {title: DATA / OWN[title] for title in ("plate", PICTURED)}
+
+
+def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> Row:
+    """Compare the backends on a part, and draw it where it is the one that is drawn."""
+    spacing = SMOKE_SPACING if smoke else SPACING
+    compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
+    if picture is not None and title == PICTURED:
+        picture.mkdir(parents=True, exist_ok=True)
+        pair = tuple((name, outcome) for name, outcome in compared.outcomes if name in COMPARED)
+        (picture / "apex.png").write_bytes(comparison_picture(replace(compared, outcomes=pair)))
+    return _row(title, compared)
+
+
+def _row(title: str, compared: Comparison) -> Row:
+    found = {
+        name: Evenness(
+            cv=outcome.uniformity.cv,
+            p95=outcome.uniformity.percentile(95),
+            gap=outcome.uniformity.uncovered,
+            overlap=outcome.uniformity.overlap,
+            width_cv=outcome.uniformity.width_cv,
+        )
+        for name, outcome in compared.planned
+    }
+    return Row(title, _area_scale(compared), found, dict(compared.refused))
+
+
+def _area_scale(compared: Comparison) -> tuple[float, float] | None:
+    for _, outcome in compared.planned:
+        if outcome.plan.flattening is not None:
+            scales = distortion(compared.workpiece.surface, outcome.plan.flattening.chart)
+            return scales.scale_percentile(1), scales.scale_percentile(99)
+    return None
+
+
+def loaded(path: Path) -> list[Row]:
+    """Read what `--save` wrote."""
+    return [
+        Row(
+            part=row["part"],
+            area_scale=None if row["area_scale"] is None else tuple(row["area_scale"]),
+            backends={name: Evenness(**found) for name, found in row["backends"].items()},
+            refused=row["refused"],
+        )
+        for row in json.loads(path.read_text(encoding="utf-8"))
+    ]
+
+
+def _sorted(rows: Sequence[Row]) -> list[Row]:
+    return sorted(rows, key=lambda row: row.spread)
+
+
+def _line(row: Row) -> str:
+    scale = "-" if row.area_scale is None else f"{row.area_scale[0]:.2f} - {row.area_scale[1]:.2f}"
+    figures = (
+        _cell(row, lambda found: f"{100 * found.cv:.2f}"),
+        _cell(row, lambda found: f"{found.p95:.3f}"),
+        _cell(row, lambda found: f"{100 * found.gap:.2f}"),
+        _cell(row, lambda found: f"{100 * found.overlap:.2f}"),
+        _cell(row, lambda found: f"{100 * found.width_cv:.1f}"),
     )
+    return " | ".join(("| " + row.part, scale, *figures)) + " |"
 
 
-def _rows(part: Part, compared: Comparison) -> list[str]:
-    rows: list[str] = []
-    for name, outcome in compared.outcomes:
-        if isinstance(outcome, Planned):
-            measured = outcome.uniformity
-            printable = "yes" if outcome.plan.robot is not None else f"no: {outcome.not_printable}"
-            rows.append(
-                f"| {part.title} | {name} | {measured.cv:.2%} | {measured.percentile(95):.3f} | "
-                f"{measured.uncovered:.2%} | {measured.overlap:.2%} | {measured.width_cv:.2%} | {printable} |"
-            )
-        else:
-            rows.append(f"| {part.title} | {name} | - | - | - | - | - | refused: {outcome.reason} |")
-    return rows
+def _cell(row: Row, text: Callable[[Evenness], str]) -> str:
+    return " / ".join(text(row.backends[name]) if name in row.backends else "-" for name in BACKENDS)
 
 
 if __name__ == "__main__":

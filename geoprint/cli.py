@@ -71,6 +71,10 @@ CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` 
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
 Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
 NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
+Samples = Annotated[
+    bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
+]
+Figures = Annotated[bool, typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
 
@@ -150,6 +154,8 @@ def compare(
     place: Place = None,
     flip: Flip = False,
     no_robot: NoRobot = False,
+    samples: Samples = False,
+    figures: Figures = False,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
@@ -169,7 +175,7 @@ def compare(
     with _watch() as observe:
         compared = compare_parts(jobs, backends=_backend_names(backends), observe=observe)
         observe("writing")
-        save_comparisons(compared, out, overwrite=overwrite)
+        save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
     if as_json:
         typer.echo(json.dumps(comparison_summary(compared), indent=2))
     _say(f"{comparison_table(compared)}\nwritten and verified: {out}")

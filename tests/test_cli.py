@@ -67,6 +67,15 @@ def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path
     assert (out / "heat" / "rapid" / "GeoPrint.mod").is_file()
 
 
+def test_compare_adds_samples_and_figures_when_asked(run: Run, part: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    asked = ("--rounds", "4", "--no-robot", "--backends", "heat", "--samples", "--figures", "--out", out)
+    status, _, stderr = run("compare", part, "--unit", "mm", *asked)
+    assert status == 0, stderr
+    assert (out / "heat" / "spacing.csv").is_file()
+    assert (out / "figures" / "spacing-map.svg").is_file()
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "complaint"),
     [

@@ -13,9 +13,10 @@ import numpy as np
 from geoprint.errors import VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
 from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
-from geoprint.pipeline.coverage_picture import coverage_picture
+from geoprint.pipeline.coverage_picture import coverage_picture, paper_files
 from geoprint.pipeline.part_report import part_report
 from geoprint.pipeline.saving import plan_files, verify_files
+from geoprint.pipeline.spacing_table import spacing_table
 from geoprint.pipeline.summary import settings_summary, summary, uniformity_summary
 from geoprint.pipeline.verdict import verdict
 from geoprint.quality import agreement
@@ -28,7 +29,14 @@ VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
 
 
-def save_comparisons(parts: Sequence[Comparison | FailedPart], directory: Path, *, overwrite: bool = False) -> None:
+def save_comparisons(
+    parts: Sequence[Comparison | FailedPart],
+    directory: Path,
+    *,
+    samples: bool = False,
+    figures: bool = False,
+    overwrite: bool = False,
+) -> None:
     """Write compare.json, report.html, and for each part a picture and a bundle a planned backend: all or nothing.
 
     One part's files stand in the folder itself, those of several in a folder each, named after the part.
@@ -36,6 +44,8 @@ def save_comparisons(parts: Sequence[Comparison | FailedPart], directory: Path, 
     Args:
         parts: what was compared, at least one.
         directory: where the result shall stand.
+        samples: whether spacing.csv is added to each bundle (`geoprint.pipeline.spacing_table` names its columns).
+        figures: whether figures for papers are added in the folder figures/ of each part.
         overwrite: whether an existing result may be replaced.
 
     Raises:
@@ -50,6 +60,11 @@ def save_comparisons(parts: Sequence[Comparison | FailedPart], directory: Path, 
             files[f"{folder}compare.png"] = comparison_picture(part)
             for name, outcome in part.planned:
                 files |= {f"{folder}{name}/{file}": content for file, content in plan_files(outcome.plan).items()}
+                if samples:
+                    files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity, outcome.plan.poses)
+            if figures:
+                drawn = paper_files(part.workpiece, part.planned)
+                files |= {f"{folder}figures/{file}": content for file, content in drawn.items()}
 
     def verify(written: Path) -> None:
         for part, folder in zip(parts, folders, strict=True):

@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.workpiece import Workpiece, upright
-from geoprint.report import Coverage, coverage_figure
+from geoprint.report import Coverage, coverage_figure, paper_figures
 
 
 def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str) -> bytes:
@@ -25,6 +25,21 @@ def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]
         R_view_work=upright(workpiece),
         spacing=planned[0][1].plan.contours.spacing,
         title=title,
+    )
+
+
+def paper_files(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) -> dict[str, bytes]:
+    """Return name and content of the figures for papers, as PNG and SVG.
+
+    Args:
+        workpiece: what they planned on.
+        planned: name and outcome, at least one.
+    """
+    return paper_figures(
+        workpiece.part,
+        [coverage_panel(name, outcome) for name, outcome in planned],
+        R_view_work=upright(workpiece),
+        spacing=planned[0][1].plan.contours.spacing,
     )
 
 

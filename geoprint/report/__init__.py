@@ -3,6 +3,7 @@
 from geoprint.report.chart_figure import FlattenedPart, chart_figure
 from geoprint.report.figures import Coverage, coverage_figure
 from geoprint.report.page import html_report
+from geoprint.report.paper_figures import paper_figures
 from geoprint.report.values import (
     COVERED,
     GAP,
@@ -34,5 +35,6 @@ __all__ = [
     "chart_figure",
     "coverage_figure",
     "html_report",
+    "paper_figures",
     "view_surface",
 ]

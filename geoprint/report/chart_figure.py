@@ -12,7 +12,7 @@ import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.model.arrays import freeze_arrays
-from geoprint.report.figures import DOTS_PER_INCH, PANEL_INCHES, draw_part, png_bytes
+from geoprint.report.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, draw_part, png_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,7 +123,7 @@ def _draw_scales(figure: Figure, axis: Axes, flattened: FlattenedPart) -> None:
     scale.ax.xaxis.set_major_formatter(FixedFormatter([f"{tick:.2f}" for tick in ticks]))
     scale.set_label("chart area / surface area, 1 on average", fontsize=10)
     _plain(axis)
-    _add_ruler(axis)
+    add_ruler(axis)
 
 
 def _draw_distances(figure: Figure, axis: Axes, flattened: FlattenedPart, *, spacing: float) -> None:
@@ -148,7 +148,7 @@ def _draw_distances(figure: Figure, axis: Axes, flattened: FlattenedPart, *, spa
     which = "every level" if each == 1 else f"one level in {each}"
     scale.set_label(f"distance from the seed, mm; {which}, {each * spacing:.3g} mm apart", fontsize=10)
     _plain(axis)
-    _add_ruler(axis)
+    add_ruler(axis)
 
 
 def _draw_curves(figure: Figure, axis: Axes, flattened: FlattenedPart, seen: FloatArray, *, spacing: float) -> None:
@@ -165,7 +165,7 @@ def _draw_curves(figure: Figure, axis: Axes, flattened: FlattenedPart, seen: Flo
     axis.add_collection(lines)
     scale = figure.colorbar(lines, ax=axis, location="bottom", shrink=SCALE_SHRINK, pad=SCALE_PAD)
     scale.set_label(f"distance from the seed, mm; every level, {spacing:.3g} mm apart", fontsize=10)
-    _add_ruler(axis)
+    add_ruler(axis)
 
 
 def _distance_norm(flattened: FlattenedPart) -> Normalize:
@@ -200,16 +200,3 @@ def _plain(axis: Axes) -> None:
     axis.set_yticks([])
     for side in axis.spines.values():
         side.set_visible(False)
-
-
-def _add_ruler(axis: Axes) -> None:
-    """Draw a bar of a round length below the lower left corner and write how long it is."""
-    left, right = axis.get_xlim()
-    bottom, top = axis.get_ylim()
-    room = 0.25 * (right - left)
-    length = max(step * 10.0**power for power in range(-3, 4) for step in (1, 2, 5) if step * 10.0**power <= room)
-    height = bottom - 0.04 * (top - bottom)
-    axis.plot([left, left + length], [height, height], color="black", linewidth=2.0, solid_capstyle="butt")
-    axis.text(left + length, height, f" {length:g} mm", fontsize=9, va="center")
-    axis.set_xlim(left, right)
-    axis.set_ylim(bottom - 0.09 * (top - bottom), top)

@@ -1,7 +1,7 @@
 """Static figures: toolpaths on the part, coloured by how far neighbours are apart."""
 
-# matplotlib leaves the keyword arguments of its methods untyped.
-# pyright: reportUnknownMemberType=false
+# matplotlib leaves the keyword arguments of its methods untyped, and a part of those of rc_context.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
 from __future__ import annotations
 
@@ -116,6 +116,24 @@ def draw_part(
         side.set_visible(False)
 
 
+def add_ruler(axis: Axes, *, font_size: float = 9.0) -> None:
+    """Draw a bar of a round length below the lower left corner and write how long it is [mm].
+
+    Args:
+        axis: with its limits set.
+        font_size: [points].
+    """
+    left, right = axis.get_xlim()
+    bottom, top = axis.get_ylim()
+    room = 0.25 * (right - left)
+    length = max(step * 10.0**power for power in range(-3, 4) for step in (1, 2, 5) if step * 10.0**power <= room)
+    height = bottom - 0.04 * (top - bottom)
+    axis.plot([left, left + length], [height, height], color="black", linewidth=2.0, solid_capstyle="butt")
+    axis.text(left + length, height, f" {length:g} mm", fontsize=font_size, va="center")
+    axis.set_xlim(left, right)
+    axis.set_ylim(bottom - 0.09 * (top - bottom), top)
+
+
 def _draw_runs(axis: Axes, panel: Coverage, R_view_work: FloatArray, *, spacing: float) -> None:
     from matplotlib import colormaps
     from matplotlib.collections import LineCollection
@@ -155,4 +173,14 @@ def png_bytes(figure: Figure) -> bytes:
     """Return a figure as a PNG; the same bytes for the same figure."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def svg_bytes(figure: Figure) -> bytes:
+    """Return a figure as an SVG; the same bytes for the same figure: no date, no random ids, letters as outlines."""
+    from matplotlib import rc_context
+
+    buffer = io.BytesIO()
+    with rc_context({"svg.hashsalt": "geoprint", "svg.fonttype": "path"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint.model import FloatArray
-from geoprint.report.markup import Markup, element, joined
+from geoprint.report.markup import Markup, element
 from geoprint.report.values import BackendView
 
 # The axis: ratios of the spacing to the wanted one. What lies beyond is counted in the outermost bins.
@@ -39,7 +39,7 @@ def spacing_shares(ratios: FloatArray) -> FloatArray:
 def histograms(backends: tuple[BackendView, ...]) -> Markup:
     """Return one row a backend, on one axis; each row has its own height, which is written beside it."""
     rows = [_row(backend) for backend in backends]
-    ticks = [element("span", _tick(value), class_="tick", style=f"left:{_percent(value)}%") for value in TICKS]
+    ticks = [element("span", tick_text(value), class_="tick", style=f"left:{_percent(value)}%") for value in TICKS]
     axis = element("div", element("div", *ticks, class_="ticks"), class_="histogram-axis", aria_hidden="true")
     label = element("p", "local spacing / wanted spacing [1]", class_="axis-label")
     return element("div", *rows, axis, label, class_="histograms")
@@ -82,6 +82,7 @@ def _percent(value: float) -> str:
     return f"{100 * (value - LOWEST) / (HIGHEST - LOWEST):.2f}"
 
 
-def _tick(value: float) -> Markup:
+def tick_text(value: float) -> str:
+    """Return what stands at a tick; the outermost ones say that they hold what lies beyond."""
     beyond = {TICKS[0]: "≤ ", TICKS[-1]: "≥ "}.get(value, "")
-    return joined(f"{beyond}{value:.1f}")
+    return f"{beyond}{value:.1f}"
