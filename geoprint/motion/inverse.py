@@ -17,7 +17,7 @@ from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream
 from geoprint.motion.configuration import configuration_data, singularity_distances
 from geoprint.motion.following import Followed, about_nozzle, follow, whole_turns
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
-from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, limit_margins, usable
+from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, Margin, limit_margins, smallest_margin, usable
 from geoprint.motion.pose_samples import PoseSamples, keyframes, sample_poses, tool_poses
 from geoprint.motion.reach_map import ReachMap, mapped
 from geoprint.motion.steps import tip_ways
@@ -115,6 +115,25 @@ def reach_map(
     samples = _samples(poses, T_base_work)
     way = _best_way(samples, arm, minimum_wrist_angle=minimum_wrist_angle, preferred_wrist_angle=PREFERRED_WRIST_ANGLE)
     return _mapped(way, samples, arm, poses=poses, minimum_wrist_angle=minimum_wrist_angle)
+
+
+def reach_margin(poses: PoseStream, arm: Arm, *, T_base_work: FloatArray) -> Margin:
+    """Return the smallest margin, along the whole stream, of the way that `reach` takes, or else of the best one.
+
+    Args:
+        poses: p poses in the work frame.
+        arm: with its tool.
+        T_base_work: (4, 4) where the part stands [mm].
+
+    Returns:
+        The margin; negative where a pose is refused. Flips and windings do not count.
+
+    Raises:
+        InputError: the stream is empty.
+    """
+    samples = _samples(poses, T_base_work)
+    way = _best_way(samples, arm, minimum_wrist_angle=MINIMUM_WRIST_ANGLE, preferred_wrist_angle=PREFERRED_WRIST_ANGLE)
+    return smallest_margin(way.joints, arm, deposit=samples.deposit)
 
 
 def _samples(poses: PoseStream, T_base_work: FloatArray) -> PoseSamples:
