@@ -111,7 +111,7 @@ class Room:
         low, high = self._extent(stand)
         nearest = np.clip(0.0, low[:2], high[:2])
         highest = transforms.apply(stand.T_base_fixture, self.part)[:, 2].max()
-        return self.lowest(stand) >= 0.0 and np.hypot(*nearest) >= COLUMN_RADIUS and bool(highest <= self.ceiling)
+        return bool(self.lowest(stand) >= 0.0 and np.hypot(*nearest) >= COLUMN_RADIUS and highest <= self.ceiling)
 
     def _extent(self, stand: Stand) -> tuple[FloatArray, FloatArray]:
         placed = transforms.apply(stand.T_base_fixture, np.vstack([self.part, self.body]))

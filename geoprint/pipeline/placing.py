@@ -99,7 +99,7 @@ def propose_placement(
     stage = Stages(observe)
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     paths = cover(job, workpiece, stage)
-    room = _room(workpiece)
+    room = room_of(workpiece)
     with stage("search"):
         candidates = _candidates(paths, room, height=height, tilt=float(np.radians(tilt_deg)))
     refused: list[str] = []
@@ -113,8 +113,8 @@ def propose_placement(
         if planned.robot is not None:
             return _proposal(paths, planned, planned.robot, stand=stand, room=room, refused=tuple(refused))
     raise PlanError(
-        f"{job.surface.name} finds no place in {workpiece.cell.name}: the best of {len(candidates)} candidates is "
-        f"refused: {refused[0]}",
+        f"{job.surface.name} finds no place in {workpiece.cell.name}{higher_home(paths, room, height=height)}; the best of "
+        f"{len(candidates)} candidates is refused: {refused[0]}",
         margin_deg=float(np.degrees(candidates[0].margin)),
     )
 
@@ -138,6 +138,21 @@ def _candidates(paths: Plan, room: Room, *, height: float | None, tilt: float) -
         room=room,
         height=height,
         tilt=tilt,
+    )
+
+
+def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
+    """Say where the part could be reached if home were higher; nothing where that does not help."""
+    if height is not None:
+        return ""
+    best = _candidates(paths, replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
+    if best.margin <= 0.0:
+        return ""
+    x, y, z = best.stand.position
+    return (
+        f" below the tip at home, {room.ceiling:.0f} mm high; with a higher home it could be reached at ({x:.0f}, "
+        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.stand.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees inside "
+        "every limit"
     )
 
 
@@ -171,7 +186,7 @@ def _placement(workpiece: Workpiece, stand: Stand) -> Placement:
     return demo_placement(workpiece.part, position=T_base_fixture[:3, 3], rotation=T_base_fixture[:3, :3])
 
 
-def _room(workpiece: Workpiece) -> Room:
+def room_of(workpiece: Workpiece) -> Room:
     """Return where part and body may stand, from the corners that decide it."""
     T_fixture_work = _placement(workpiece, UPRIGHT).T_base_work
     home = _arm(workpiece).tool_poses(workpiece.cell.robot.home[None])[0]
