@@ -112,9 +112,11 @@ def propose_placement(
             continue
         if planned.robot is not None:
             return _proposal(paths, planned, planned.robot, stand=stand, room=room, refused=tuple(refused))
+    # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
+    higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(
-        f"{job.surface.name} finds no place in {workpiece.cell.name}{higher_home(paths, room, height=height)}; the best of "
-        f"{len(candidates)} candidates is refused: {refused[0]}",
+        f"{job.surface.name} finds no place in {workpiece.cell.name}{higher}; the best of {len(candidates)} candidates "
+        f"is refused: {refused[0]}",
         margin_deg=float(np.degrees(candidates[0].margin)),
     )
 
@@ -151,8 +153,8 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
     x, y, z = best.stand.position
     return (
         f" below the tip at home, {room.ceiling:.0f} mm high; with a higher home it could be reached at ({x:.0f}, "
-        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.stand.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees inside "
-        "every limit"
+        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.stand.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
+        "inside every limit"
     )
 
 
