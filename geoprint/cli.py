@@ -182,6 +182,37 @@ def compare(
 
 
 @app.command()
+def place(
+    surface: Part,
+    *,
+    unit: Unit = None,
+    backend: Annotated[str, typer.Option(help="Planning backend.")] = "heat",
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    seed: SeedPoint = None,
+    body: Body = None,
+    cell: CellPath = None,
+    flip: Flip = False,
+    height: Annotated[float | None, typer.Option(help="Height of the part's centroid in mm; any if not given.")] = None,
+    tilt: Annotated[float, typer.Option(help="How far from upright the part may be tilted, in degrees.")] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Look for the place at which the arm prints a part farthest from its limits; writes nothing."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import proposal_summary, proposal_text, propose_placement
+
+    job = job_of(
+        surface=surface, unit=unit, flip=flip, backend=backend, spacing=spacing, rounds=rounds, seed=seed, body=body,
+        cell=cell, place="demo",
+    )  # fmt: skip
+    with _watch() as observe:
+        proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)
+    if as_json:
+        typer.echo(json.dumps(proposal_summary(proposal), indent=2))
+    _say(proposal_text(proposal))
+
+
+@app.command()
 def init(
     folder: Annotated[Path, typer.Argument(help="Where to write the cell files.")] = Path(),
 ) -> None:

@@ -160,6 +160,7 @@ class _BracketTable(_Table):
 class _WorkTable(_Table):
     source: Literal["demo", "calibrated"]
     demo_position_mm: Triple
+    demo_rpy_deg: Triple = [0.0, 0.0, 0.0]
     model_mm: list[Triple] = []
     touched_mm: list[Triple] = []
     part_mm: Triple = [0.0, 0.0, 0.0]
@@ -294,6 +295,7 @@ def _cell(file: CellFile, *, name: str) -> Cell:
         signals=Signals(mode=file.signals.mode, dispenser=file.signals.dispenser, uv_lamp=file.signals.uv_lamp),
         obstacles=tuple(Box(box.name, np.array(box.centre_mm), np.array(box.size_mm)) for box in file.obstacles),
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
+        demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
     )
 

@@ -78,5 +78,6 @@ def _cell(
         signals=Signals(mode="io", dispenser="doValve", uv_lamp="doUV"),
         obstacles=(),
         demo_position=np.array(demo_position),
+        demo_rotation=np.eye(3),
         fixture=None,
     )

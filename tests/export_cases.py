@@ -55,6 +55,7 @@ CELL = Cell(
     signals=Signals(mode="io", dispenser="doValve", uv_lamp="doUV"),
     obstacles=(),
     demo_position=np.array([300.0, 0.0, 50.0]),
+    demo_rotation=np.eye(3),
     fixture=None,
 )  # fmt: skip
 

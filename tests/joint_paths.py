@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray, JointPath, PoseStream
 from geoprint.motion.configuration import configuration_data
-from geoprint.motion.inverse import tool_poses
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.pose_samples import tool_poses
 
 WORK = transforms.rigid(np.eye(3), np.array([300.0, 0.0, 100.0]))
 DOWN = np.array([0.0, 1.0, 0.0, 0.0])

@@ -28,6 +28,16 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return call
 
 
+def test_place_prints_where_to_stand_and_writes_nothing(run: Run, part: Path, tmp_path: Path) -> None:
+    status, stdout, stderr = run("place", part, "--unit", "mm", "--spacing", 5, "--height", 40, "--json")
+    assert status == 0, stderr
+    found = json.loads(stdout)
+    assert found["position_mm"][2] == 40.0
+    assert found["calibrated"] is False
+    assert all(line in stderr for line in found["work"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plate.ply"]
+
+
 @pytest.fixture
 def part(tmp_path: Path) -> Path:
     path = tmp_path / "plate.ply"

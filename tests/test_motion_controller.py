@@ -11,8 +11,8 @@ from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import ControllerPath, FloatArray, JointPath, Targets
 from geoprint.motion.controller import controller_path
-from geoprint.motion.inverse import tool_poses
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.pose_samples import tool_poses
 from geoprint.motion.targets import written_targets
 from geoprint.motion.timing import retime
 from tests.cells import bent_cell, straight_cell

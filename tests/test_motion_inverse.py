@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError, VerificationError
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
-from geoprint.motion.inverse import reach, tool_poses
+from geoprint.motion.inverse import reach
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.placement import demo_placement
+from geoprint.motion.pose_samples import tool_poses
 from geoprint.surfaces.io import load
 from geoprint.surfaces.operators import vertex_normals
 from tests.cells import bent_cell, straight_cell
@@ -134,7 +135,7 @@ def test_joint_6_unwinds_over_more_than_a_turn_within_its_range(total_deg: float
 
 
 def test_winding_beyond_the_range_of_joint_6_is_refused() -> None:
-    with pytest.raises(ReachError, match=r"joint 6 turns from .* along the runs, allowed is -400 to 400"):
+    with pytest.raises(ReachError, match=r"joint 6 turns along the runs as far as .* allowed is -400 to 400"):
         reach(winding(900.0), arm_of(straight_cell()), T_base_work=HERE)
 
 

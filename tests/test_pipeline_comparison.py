@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geoprint.backends import BACKENDS
-from geoprint.config import job_of
+from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError
 from geoprint.model import PoseStream, Surface
 from geoprint.pipeline import (
@@ -18,6 +18,7 @@ from geoprint.pipeline import (
     FailedPart,
     compare,
     compare_parts,
+    comparison_summary,
     comparison_table,
     plan,
     save_comparisons,
@@ -141,3 +142,16 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Pat
         words = str(page.run("document.body.innerText"))
     assert "PLACEMENT NOT CALIBRATED" in words
     assert "exact geodesic distance" in words
+
+
+def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_loses(tmp_path: Path) -> None:
+    part, cell = tmp_path / "part.ply", tmp_path / "far.toml"
+    save_ply(plate((30.0, 24.0), (20, 16), jitter_seed=1), part)
+    near = "demo_position_mm = [300, 0, 50]"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace(near, "demo_position_mm = [900, 0, 50]"))
+    found = compare(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"), backends=["heat"])
+    (row,) = json.loads(json.dumps(comparison_summary([found])))["parts"][0]["backends"]
+    assert row["printable"] is False
+    assert row["not_reached"] == {"out_of_reach": 1.0}
+    assert "loses 100 % of the deposited length (out of reach 100 %" in row["not_printable"]
+    assert row["uniformity"]["samples"] > 0

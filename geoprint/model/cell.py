@@ -209,6 +209,7 @@ class Cell:
         signals: outputs of the controller.
         obstacles: boxes that stand in the cell.
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
+        demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
     """
 
@@ -219,7 +220,8 @@ class Cell:
     signals: Signals
     obstacles: tuple[Box, ...]
     demo_position: FloatArray
+    demo_rotation: FloatArray
     fixture: TouchedPoints | None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, demo_position="float: 3")
+        freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")

@@ -11,8 +11,9 @@ from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets
 from geoprint.motion.configuration import configuration_data
-from geoprint.motion.inverse import LARGEST_JUMP, TURN_STEP, tool_poses
+from geoprint.motion.following import LARGEST_JUMP
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.pose_samples import TURN_STEP, tool_poses
 from geoprint.motion.targets import required_poses
 
 # The joints at a target, from the inverse, agree with those of the joint path to this [rad]: both are the same closed

@@ -30,6 +30,8 @@ FEWEST_POINTS = 4
 LARGEST_MISS = 1.0
 
 UP = np.array([0.0, 0.0, 1.0])
+NO_TURN = np.eye(3)
+NO_TURN.setflags(write=False)
 
 
 def fit_touched_points(points: TouchedPoints) -> Placement:
@@ -81,18 +83,20 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
     )
 
 
-def demo_placement(surface: Surface, *, position: FloatArray) -> Placement:
+def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArray = NO_TURN) -> Placement:
     """Put a part where a demonstration can reach it: its area's centroid at a position, its mean normal up.
 
-    The mean normal is turned up by the smallest rotation, so that nothing else turns the part (no yaw). Nobody has
-    measured where the part stands: the placement is marked as not calibrated, and a program may only run dry.
+    The mean normal is turned up by the smallest rotation, so that nothing but the rotation given turns the part about
+    it. Nobody has measured where the part stands: the placement is marked as not calibrated, and a program may only run
+    dry.
 
     Args:
         surface: the part.
         position: (3,) where its centroid goes, in the base frame [mm].
+        rotation: (3, 3) turn of the part with its mean normal up, in the base frame.
 
     Returns:
-        The placement, with the fixture's frame at the position and parallel to the base.
+        The placement, with the fixture's frame at the position and turned by the rotation.
 
     Raises:
         ReachError: the part faces so many ways that its mean normal is undefined.
@@ -107,12 +111,12 @@ def demo_placement(surface: Surface, *, position: FloatArray) -> Placement:
             length=length,
             needed=SHORTEST_MEAN_NORMAL,
         )
-    rotation = transforms.smallest_rotation(mean / length, UP[None])[0]
+    upright = transforms.smallest_rotation(mean / length, UP[None])[0]
     areas = face_areas(surface)
     centroid = areas @ surface.vertices[surface.faces].mean(axis=1) / areas.sum()
     return Placement(
-        T_base_fixture=transforms.rigid(np.eye(3), position),
-        T_fixture_work=transforms.rigid(rotation, -rotation @ centroid),
+        T_base_fixture=transforms.rigid(rotation, position),
+        T_fixture_work=transforms.rigid(upright, -upright @ centroid),
         calibrated=False,
         misses=np.empty(0),
     )

@@ -1,4 +1,4 @@
-"""Where the stages meet: plan, compare, and how their results land on disk."""
+"""Where the stages meet: plan, compare, place, and how their results land on disk."""
 
 from geoprint.pipeline.comparison import (
     COMPARED,
@@ -16,7 +16,9 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
+from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -29,6 +31,7 @@ __all__ = [
     "FailedPart",
     "Plan",
     "Planned",
+    "Proposal",
     "Refused",
     "RobotPlan",
     "Workpiece",
@@ -41,6 +44,9 @@ __all__ = [
     "examine",
     "outcome_text",
     "plan",
+    "proposal_summary",
+    "proposal_text",
+    "propose_placement",
     "save_comparisons",
     "save_plan",
     "summary",

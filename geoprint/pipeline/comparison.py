@@ -8,6 +8,7 @@ from typing import final
 
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError, PlanError
+from geoprint.motion import lost_shares
 from geoprint.pipeline.planning import Plan, plan_paths, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import RASTERED, Workpiece, prepare_workpiece, require_raster
@@ -27,11 +28,14 @@ class Planned:
         plan: with the robot where the part is printable, without it where it is not.
         uniformity: how even its paths are.
         not_printable: why the robot cannot print it, or None where it can or was left out.
+        lost: reason and share of the deposited length that the arm cannot reach for it, largest first; empty where
+            reach is not what refuses.
     """
 
     plan: Plan
     uniformity: Uniformity
     not_printable: str | None
+    lost: tuple[tuple[str, float], ...] = ()
 
     @property
     def planning_time(self) -> float:
@@ -189,4 +193,4 @@ def _outcome(
     try:
         return Planned(with_robot(paths, workpiece.placement, stage), measured, None)
     except PlanError as error:
-        return Planned(replace(paths, timings=tuple(stage.timings)), measured, str(error))
+        return Planned(replace(paths, timings=tuple(stage.timings)), measured, str(error), lost_shares(error))

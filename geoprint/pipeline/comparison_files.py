@@ -100,7 +100,8 @@ def comparison_summary(parts: Sequence[Comparison | FailedPart]) -> dict[str, Js
     - `verdict`: sentences;
     - `backends`: for each in the order of the command either `backend` and `refused` (why), or `backend`,
       `spacing_mm`, `uniformity` and `paths` as in plan.json, `printable` (null where it was not asked),
-      `not_printable` (why), `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
+      `not_printable` (why), `not_reached` (share of the deposited length that the arm cannot reach, for each reason),
+      `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
     - `path_distances_mm`: `backends` (names), `hausdorff` and `mean`, matrices in their order.
     """
     return {
@@ -144,6 +145,7 @@ def _row(name: str, outcome: Planned | Refused) -> dict[str, Json]:
         "paths": about["paths"],
         "printable": robot is not None if plan.job.robot else None,
         "not_printable": outcome.not_printable,
+        "not_reached": {reason: round(share, 6) for reason, share in outcome.lost},
         "print_time_s": None if robot is None else robot.trajectory.duration,
         "smallest_clearance_mm": None if robot is None else round(robot.clearance.smallest, 6),
         "planning_s": round(outcome.planning_time, 3),

@@ -95,8 +95,17 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with contours and turn them into poses; the robot is left out."""
-    surface, process = workpiece.surface, workpiece.cell.process
+    """Cover the workpiece with contours, turn them into poses and measure their evenness; the robot is left out."""
+    paths = cover(job, workpiece, stage)
+    with stage("evenness"):
+        even = np.ptp(paths.toolpath.levels) > 0
+        measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing) if even else None
+    return replace(paths, uniformity=measured, timings=tuple(stage.timings))
+
+
+def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
+    """Cover the workpiece with contours and turn them into poses; evenness and the robot are left out."""
+    surface = workpiece.surface
     with stage("contours"):
         backend = _backend(job, surface)
         spacing = job.spacing
@@ -106,17 +115,21 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
     with stage("path"):
         toolpath = arrange(contours, surface)
-        stream = poses(
-            toolpath,
-            surface,
-            R_base_work=upright(workpiece),
-            standoff=process.standoff,
-            retract=process.retract,
-            layer_height=process.layer_height,
-        )
-    with stage("evenness"):
-        measured = uniformity(stream, workpiece.part, spacing=spacing) if np.ptp(toolpath.levels) > 0 else None
-    return Plan(job, workpiece, contours, toolpath, stream, measured, None, tuple(stage.timings), flattening)
+        stream = pose_stream(toolpath, workpiece)
+    return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
+
+
+def pose_stream(toolpath: Toolpath, workpiece: Workpiece) -> PoseStream:
+    """Return the poses of a toolpath on a workpiece, as it stands."""
+    process = workpiece.cell.process
+    return poses(
+        toolpath,
+        workpiece.surface,
+        R_base_work=upright(workpiece),
+        standoff=process.standoff,
+        retract=process.retract,
+        layer_height=process.layer_height,
+    )
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:

@@ -165,7 +165,7 @@ def _placement(job: Job, cell: Cell, part: Surface) -> Placement | None:
     if not job.robot:
         return None
     if job.place == "demo":
-        return demo_placement(part, position=cell.demo_position)
+        return demo_placement(part, position=cell.demo_position, rotation=cell.demo_rotation)
     if cell.fixture is None:
         raise UsageError(f"the cell {cell.name} is not calibrated.")
     return fit_touched_points(cell.fixture)

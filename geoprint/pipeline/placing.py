@@ -1,0 +1,212 @@
+"""Where a part should stand: the placement with the largest margin that passes every check of a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from geoprint.config import Job
+from geoprint.errors import PlanError, UsageError
+from geoprint.model import FloatArray, Placement, Surface
+from geoprint.motion import (
+    Arm,
+    Candidate,
+    Margin,
+    ReachMap,
+    Room,
+    Stand,
+    demo_placement,
+    reach_map,
+    reach_margin,
+    search_placement,
+)
+from geoprint.pipeline.planning import Plan, RobotPlan, cover, pose_stream, with_robot
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import Workpiece, prepare_workpiece
+from geoprint.transforms import apply
+
+# Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
+DEFAULT_ROUNDS = 10
+# Candidates that are planned through before giving up.
+ATTEMPTS = 4
+# A surface with more corners is replaced by those of its convex hull: they alone decide what it stands on.
+MANY_POINTS = 1000
+# The part at the base's origin, its mean normal up.
+UPRIGHT = Stand(np.zeros(3), np.zeros(3))
+# What is proposed is rounded before it is verified, so that what is printed was checked [decimals of mm and degrees].
+DECIMALS = 1
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A placement that was planned through, beside the one that the cell file has.
+
+    Attributes:
+        plan: of the part where it is proposed to stand.
+        robot: the robot's part of it; every check was passed.
+        stand: where that is.
+        before: margin where the cell file puts the part.
+        map_before: what can be reached there.
+        after: margin where it is proposed.
+        above: height of the lowest point of part and body over what lies below them [mm]; infinite over free space.
+        refused: why better candidates fell, in their order.
+    """
+
+    plan: Plan
+    robot: RobotPlan
+    stand: Stand
+    before: Margin
+    map_before: ReachMap
+    after: Margin
+    above: float
+    refused: tuple[str, ...]
+
+    @property
+    def better(self) -> bool:
+        """Whether the part stands better than where the cell file puts it."""
+        return not self.map_before.complete or self.after.angle > self.before.angle
+
+
+def propose_placement(
+    job: Job, *, height: float | None = None, tilt_deg: float = 0.0, observe: Callable[[str], None] = lambda _: None
+) -> Proposal:
+    """Propose where a part stands with the largest margin, and prove it by planning there.
+
+    Args:
+        job: what to plan; it is placed as a demonstration whatever it says, because nobody has measured a proposal.
+        height: of the part's centroid in the base frame [mm], or None where any will do.
+        tilt_deg: how far from upright the part may be tilted [degrees].
+        observe: called with the name of each stage as it starts.
+
+    Returns:
+        The best candidate that passes every check.
+
+    Raises:
+        UsageError: the job or its cell is unclear or contradicts itself.
+        InputError: a file cannot be planned on, or the part finds no room in the cell.
+        PlanError: no candidate passes; says why.
+    """
+    if not 0.0 <= tilt_deg <= 90.0:
+        raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
+    rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
+    job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
+    stage = Stages(observe)
+    workpiece = prepare_workpiece(job, stage, backends=[job.backend])
+    paths = cover(job, workpiece, stage)
+    room = room_of(workpiece)
+    with stage("search"):
+        candidates = _candidates(paths, room, height=height, tilt=float(np.radians(tilt_deg)))
+    refused: list[str] = []
+    for candidate in candidates[:ATTEMPTS]:
+        stand = _rounded(candidate.stand)
+        try:
+            planned = with_robot(stood(paths, stand), _placement(workpiece, stand), stage)
+        except PlanError as error:
+            refused.append(str(error))
+            continue
+        if planned.robot is not None:
+            return _proposal(paths, planned, planned.robot, stand=stand, room=room, refused=tuple(refused))
+    # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
+    higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
+    raise PlanError(
+        f"{job.surface.name} finds no place in {workpiece.cell.name}{higher}; the best of {len(candidates)} candidates "
+        f"is refused: {refused[0]}",
+        margin_deg=float(np.degrees(candidates[0].margin)),
+    )
+
+
+def stood(paths: Plan, stand: Stand) -> Plan:
+    """Return a plan of paths for a part that stands elsewhere; the cell's demonstration position goes with it."""
+    T_base_fixture = stand.T_base_fixture
+    cell = replace(paths.workpiece.cell, demo_position=T_base_fixture[:3, 3], demo_rotation=T_base_fixture[:3, :3])
+    workpiece = replace(paths.workpiece, cell=cell, placement=_placement(paths.workpiece, stand))
+    return replace(paths, workpiece=workpiece, poses=pose_stream(paths.toolpath, workpiece))
+
+
+def _candidates(paths: Plan, room: Room, *, height: float | None, tilt: float) -> tuple[Candidate, ...]:
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    rpy = Rotation.from_matrix(cell.demo_rotation).as_euler("xyz")
+    return search_placement(
+        paths.poses,
+        _arm(workpiece),
+        T_fixture_work=_placement(workpiece, UPRIGHT).T_base_work,
+        start=Stand(cell.demo_position, rpy),
+        room=room,
+        height=height,
+        tilt=tilt,
+    )
+
+
+def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
+    """Say where the part could be reached if home were higher; nothing where that does not help."""
+    if height is not None:
+        return ""
+    best = _candidates(paths, replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
+    if best.margin <= 0.0:
+        return ""
+    x, y, z = best.stand.position
+    return (
+        f" below the tip at home, {room.ceiling:.0f} mm high; with a higher home it could be reached at ({x:.0f}, "
+        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.stand.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
+        "inside every limit"
+    )
+
+
+def _proposal(
+    paths: Plan, planned: Plan, robot: RobotPlan, *, stand: Stand, room: Room, refused: tuple[str, ...]
+) -> Proposal:
+    arm, before = _arm(paths.workpiece), _placed(paths.workpiece)
+    return Proposal(
+        plan=planned,
+        robot=robot,
+        stand=stand,
+        before=reach_margin(paths.poses, arm, T_base_work=before),
+        map_before=reach_map(paths.poses, arm, T_base_work=before),
+        after=reach_margin(planned.poses, arm, T_base_work=robot.placement.T_base_work),
+        above=room.lowest(stand),
+        refused=refused,
+    )
+
+
+def _arm(workpiece: Workpiece) -> Arm:
+    return Arm(workpiece.cell.robot, T_flange_tool=workpiece.cell.tool.T_flange_tool)
+
+
+def _placed(workpiece: Workpiece) -> FloatArray:
+    cell = workpiece.cell
+    return demo_placement(workpiece.part, position=cell.demo_position, rotation=cell.demo_rotation).T_base_work
+
+
+def _placement(workpiece: Workpiece, stand: Stand) -> Placement:
+    T_base_fixture = stand.T_base_fixture
+    return demo_placement(workpiece.part, position=T_base_fixture[:3, 3], rotation=T_base_fixture[:3, :3])
+
+
+def room_of(workpiece: Workpiece) -> Room:
+    """Return where part and body may stand, from the corners that decide it."""
+    T_fixture_work = _placement(workpiece, UPRIGHT).T_base_work
+    home = _arm(workpiece).tool_poses(workpiece.cell.robot.home[None])[0]
+    body = np.empty((0, 3)) if workpiece.body is None else _corners(workpiece.body)
+    return Room(
+        part=apply(T_fixture_work, _corners(workpiece.part)),
+        body=apply(T_fixture_work, body),
+        obstacles=workpiece.cell.obstacles,
+        ceiling=float(home[2, 3]) - workpiece.cell.process.retract,
+    )
+
+
+def _corners(surface: Surface) -> FloatArray:
+    if len(surface.vertices) <= MANY_POINTS:
+        return surface.vertices
+    # Joggled, because a plate has no volume.
+    return surface.vertices[ConvexHull(surface.vertices, qhull_options="QJ").vertices]
+
+
+def _rounded(stand: Stand) -> Stand:
+    return Stand(stand.position.round(DECIMALS), np.radians(np.degrees(stand.rpy).round(DECIMALS)))
