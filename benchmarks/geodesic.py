@@ -97,6 +97,8 @@ def main() -> None:
     sizes = SMOKE if arguments.smoke else FULL
     if arguments.faces is not None:
         sizes = Sizes(arguments.faces, arguments.faces, sizes.order, sizes.timed)
+    if PEER not in _present_fields():
+        print("potpourri3d is not installed and left out.")
     for name in arguments.table or TABLES:
         print(f"\n### {name}\n")
         for line in TABLES[name](sizes):
