@@ -13,9 +13,10 @@ from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
 from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
 from geoprint.motion.closest import smallest_distance, worst_hit
-from geoprint.motion.collision import CollisionWorld, Target, box_target, check_rigid, mesh_target
+from geoprint.motion.collision import CollisionWorld, InflatedSolids, check_rigid
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.sides import INSIDE, winding_numbers
+from geoprint.motion.surroundings import Target, box_target, mesh_target
 from geoprint.motion.sweep import ALLOWANCE, LARGEST_STEP, Hits, Placements, find_hits
 from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
 from geoprint.motion.tool_solids import Solid, movements, tool_solids
@@ -124,7 +125,7 @@ def check_placements(
     targets += [] if body is None else [mesh_target(body, role="body")]
     targets += [box_target(box, T_work_base=T_work_base) for box in obstacles]
     kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-    world = CollisionWorld(solids, kept=kept, targets=tuple(targets))
+    world = CollisionWorld(InflatedSolids(solids, kept=kept), targets=tuple(targets))
     _check_sides(placements, world)
     hits = find_hits(world, placements)
     if hits is not None:

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray
-from geoprint.motion.collision import CollisionWorld, Target
+from geoprint.motion.collision import CollisionWorld
+from geoprint.motion.surroundings import Target
 from geoprint.motion.sweep import Hits, Placements
 from geoprint.motion.tool_distance import (
     Nearest,

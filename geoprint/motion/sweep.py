@@ -1,4 +1,4 @@
-"""Where the tool comes too close on its way: every placement and everything between two placements.
+"""Where the tool, or a link of the arm, comes too close on its way: every placement and everything between two placements.
 
 A placement stands for half of the step before it and half of the step behind it: each solid is inflated by the
 distance it has to keep and by half of the largest movement of any of its points in either step. Where that is free,
@@ -7,6 +7,8 @@ steps beside the placement are cut into PARTS and the question is asked again, d
 then is called a hit, so that everything nearer than the kept distance is found, and nothing that is farther by more
 than ALLOWANCE.
 
+Before that, blocks of steps are asked at once, with a larger inflation; most links are free in most of them.
+
 The tip zone may come close, so that it is only tested on travel, where it must not touch. It is not inflated downwards,
 and therefore stands for its whole steps, so that the lower placement covers them.
 """
@@ -14,6 +16,7 @@ and therefore stands for its whole steps, so that the lower placement covers the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import final
 
 import numpy as np
@@ -25,6 +28,8 @@ from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld
 from geoprint.motion.tool_solids import EXCESS, movements
 
+# Steps that are tried at once where a solid is far from everything.
+BLOCK = 16
 # Parts into which a step is cut where the tool may be too close.
 PARTS = 6
 # Reach below which a step is not cut any more [mm].
@@ -40,8 +45,10 @@ LARGEST_STEP = REACHES[-1]
 class Placements:
     """The way of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
 
+    The way of a link of the arm is one too, with steps of up to twice the largest of its reaches.
+
     Attributes:
-        poses: (k, 4, 4) T_work_tool [mm].
+        poses: (k, 4, 4) T_work_tool, or of a link in the frame of what it must not touch [mm].
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
         deposit: (k,) whether material is laid from this placement to the next.
     """
@@ -114,8 +121,9 @@ def find_hits(world: CollisionWorld, placements: Placements) -> Hits | None:
         InputError: a pose is not rigid or finite, or two placements are too far apart.
     """
     poses, rows = placements.poses, np.arange(placements.count)
-    every_solid = np.ones((placements.count - 1, len(world.solids)), dtype=np.bool_)
-    reaches = _step_reaches(world, poses, travels=placements.travels, solids=every_solid)
+    moved = movements(world.solids, poses)
+    open_solids = ~_free_blocks(world, poses, moved=moved)
+    reaches = _step_reaches(world, moved, travels=placements.travels, solids=open_solids)
     hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
     steps = _open_steps(poses, rows=rows, travels=placements.travels, touched=touched, reaches=reaches)
     while hits is None and len(steps.rows):
@@ -132,7 +140,7 @@ def _look_between(world: CollisionWorld, steps: _Steps) -> tuple[Hits | None, _S
     solids = np.repeat(steps.solids, each, axis=0)[:-1]
     # From the last part of one step to the first of the next there is no way of the tool.
     solids[PARTS::each] = False
-    reaches = _step_reaches(world, poses, travels=travels, solids=solids)
+    reaches = _step_reaches(world, movements(world.solids, poses), travels=travels, solids=solids)
     hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
     return hits, _open_steps(poses, rows=rows, travels=travels, touched=touched, reaches=reaches)
 
@@ -166,12 +174,30 @@ def _open_steps(
     return _Steps(poses[first], poses[first + 1], rows[first], travels[first], solids[first])
 
 
-def _step_reaches(world: CollisionWorld, poses: FloatArray, *, travels: BoolArray, solids: BoolArray) -> FloatArray:
-    """Return (k - 1, s) how far solids have to be inflated for each step between poses; NOT_TESTED for the others."""
-    reaches = movements(world.solids, poses)
+def _step_reaches(world: CollisionWorld, moved: FloatArray, *, travels: BoolArray, solids: BoolArray) -> FloatArray:
+    """Return (k - 1, s) how far solids have to be inflated for each step that moves them; NOT_TESTED for the others."""
+    reaches = moved.copy()
     for column, solid in enumerate(world.solids):
         if solid.reach_below > 0.0:
             reaches[:, column] /= 2
         else:
             reaches[~travels, column] = NOT_TESTED
     return np.where(solids, reaches, NOT_TESTED)
+
+
+def _free_blocks(world: CollisionWorld, poses: FloatArray, *, moved: FloatArray) -> BoolArray:
+    """Return (k - 1, s) whether a solid is free in a whole block of BLOCK steps, by one test in its middle.
+
+    The solid is inflated by its way from the middle to the farther end of the block; where that is too far, or it
+    touches something, the block stays open.
+    """
+    starts = np.arange(0, len(moved), BLOCK)
+    ends = np.minimum(starts + BLOCK, len(moved))
+    middles = (starts + ends) // 2
+    ways = np.concatenate([np.zeros((1, len(world.solids))), np.cumsum(moved, axis=0)])
+    reaches = np.maximum(ways[middles] - ways[starts], ways[ends] - ways[middles])
+    # What is not inflated downwards alike does not stand for its neighbours.
+    alike = np.array([solid.reach_below == inf for solid in world.solids])
+    reaches = np.where((reaches <= world.reaches[-1]) & alike, reaches, NOT_TESTED)
+    touched = world.touches(poses[middles], reaches=reaches).any(axis=2)
+    return np.repeat((reaches > NOT_TESTED) & ~touched, ends - starts, axis=0)
