@@ -18,10 +18,11 @@ from geoprint.model import BoolArray, Box, FloatArray, IntArray, Tool
 from geoprint.motion.surroundings import Target, box_target, convex_model, fcl_transform, mesh_model
 from geoprint.motion.tool_solids import Solid, inflated_profile, sides_of, tool_solids
 
-# By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these.
-REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0)
-# The same for links of the arm, which are mostly far away: few fine ones, and large ones for many steps at a time.
-ARM_REACHES = (0.0, 0.02, 0.1, 0.5, 2.0, 6.0, 16.0)
+# By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these. The
+# largest are for many steps at a time.
+REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 8.0)
+# The same for links of the arm, which are mostly far away; even at rest they are inflated by the first.
+ARM_REACHES = (0.02, 0.3, 2.0, 8.0)
 # The reach of a solid that is not to be tested at a placement.
 NOT_TESTED = -1.0
 # Rounding of sums of reaches [mm].
@@ -34,6 +35,7 @@ CONTROL_GAP = 0.1
 # Side of that plate [mm].
 CONTROL_PLATE = 1.0
 
+
 @final
 class InflatedSolids:
     """Solids that move together, each inflated by the distance it keeps and by every reach.
@@ -43,7 +45,7 @@ class InflatedSolids:
     Args:
         solids: s solids in the frame that moves with them.
         kept: (s,) distance that each solid keeps [mm]; it is inflated by this and its reach.
-        reaches: ascending, from zero [mm].
+        reaches: ascending [mm].
 
     Attributes:
         solids: as given.
@@ -243,4 +245,3 @@ def _plate(centre: FloatArray, *, normal: FloatArray) -> fcl.CollisionObject:
 
 def _widest(solid: Solid, *, by: float) -> float:
     return float(inflated_profile(solid, by=by)[:, 1].max() / np.cos(np.pi / sides_of(solid)))
-

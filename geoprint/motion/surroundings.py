@@ -73,7 +73,11 @@ def solid_target(solid: Solid) -> Target:
     """Return a solid of the tool or of the arm as a target, in its own frame; FCL takes a convex solid as solid."""
     corners, triangles = polytope(solid, by=0.0)
     return Target(
-        solid.name, corners[triangles], convex_model(solid, by=0.0), closed=False, balls=circumscribed(corners[triangles])
+        solid.name,
+        corners[triangles],
+        convex_model(solid, by=0.0),
+        closed=False,
+        balls=circumscribed(corners[triangles]),
     )
 
 

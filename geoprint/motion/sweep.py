@@ -1,4 +1,4 @@
-"""Where the tool, or a link of the arm, comes too close on its way: every placement and everything between two placements.
+"""Where the tool, or a link of the arm, comes too close on its way: at every placement and everywhere between two.
 
 A placement stands for half of the step before it and half of the step behind it: each solid is inflated by the
 distance it has to keep and by half of the largest movement of any of its points in either step. Where that is free,
@@ -23,13 +23,16 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld
 from geoprint.motion.tool_solids import EXCESS, movements
 
 # Steps that are tried at once where a solid is far from everything.
 BLOCK = 16
+# Steps are cut so that they stay below the largest allowed one by this factor: equal parts in joint angles are not
+# quite equal movements.
+STEP_MARGIN = 0.9
 # Parts into which a step is cut where the tool may be too close.
 PARTS = 6
 # Reach below which a step is not cut any more [mm].
@@ -37,7 +40,10 @@ FINEST = REACHES[1]
 # A distance that is larger than the kept one by more than this is never called a hit [mm].
 ALLOWANCE = FINEST + EXCESS
 # Largest movement of any point of the tool between neighbouring placements [mm]; the tip zone stands for whole steps.
-LARGEST_STEP = REACHES[-1]
+LARGEST_STEP = 2.0
+# The same for links of the arm, and for the tool as a link sees it: on an arc of 100 mm radius, the way between two
+# placements is straight within 0.02 mm then.
+LARGEST_ARM_STEP = 4.0
 
 
 @final
@@ -45,10 +51,10 @@ LARGEST_STEP = REACHES[-1]
 class Placements:
     """The way of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
 
-    The way of a link of the arm is one too, with steps of up to twice the largest of its reaches.
+    The way of a link of the arm is one too, and that of the tool past a link.
 
     Attributes:
-        poses: (k, 4, 4) T_work_tool, or of a link in the frame of what it must not touch [mm].
+        poses: (k, 4, 4) T_work_tool, or of whatever moves in the frame of what it must not touch [mm].
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
         deposit: (k,) whether material is laid from this placement to the next.
     """
@@ -107,12 +113,34 @@ class _Steps:
     solids: BoolArray
 
 
-def find_hits(world: CollisionWorld, placements: Placements) -> Hits | None:
+def step_parts(moved: FloatArray, *, largest: float) -> IntArray:
+    """Return into how many parts to cut each of (k - 1,) steps, given their movements [mm], to stay below the largest."""
+    return np.maximum(np.ceil(moved / (STEP_MARGIN * largest)), 1.0).astype(np.int64)
+
+
+def refined(path: ControllerPath, *, parts: IntArray) -> ControllerPath:
+    """Return a path with each of its steps cut into (k - 1,) equal parts in the joint angles."""
+    rows = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
+    within = np.arange(len(rows)) - np.append(np.cumsum(parts) - parts, parts.sum())[rows]
+    following = np.minimum(rows + 1, len(parts))
+    shares = within / np.append(parts, 1)[rows]
+    # A row between a joint move and a run belongs to the joint move.
+    between = np.minimum(path.runs[rows], path.runs[following])
+    return ControllerPath(
+        joints=path.joints[rows] + shares[:, None] * (path.joints[following] - path.joints[rows]),
+        runs=np.where((within > 0) & (between < 0), -1, path.runs[rows]),
+        deposit=path.deposit[rows],
+        step=path.step,
+    )
+
+
+def find_hits(world: CollisionWorld, placements: Placements, *, largest_step: float = LARGEST_STEP) -> Hits | None:
     """Find where the tool touches a target or comes closer than it has to keep.
 
     Args:
         world: tool and targets.
         placements: the way of the tool.
+        largest_step: largest movement that is allowed between neighbouring placements [mm].
 
     Returns:
         All hits among the placements; if there are none, hits between them; None where the whole way is free.
@@ -122,6 +150,11 @@ def find_hits(world: CollisionWorld, placements: Placements) -> Hits | None:
     """
     poses, rows = placements.poses, np.arange(placements.count)
     moved = movements(world.solids, poses)
+    if moved.max() > largest_step:
+        raise InputError(
+            f"the {world.solids[int(moved.max(axis=0).argmax())].name} moves by {moved.max():.1f} mm between two "
+            f"placements, at most {largest_step} mm are allowed; sample the path more finely."
+        )
     open_solids = ~_free_blocks(world, poses, moved=moved)
     reaches = _step_reaches(world, moved, travels=placements.travels, solids=open_solids)
     hits, touched = _settle(world, poses, rows=rows, reaches=reaches)

@@ -216,9 +216,10 @@ def _rounded(corner: FloatArray, *, by: float, directions: FloatArray) -> FloatA
 def _lamp(lamp: Lamp, *, T_tool_flange: FloatArray) -> Solid:
     if not (0.0 < lamp.length < inf and 0.0 < lamp.diameter < inf):
         raise InputError(
-            f"lamp: its length is {lamp.length} mm and its diameter {lamp.diameter} mm; correct them to positive lengths."
+            f"lamp: its length is {lamp.length} mm and its diameter {lamp.diameter} mm; correct them to positive ones."
         )
-    start, end = transforms.apply(T_tool_flange @ lamp.T_flange_lamp, np.array([[0.0, 0.0, 0.0], [0.0, 0.0, lamp.length]]))
+    ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, lamp.length]])
+    start, end = transforms.apply(T_tool_flange @ lamp.T_flange_lamp, ends)
     return Solid("UV lamp", start, end, lamp.diameter / 2, lamp.diameter / 2)
 
 
