@@ -81,7 +81,7 @@ def check_arm(
     motion: ArmMotion,
     *,
     links: tuple[Link, ...],
-    tool: InflatedSolids,
+    tool: tuple[Solid, ...],
     kept: float,
     targets: tuple[Target, ...],
     base_targets: tuple[Target, ...],
@@ -109,9 +109,11 @@ def check_arm(
         inflated = InflatedSolids(link.solids, kept=(kept,) * len(link.solids), reaches=ARM_REACHES)
         world = CollisionWorld(inflated, targets=targets if link.joint else base_targets)
         ways.append((world, _moved(placements, motion.Ts_work_link[:, link.joint], moves=link.joint > 0)))
+    carried_solids = _with_whole_needle(tool)
+    carried_inflated = InflatedSolids(carried_solids, kept=(kept,) * len(carried_solids), reaches=ARM_REACHES)
     carried = [
         (
-            CollisionWorld(tool, targets=tuple(solid_target(solid) for solid in link.solids)),
+            CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids)),
             _moved(placements, motion.Ts_link_tool(link), moves=True),
         )
         for link in links[:LINKS_APART_FROM_TOOL]
@@ -126,7 +128,7 @@ def check_arm(
         smallest=closest.distance,
         at=f"{placements.stretch(closest.row)} with the tip at {_place(placements, closest.row)}, "
         f"{closest.solid} to {closest.target}",
-        checked=_checked(links, tool.solids, targets=targets, base_targets=base_targets),
+        checked=_checked(links, carried_solids, targets=targets, base_targets=base_targets),
     )
 
 
@@ -142,8 +144,14 @@ def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tup
 
 
 def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
-    tool = Placements(T_work_base @ arm.tool_poses(path.joints), runs=path.runs, deposit=path.deposit)
-    return ArmMotion(T_work_base @ arm.link_poses(path.joints), tool)
+    poses = T_work_base @ arm.link_poses(path.joints)
+    return ArmMotion(poses[:, :-1], Placements(poses[:, -1], runs=path.runs, deposit=path.deposit))
+
+
+def _with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """Join the tip to the needle: it may come close to the part, but to no link."""
+    tip, needle, *rest = tool
+    return (Solid(needle.name, tip.start, needle.end, needle.start_radius, needle.end_radius), *rest)
 
 
 def _moved(placements: Placements, poses: FloatArray, *, moves: bool) -> Placements:

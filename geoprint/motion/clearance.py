@@ -2,8 +2,8 @@
 
 What is tested, at every placement of the path and between them: needle, cone, barrel and bracket keep the clearance of
 the process (`sweep`); the last millimetre of the needle touches nothing on travel; on deposit its rim has room over the
-surface (`tip_zone`); the tool is outside every closed surface (`sides`); and the links of the arm keep clear of all that
-and of the tool (`arm_clearance`). What is not tested is named in the result.
+surface (`tip_zone`); the tool is outside every closed surface (`sides`); and the links of the arm keep clear of all
+that and of the tool (`arm_clearance`). What is not tested is named in the result.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def clearance(
     arm_found = check_arm(
         arm_motion(path, arm, tool=scene.tool.solids, links=links, T_work_base=T_work_base),
         links=links,
-        tool=scene.tool,
+        tool=scene.tool.solids,
         kept=process.clearance,
         targets=scene.targets,
         base_targets=scene.base_targets,

@@ -45,8 +45,8 @@ FIRST_TRIANGLES = 500
 # A target farther from the tool's axis than this [mm] does not rank: the part below the tip is nearer.
 RANKED_DISTANCE = 30.0
 # The same counts for the links of the arm, which pass by at any distance but slowly.
-RANKED_ARM_PLACEMENTS = 100
-MEASURED_ARM_PLACEMENTS = 8
+RANKED_ARM_PLACEMENTS = 60
+MEASURED_ARM_PLACEMENTS = 6
 # Pieces of a target for ranking have this radius [mm], or this share of its extent where that is larger.
 PIECE_RADIUS = 1.0
 PIECE_SHARE = 0.02
@@ -84,7 +84,7 @@ class Closest:
 
 
 def shapes_of(solids: tuple[Solid, ...]) -> tuple[Revolution, ...]:
-    """Join neighbouring solids into convex shapes where they are one: cone and barrel; the others stay by themselves."""
+    """Join neighbouring solids into convex shapes where they are one: cone and barrel; the others stay alone."""
     groups: list[tuple[Solid, ...]] = []
     for solid in solids:
         if groups and _continues(groups[-1][-1], solid):

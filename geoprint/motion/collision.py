@@ -1,4 +1,4 @@
-"""Whether inflated solids of the tool or of the arm touch anything: FCL in millimetres, guarded against what FCL does not notice.
+"""Whether inflated solids touch anything: FCL in millimetres, guarded against what FCL does not notice.
 
 FCL answers 'free' for a pose that is not a number, stops the program on an empty model and knows nothing of insides;
 so poses and models are checked before it sees them, and every set of objects first has to find hits and misses that
@@ -20,9 +20,9 @@ from geoprint.motion.tool_solids import Solid, inflated_profile, sides_of, tool_
 
 # By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these. The
 # largest are for many steps at a time.
-REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 8.0)
+REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 12.0)
 # The same for links of the arm, which are mostly far away; even at rest they are inflated by the first.
-ARM_REACHES = (0.02, 0.3, 2.0, 8.0)
+ARM_REACHES = (0.02, 0.3, 1.2, 4.0, 16.0)
 # The reach of a solid that is not to be tested at a placement.
 NOT_TESTED = -1.0
 # Rounding of sums of reaches [mm].
@@ -70,8 +70,7 @@ class InflatedSolids:
             inflations = [distance + reach for reach in reaches]
             self.objects.append([convex_model(solid, by=by) for by in inflations])
             self.radii[index] = [_widest(solid, by=by) for by in inflations]
-            for inflated, by in zip(self.objects[-1], inflations, strict=True):
-                _control_side(inflated, solid, by=by)
+            _control_sides(self.objects[-1], solid, inflations=inflations)
 
 
 @final
@@ -146,14 +145,16 @@ class CollisionWorld:
             start = poses[:, :3, :3] @ solid.start + poses[:, :3, 3]
             end = poses[:, :3, :3] @ solid.end + poses[:, :3, 3]
             radius = self._inflated.radii[index][classes[:, index]][:, None]
-            low, high = np.minimum(start, end) - radius, np.maximum(start, end) + radius
-            for column, (lowest, highest) in enumerate(self._bounds):
+            for column, (target, (lowest, highest)) in enumerate(zip(self.targets, self._bounds, strict=True)):
+                first, last = start @ target.axes, end @ target.axes
+                low, high = np.minimum(first, last) - radius, np.maximum(first, last) + radius
                 near[:, index, column] = ((low <= highest) & (high >= lowest)).all(axis=1)
         return near
 
     def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float) -> None:
         """Test one inflated solid on and beside every target; no two points of it are farther apart than its size."""
-        for target, (_, highest) in zip(self.targets, self._bounds, strict=True):
+        for target in self.targets:
+            highest = target.triangles.max(axis=(0, 1))
             onto = target.triangles[0].mean(axis=0) - solid.centre
             beside = highest - solid.centre + 2 * size
             for shift, known in ((onto, True), (beside, False)):
@@ -215,17 +216,22 @@ def collision_control() -> str:
     raise VerificationError("the collision check accepts a pose that is not a number; do not use it.")
 
 
-def _control_side(inflated: fcl.CollisionObject, solid: Solid, *, by: float) -> None:
-    """Test one inflated solid on a plate close to its side."""
+def _control_sides(objects: list[fcl.CollisionObject], solid: Solid, *, inflations: list[float]) -> None:
+    """Test a solid, inflated by some distances, on a plate close to its side."""
     slope = (solid.end_radius - solid.start_radius) / solid.length
-    aside = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), solid.axis[None])[0][:, 0]
+    aside = solid.frame[:, 0]
     outward = (aside - slope * solid.axis) / np.hypot(1.0, slope)
-    side = solid.centre + aside * (solid.start_radius + solid.end_radius) / 2
-    inflated.setTransform(fcl.Transform())
-    polygon = _widest(solid, by=by) * (1.0 / np.cos(np.pi / sides_of(solid)) - 1.0)
-    for gap, known in ((-CONTROL_GAP, True), (CONTROL_GAP + polygon, False)):
-        plate = _plate(side + (by + gap) * outward, normal=outward)
-        _expect(inflated, plate, known=known, solid=solid, name="plate")
+    along = np.cross(solid.frame[:, 1], outward)
+    corners = CONTROL_PLATE / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    plate = solid.centre + aside * (solid.start_radius + solid.end_radius) / 2
+    plate = plate + corners @ np.array([along, solid.frame[:, 1]])
+    model = mesh_model(plate, np.array([[0, 1, 2], [0, 2, 3]]))
+    for inflated, by in zip(objects, inflations, strict=True):
+        inflated.setTransform(fcl.Transform())
+        polygon = _widest(solid, by=by) * (1.0 / np.cos(np.pi / sides_of(solid)) - 1.0)
+        for gap, known in ((-CONTROL_GAP, True), (CONTROL_GAP + polygon, False)):
+            model.setTransform(fcl.Transform(np.eye(3), (by + gap) * outward))
+            _expect(inflated, model, known=known, solid=solid, name="plate")
 
 
 def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known: bool, solid: Solid, name: str) -> None:
@@ -235,12 +241,6 @@ def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known:
             f"the collision check is not to be trusted: a known {'hit' if known else 'miss'} of the {solid.name} and "
             f"the {name} was found to be a {'hit' if found else 'miss'}; check the installation of python-fcl."
         )
-
-
-def _plate(centre: FloatArray, *, normal: FloatArray) -> fcl.CollisionObject:
-    rotation = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), normal[None])[0]
-    corners = CONTROL_PLATE / 2 * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
-    return mesh_model(corners @ rotation.T + centre, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 def _widest(solid: Solid, *, by: float) -> float:

@@ -96,6 +96,7 @@ class Arm:
 
     __slots__ = (
         "T_flange_tool",
+        "_T_link_flange",
         "_T_tool_flange",
         "_axes",
         "_flange",
@@ -124,6 +125,8 @@ class Arm:
         self._flange = self._model.getFrameId(FLANGE_FRAME)
         self.lengths = self._lengths()
         self._origins, self._axes = self._chain()
+        at_rest = np.zeros((1, JOINTS))
+        self._T_link_flange = transforms.inverse(self._joint_frames(at_rest[0])[-1]) @ self.flange_poses(at_rest)[0]
         self._inverse = self._closed_form()
         self._verify()
 
@@ -172,13 +175,14 @@ class Arm:
             joints: (k, 6) joint angles [rad]; limits are not applied.
 
         Returns:
-            (k, 7, 4, 4) T_base_link [mm] of the base, which does not move, and of the links 1 to 6.
+            (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
         """
-        poses = np.tile(np.eye(4), (len(joints), JOINTS + 1, 1, 1))
+        poses = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
         for joint in range(JOINTS):
             turns = Rotation.from_rotvec(joints[:, joint, None] * self._axes[joint]).as_matrix()
             before = poses[:, joint] @ self._origins[joint]
             poses[:, joint + 1] = transforms.rigid(before[:, :3, :3] @ turns, before[:, :3, 3])
+        poses[:, -1] = poses[:, -2] @ self._T_link_flange @ self.T_flange_tool
         return poses
 
     def joint_places(self, joints: FloatArray) -> FloatArray:
@@ -273,9 +277,10 @@ class Arm:
 
     def _verify(self) -> None:
         """Compare the inverse with Pinocchio: every branch found must lead back to the pose it was asked for."""
-        links = np.array([self._joint_frames(angles) for angles in _PROBES]) - self.link_poses(_PROBES)
-        links[:, :, :3, 3] /= MILLIMETRES_PER_METRE
         asked = self.tool_poses(_PROBES)
+        known = np.array([[*self._joint_frames(q), pose] for q, pose in zip(_PROBES, asked, strict=True)])
+        links = self.link_poses(_PROBES) - known
+        links[:, :, :3, 3] /= MILLIMETRES_PER_METRE
         found = self.solutions(asked)
         exists = np.isfinite(found).all(axis=2)
         deviation = self.tool_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0)

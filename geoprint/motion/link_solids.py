@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 # The URDF is package data of geoprint, not a stranger's.
-from xml.etree import ElementTree as ET  # noqa: S405
+from xml.etree import ElementTree as ET
 
 import numpy as np
 from scipy.spatial.transform import Rotation

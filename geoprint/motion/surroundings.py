@@ -33,6 +33,7 @@ class Target:
         model: the same for FCL; a box is solid there, a mesh is its surface.
         closed: whether the surface has an inside that FCL does not know of.
         balls: (m, 3) middles of the triangles and (m,) radii of the balls about them that hold them [mm].
+        axes: (3, 3) directions along which its bounding box is taken, in the columns; a box's are its own.
     """
 
     name: str
@@ -40,18 +41,27 @@ class Target:
     model: fcl.CollisionObject
     closed: bool
     balls: tuple[FloatArray, FloatArray]
+    axes: FloatArray
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """(3,) lowest and (3,) highest coordinates [mm]."""
-        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
+        """(3,) lowest and (3,) highest coordinates along its axes [mm]."""
+        along = self.triangles @ self.axes
+        return along.min(axis=(0, 1)), along.max(axis=(0, 1))
 
 
 def mesh_target(surface: Surface, *, role: str) -> Target:
     """Return a surface as a target; its role ('part', 'body') stands before its name in messages."""
     model = mesh_model(surface.vertices, surface.faces)
     triangles = surface.vertices[surface.faces]
-    return Target(f"{role} {surface.name}", triangles, model, closed=is_closed(surface), balls=circumscribed(triangles))
+    return Target(
+        f"{role} {surface.name}",
+        triangles,
+        model,
+        closed=is_closed(surface),
+        balls=circumscribed(triangles),
+        axes=np.eye(3),
+    )
 
 
 def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
@@ -66,7 +76,9 @@ def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
     corners = transforms.apply(T_work_box, _BOX_CORNERS * box.size)
     model = fcl.CollisionObject(fcl.Box(*map(float, box.size)), fcl_transform(T_work_box))
     triangles = corners[_BOX_FACES]
-    return Target(f"obstacle {box.name}", triangles, model, closed=False, balls=circumscribed(triangles))
+    return Target(
+        f"obstacle {box.name}", triangles, model, closed=False, balls=circumscribed(triangles), axes=T_work_box[:3, :3]
+    )
 
 
 def solid_target(solid: Solid) -> Target:
@@ -78,6 +90,7 @@ def solid_target(solid: Solid) -> Target:
         convex_model(solid, by=0.0),
         closed=False,
         balls=circumscribed(corners[triangles]),
+        axes=np.eye(3),
     )
 
 

@@ -28,8 +28,8 @@ from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld
 from geoprint.motion.tool_solids import EXCESS, movements
 
-# Steps that are tried at once where a solid is far from everything.
-BLOCK = 16
+# Steps that are tried at once where a solid is far from everything: first the many, then fewer where that failed.
+BLOCKS = (40, 8)
 # Steps are cut so that they stay below the largest allowed one by this factor: equal parts in joint angles are not
 # quite equal movements.
 STEP_MARGIN = 0.9
@@ -155,8 +155,12 @@ def find_hits(world: CollisionWorld, placements: Placements, *, largest_step: fl
             f"the {world.solids[int(moved.max(axis=0).argmax())].name} moves by {moved.max():.1f} mm between two "
             f"placements, at most {largest_step} mm are allowed; sample the path more finely."
         )
-    open_solids = ~_free_blocks(world, poses, moved=moved)
+    open_solids = np.ones(moved.shape, dtype=np.bool_)
+    for block in BLOCKS:
+        open_solids &= ~_free_blocks(world, poses, moved=moved, block=block, solids=open_solids)
     reaches = _step_reaches(world, moved, travels=placements.travels, solids=open_solids)
+    if not (reaches > NOT_TESTED).any():
+        return None
     hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
     steps = _open_steps(poses, rows=rows, travels=placements.travels, touched=touched, reaches=reaches)
     while hits is None and len(steps.rows):
@@ -218,19 +222,21 @@ def _step_reaches(world: CollisionWorld, moved: FloatArray, *, travels: BoolArra
     return np.where(solids, reaches, NOT_TESTED)
 
 
-def _free_blocks(world: CollisionWorld, poses: FloatArray, *, moved: FloatArray) -> BoolArray:
-    """Return (k - 1, s) whether a solid is free in a whole block of BLOCK steps, by one test in its middle.
+def _free_blocks(
+    world: CollisionWorld, poses: FloatArray, *, moved: FloatArray, block: int, solids: BoolArray
+) -> BoolArray:
+    """Return (k - 1, s) whether a solid is free in a whole block of steps, by one test in its middle.
 
     The solid is inflated by its way from the middle to the farther end of the block; where that is too far, or it
-    touches something, the block stays open.
+    touches something, or `solids` does not ask for it, the block stays open.
     """
-    starts = np.arange(0, len(moved), BLOCK)
-    ends = np.minimum(starts + BLOCK, len(moved))
+    starts = np.arange(0, len(moved), block)
+    ends = np.minimum(starts + block, len(moved))
     middles = (starts + ends) // 2
     ways = np.concatenate([np.zeros((1, len(world.solids))), np.cumsum(moved, axis=0)])
     reaches = np.maximum(ways[middles] - ways[starts], ways[ends] - ways[middles])
     # What is not inflated downwards alike does not stand for its neighbours.
     alike = np.array([solid.reach_below == inf for solid in world.solids])
-    reaches = np.where((reaches <= world.reaches[-1]) & alike, reaches, NOT_TESTED)
-    touched = world.touches(poses[middles], reaches=reaches).any(axis=2)
-    return np.repeat((reaches > NOT_TESTED) & ~touched, ends - starts, axis=0)
+    asked = np.logical_or.reduceat(solids, starts, axis=0) & alike & (reaches <= world.reaches[-1])
+    touched = world.touches(poses[middles], reaches=np.where(asked, reaches, NOT_TESTED)).any(axis=2)
+    return np.repeat(asked & ~touched, ends - starts, axis=0)

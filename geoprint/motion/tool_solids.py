@@ -78,6 +78,14 @@ class Solid:
         return (self.end - self.start) / self.length
 
     @property
+    def frame(self) -> FloatArray:
+        """(3, 3) rotation whose z axis is the solid's; the other two lie anyhow."""
+        axis = self.axis
+        x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+        x /= np.linalg.norm(x)
+        return np.column_stack([x, np.cross(axis, x), axis])
+
+    @property
     def centre(self) -> FloatArray:
         """(3,) the middle of the axis [mm]."""
         return (self.start + self.end) / 2
@@ -184,10 +192,9 @@ def polytope(solid: Solid, *, by: float) -> tuple[FloatArray, IntArray]:
     profile = inflated_profile(solid, by=by)
     sides = sides_of(solid)
     turns = 2 * np.pi * np.arange(sides) / sides
-    rotation = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), solid.axis[None])[0]
     circle = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(sides)]) / np.cos(np.pi / sides)
     rings = profile[:, None, 1, None] * circle + profile[:, None, 0, None] * np.array([0.0, 0.0, 1.0])
-    return rings.reshape(-1, 3) @ rotation.T + solid.start, _ring_triangles(len(profile), sides=sides)
+    return rings.reshape(-1, 3) @ solid.frame.T + solid.start, _ring_triangles(len(profile), sides=sides)
 
 
 def _ring_triangles(rings: int, *, sides: int) -> IntArray:
