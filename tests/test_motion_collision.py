@@ -13,8 +13,8 @@ from geoprint.model import Box, FloatArray, Surface
 from geoprint.motion import collision
 from geoprint.motion.closest import shapes_of
 from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld, InflatedSolids
-from geoprint.motion.surroundings import Target, box_target, mesh_target
 from geoprint.motion.sides import winding_numbers
+from geoprint.motion.surroundings import Target, box_target, mesh_target
 from geoprint.motion.tool_distance import RESOLUTION, nearest, revolution
 from geoprint.motion.tool_solids import EXCESS, tool_solids
 from geoprint.surfaces import load, vertex_normals
@@ -48,7 +48,7 @@ def touched_share(patch: Surface, *, body: Surface | None) -> float:
 
 
 def test_control_says_what_it_found():
-    assert "280 known hits and misses found right" in collision.collision_control()
+    assert "384 known hits and misses found right" in collision.collision_control()
 
 
 @pytest.mark.parametrize(("answer", "message"), [(0, "a known hit"), (1, "a known miss")])

@@ -3,7 +3,8 @@
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
 the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
-bears it. The base stands on what ends below its foot. The links are not checked against one another.
+bears it. The base stands on what ends below its foot, and link 1 turns above it. The links are not checked against
+one another.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
-from geoprint.model import ControllerPath, FloatArray
+from geoprint.model import Box, ControllerPath, FloatArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.closest import Trees, smallest_arm_distance, worst_hit
 from geoprint.motion.collision import ARM_REACHES, CollisionWorld, InflatedSolids
 from geoprint.motion.kinematics import Arm
-from geoprint.motion.link_solids import Link
+from geoprint.motion.link_solids import Link, link_solids
 from geoprint.motion.sides import inside
-from geoprint.motion.surroundings import Target, solid_target
+from geoprint.motion.surroundings import Target, box_target, solid_target
 from geoprint.motion.sweep import ALLOWANCE, LARGEST_ARM_STEP, Hits, Placements, find_hits, refined, step_parts
 from geoprint.motion.tool_solids import Solid, movements
 
@@ -95,7 +96,7 @@ def check_arm(
         tool: its solids.
         kept: distance that the links keep from the targets [mm].
         targets: what the links must not touch, in the work frame.
-        base_targets: those that the base must not touch: not what it stands on.
+        base_targets: those that the base and link 1 must not touch: not what the arm stands on.
         trees: pieces of the targets.
 
     Raises:
@@ -106,11 +107,10 @@ def check_arm(
     placements = motion.tool
     ways: list[tuple[CollisionWorld, Placements]] = []
     for link in links:
-        inflated = InflatedSolids(link.solids, kept=(kept,) * len(link.solids), reaches=ARM_REACHES)
-        world = CollisionWorld(inflated, targets=targets if link.joint else base_targets)
+        world = CollisionWorld(_inflated(link.solids, kept=kept), targets=targets if link.joint > 1 else base_targets)
         ways.append((world, _moved(placements, motion.Ts_work_link[:, link.joint], moves=link.joint > 0)))
     carried_solids = _with_whole_needle(tool)
-    carried_inflated = InflatedSolids(carried_solids, kept=(kept,) * len(carried_solids), reaches=ARM_REACHES)
+    carried_inflated = _inflated(carried_solids, kept=kept)
     carried = [
         (
             CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids)),
@@ -128,7 +128,7 @@ def check_arm(
         smallest=closest.distance,
         at=f"{placements.stretch(closest.row)} with the tip at {_place(placements, closest.row)}, "
         f"{closest.solid} to {closest.target}",
-        checked=_checked(links, carried_solids, targets=targets, base_targets=base_targets),
+        checked=_checked(carried_solids, targets=targets, base_targets=base_targets),
     )
 
 
@@ -141,6 +141,28 @@ def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tup
     bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
     bounds += [movements(tool, motion.Ts_link_tool(link)) for link in links[:LINKS_APART_FROM_TOOL]]
     return np.concatenate(bounds, axis=1).max(axis=1)
+
+
+def arm_control(model: str) -> str:
+    """Run the controls of the collision check alone, on the links of an arm.
+
+    Returns:
+        A line that says what was found right.
+
+    Raises:
+        UsageError: there is no such arm.
+        VerificationError: a known hit is missed, or a known miss is hit.
+    """
+    post = box_target(Box("control", np.zeros(3), np.array([1.0, 2.0, 3.0])), T_work_base=np.eye(4))
+    links = link_solids(model)
+    for link in links:
+        CollisionWorld(_inflated(link.solids, kept=0.5), targets=(post,))
+    count = sum(len(link.solids) for link in links) * len(ARM_REACHES) * 2 * 2
+    return f"links of the {model}: {count} known hits and misses found right"
+
+
+def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
+    return InflatedSolids(solids, kept=(kept,) * len(solids), reaches=ARM_REACHES)
 
 
 def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
@@ -161,7 +183,7 @@ def _moved(placements: Placements, poses: FloatArray, *, moves: bool) -> Placeme
 
 
 def _refuse_inside(ways: Sequence[tuple[CollisionWorld, Placements]]) -> None:
-    """Refuse links that are inside a closed surface at the first placement: later they would have to pass through it."""
+    """Refuse links inside a closed surface at the first placement: to get in later they had to pass through it."""
     for world, way in ways:
         centres = transforms.apply(way.poses[0], np.array([solid.centre for solid in world.solids]))
         for target in world.targets:
@@ -201,13 +223,11 @@ def _too_close(
 
 
 def _checked(
-    links: tuple[Link, ...], tool: tuple[Solid, ...], *, targets: tuple[Target, ...], base_targets: tuple[Target, ...]
+    tool: tuple[Solid, ...], *, targets: tuple[Target, ...], base_targets: tuple[Target, ...]
 ) -> tuple[str, ...]:
     carried = ", ".join(solid.name for solid in tool)
-    pairs = [
-        f"arm's links 1 to {len(links) - 1}, as cylinders that hold them, against {target.name}" for target in targets
-    ]
-    pairs += [f"arm's base, as cylinders that hold it, against {target.name}" for target in base_targets]
+    pairs = [f"arm's links 2 to 6, as cylinders that hold them, against {target.name}" for target in targets]
+    pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
 

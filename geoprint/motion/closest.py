@@ -40,13 +40,16 @@ AXIS_STEP_SHARE = 0.3
 AXIS_STEPS = (1.0, 25.0)
 # Axes closer than this are one: rounding.
 SAME_AXIS = 1e-9
+# So many pieces of a target tell how far a link is, and it may be nearer by so much [mm].
+ARM_PIECES = 400
+ARM_PIECE_MARGIN = 5.0
 # Triangles, spread over all of a target, whose distance says which others need a look.
 FIRST_TRIANGLES = 500
 # A target farther from the tool's axis than this [mm] does not rank: the part below the tip is nearer.
 RANKED_DISTANCE = 30.0
 # The same counts for the links of the arm, which pass by at any distance but slowly.
 RANKED_ARM_PLACEMENTS = 60
-MEASURED_ARM_PLACEMENTS = 6
+MEASURED_ARM_PLACEMENTS = 8
 # Pieces of a target for ranking have this radius [mm], or this share of its extent where that is larger.
 PIECE_RADIUS = 1.0
 PIECE_SHARE = 0.02
@@ -81,6 +84,18 @@ class Closest:
         if self.distance < 0.0:
             return f"the {self.solid} reaches {-self.distance:.2f} mm into the {self.target}"
         return f"the {self.solid} comes within {self.distance:.2f} mm of the {self.target}"
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Case:
+    """A solid of a link at a placement, and a target that is not nearer to it than the bound [mm]."""
+
+    bound: float
+    shape: Revolution
+    target: Target
+    placements: Placements
+    row: int
 
 
 def shapes_of(solids: tuple[Solid, ...]) -> tuple[Revolution, ...]:
@@ -142,22 +157,41 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
 def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> Closest:
     """Return the smallest distance found between any link and any target.
 
-    Every solid of every link is ranked at RANKED_ARM_PLACEMENTS placements as the tool is; the first
-    MEASURED_ARM_PLACEMENTS pairs of solid and placement are measured exactly.
+    RANKED_ARM_PLACEMENTS placements of every solid are ordered by how near a target may be; in this order the distance
+    of some pieces is taken while nearer ones may follow. The MEASURED_ARM_PLACEMENTS best are measured exactly, and
+    then as many placements around the best of them.
     """
-    cases: list[tuple[float, Solid, Target, FloatArray, int]] = []
+    found: list[tuple[float, _Case]] = []
     least = inf
-    # The last links are mostly the nearest: what is farther than they need not be ranked.
-    for world, placements in reversed(ways):
-        rows = _spread(0, placements.count, RANKED_ARM_PLACEMENTS)
-        for solid, target in product(world.solids, world.targets):
-            within = least + max(solid.start_radius, solid.end_radius)
-            ranks = _ranks(placements.poses[rows], solid, trees[target], within=within)
-            least = min(least, float(ranks.min()))
-            cases += [(float(ranks[i]), solid, target, placements.poses[row], int(row)) for i, row in enumerate(rows)]
-    first = sorted(cases, key=lambda case: case[0])[:MEASURED_ARM_PLACEMENTS]
-    measured = [_measure(revolution((solid,)), target, pose, row=row) for _, solid, target, pose, row in first]
+    for case in sorted(_arm_cases(ways, trees), key=lambda case: case.bound):
+        if case.bound > least + ARM_PIECE_MARGIN:
+            break
+        pose = case.placements.poses[case.row]
+        places = np.asarray(trees[case.target].data)[:: -(-trees[case.target].n // ARM_PIECES)]
+        distance = float(signed_distances(case.shape, (places - pose[:3, 3]) @ pose[:3, :3]).min())
+        least = min(least, distance)
+        found.append((distance, case))
+    first = [case for _, case in sorted(found, key=lambda pair: pair[0])[:MEASURED_ARM_PLACEMENTS]]
+    measured = [_measure_case(case, case.row) for case in first]
+    best = first[int(np.argmin([closest.distance for closest in measured]))]
+    gap = -(-best.placements.count // RANKED_ARM_PLACEMENTS)
+    around = _spread(max(best.row - gap, 0), min(best.row + gap + 1, best.placements.count), MEASURED_ARM_PLACEMENTS)
+    measured += [_measure_case(best, row) for row in around.tolist()]
     return min(measured, key=lambda closest: closest.distance)
+
+
+def _arm_cases(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> list[_Case]:
+    return [
+        _Case(float(bound), revolution((solid,)), target, placements, int(row))
+        for world, placements in ways
+        for rows in (_spread(0, placements.count, RANKED_ARM_PLACEMENTS),)
+        for solid, target in product(world.solids, world.targets)
+        for bound, row in zip(_ranks(placements.poses[rows], solid, trees[target], within=inf), rows, strict=True)
+    ]
+
+
+def _measure_case(case: _Case, row: int) -> Closest:
+    return _measure(case.shape, case.target, case.placements.poses[row], row=row)
 
 
 def _measure_hit(hits: Hits, world: CollisionWorld, index: int) -> Closest:

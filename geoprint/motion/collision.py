@@ -14,7 +14,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
-from geoprint.model import BoolArray, Box, FloatArray, IntArray, Tool
+from geoprint.model import BoolArray, Box, FloatArray, IntArray, Lamp, Tool
 from geoprint.motion.surroundings import Target, box_target, convex_model, fcl_transform, mesh_model
 from geoprint.motion.tool_solids import Solid, inflated_profile, sides_of, tool_solids
 
@@ -123,7 +123,7 @@ class CollisionWorld:
         largest = float(self.reaches[-1])
         if not (reaches <= largest + REACH_ROUNDING).all():
             raise InputError(
-                f"the {self.solids[0].name} would have to be inflated by {np.max(reaches):.1f} mm to cover a step of its "
+                f"a solid would have to be inflated by {np.max(reaches):.1f} mm to cover a step of its "
                 f"way, at most {largest} mm is allowed; sample the path more finely."
             )
         rows = np.flatnonzero((reaches > NOT_TESTED).any(axis=1))
@@ -202,6 +202,7 @@ def collision_control() -> str:
         needle_length=25.4, needle_diameter=1.3, inner_diameter=0.84, cone_half_angle=float(np.radians(10.0)),
         barrel_diameter=20.0, barrel_top=120.0, bracket_length=40.0, bracket_diameter=30.0,
         mass_kg=0.6, cog=np.zeros(3), inertia_kg_m2=np.zeros(3),
+        lamp=Lamp(transforms.rigid(np.eye(3), np.array([50.0, 0.0, 20.0])), length=60.0, diameter=25.0),
     )  # fmt: skip
     solids = tool_solids(tool)
     post = box_target(Box("control", np.zeros(3), np.array([1.0, 2.0, 3.0])), T_work_base=np.eye(4))
@@ -221,8 +222,8 @@ def _control_sides(objects: list[fcl.CollisionObject], solid: Solid, *, inflatio
     slope = (solid.end_radius - solid.start_radius) / solid.length
     aside = solid.frame[:, 0]
     outward = (aside - slope * solid.axis) / np.hypot(1.0, slope)
-    along = np.cross(solid.frame[:, 1], outward)
-    corners = CONTROL_PLATE / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    along = np.cross(solid.frame[:, 1], outward).astype(np.float64)
+    corners: FloatArray = CONTROL_PLATE / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     plate = solid.centre + aside * (solid.start_radius + solid.end_radius) / 2
     plate = plate + corners @ np.array([along, solid.frame[:, 1]])
     model = mesh_model(plate, np.array([[0, 1, 2], [0, 2, 3]]))

@@ -114,7 +114,7 @@ class _Steps:
 
 
 def step_parts(moved: FloatArray, *, largest: float) -> IntArray:
-    """Return into how many parts to cut each of (k - 1,) steps, given their movements [mm], to stay below the largest."""
+    """Return into how many parts to cut (k - 1,) steps of given movements [mm] to stay below the largest."""
     return np.maximum(np.ceil(moved / (STEP_MARGIN * largest)), 1.0).astype(np.int64)
 
 
