@@ -176,15 +176,26 @@ def test_lamp_that_grazes_a_post_is_refused_within_the_clearance_only(gap: float
     # Straight down along y, at x = 20: the side of the lamp is at x = 75, from 90 to 140 mm above the tip.
     way = run_of(pointing_down(line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3))))
     post = block((75.0 + gap, 12.0, 100.0), (80.0, 14.0, 110.0), name="post")
-    given = {"process": CELL.process, "standoff": 0.3, "part": plate(), "obstacles": (), "T_work_base": np.eye(4)}
+
+    def check() -> Clearance:
+        return check_placements(
+            way,
+            tool=replace(CELL.tool, lamp=lamp),
+            process=CELL.process,
+            standoff=0.3,
+            part=plate(),
+            body=post,
+            obstacles=(),
+            T_work_base=np.eye(4),
+        )
 
     if not hit:
-        found = check_placements(way, tool=replace(CELL.tool, lamp=lamp), body=post, **given)
+        found = check()
         assert found.smallest == pytest.approx(gap, abs=0.01)
         assert "UV lamp to body post" in found.at
         return
     with pytest.raises(ClearanceError, match=r"the UV lamp comes within 0.40 mm of the body post"):
-        check_placements(way, tool=replace(CELL.tool, lamp=lamp), body=post, **given)
+        check()
 
 
 @pytest.mark.parametrize("size", [{"length": 0.0}, {"diameter": -1.0}])
@@ -206,7 +217,8 @@ def test_rows_far_apart_are_cut_until_links_move_as_between_straight_lines():
     path = coarse_turn()
     motion: ArmMotion = arm_motion(path, arm_of(CELL), tool=solids, links=LINKS, T_work_base=np.eye(4))
     count = motion.tool.count
-    joints = np.linspace(path.joints[0], path.joints[-1], 2 * count - 1)
+    shares = np.linspace(0.0, 1.0, 2 * count - 1)[:, None]
+    joints = path.joints[0] + shares * (path.joints[-1] - path.joints[0])
     middles = arm_of(CELL).link_poses(joints)[1::2, 1:-1]
 
     assert count > path.runs.size

@@ -159,35 +159,52 @@ def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], tre
 
     RANKED_ARM_PLACEMENTS placements of every solid are ordered by how near a target may be; in this order the distance
     of some pieces is taken while nearer ones may follow. The MEASURED_ARM_PLACEMENTS best are measured exactly, and
-    then as many placements around the best of them.
+    then placements around the best of them, ever closer.
     """
     found: list[tuple[float, _Case]] = []
     least = inf
     for case in sorted(_arm_cases(ways, trees), key=lambda case: case.bound):
         if case.bound > least + ARM_PIECE_MARGIN:
             break
-        pose = case.placements.poses[case.row]
-        places = np.asarray(trees[case.target].data)[:: -(-trees[case.target].n // ARM_PIECES)]
-        distance = float(signed_distances(case.shape, (places - pose[:3, 3]) @ pose[:3, :3]).min())
+        distance = _piece_distance(case, trees[case.target])
         least = min(least, distance)
         found.append((distance, case))
     first = [case for _, case in sorted(found, key=lambda pair: pair[0])[:MEASURED_ARM_PLACEMENTS]]
     measured = [_measure_case(case, case.row) for case in first]
-    best = first[int(np.argmin([closest.distance for closest in measured]))]
-    gap = -(-best.placements.count // RANKED_ARM_PLACEMENTS)
-    around = _spread(max(best.row - gap, 0), min(best.row + gap + 1, best.placements.count), MEASURED_ARM_PLACEMENTS)
-    measured += [_measure_case(best, row) for row in around.tolist()]
-    return min(measured, key=lambda closest: closest.distance)
+    best = min(measured, key=lambda closest: closest.distance)
+    nearest_case = first[measured.index(best)]
+    count = nearest_case.placements.count
+    gap = -(-count // RANKED_ARM_PLACEMENTS)
+    while gap:
+        rows = _spread(max(best.row - gap, 0), min(best.row + gap + 1, count), MEASURED_ARM_PLACEMENTS)
+        around = [_measure_case(nearest_case, row) for row in rows.tolist()]
+        best = min([best, *around], key=lambda closest: closest.distance)
+        gap //= MEASURED_ARM_PLACEMENTS // 2
+    return best
 
 
 def _arm_cases(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> list[_Case]:
-    return [
-        _Case(float(bound), revolution((solid,)), target, placements, int(row))
-        for world, placements in ways
-        for rows in (_spread(0, placements.count, RANKED_ARM_PLACEMENTS),)
-        for solid, target in product(world.solids, world.targets)
-        for bound, row in zip(_ranks(placements.poses[rows], solid, trees[target], within=inf), rows, strict=True)
-    ]
+    """Bound the distances at ranked placements, the last links first: what is farther than they needs no bound."""
+    cases: list[_Case] = []
+    least = inf
+    for world, placements in reversed(ways):
+        rows = _spread(0, placements.count, RANKED_ARM_PLACEMENTS)
+        for solid, target in product(world.solids, world.targets):
+            within = least + solid.start_radius + ARM_PIECE_MARGIN
+            bounds = _ranks(placements.poses[rows], solid, trees[target], within=within)
+            shape = revolution((solid,))
+            pairs = zip(bounds.tolist(), rows.tolist(), strict=True)
+            cases += [_Case(bound, shape, target, placements, row) for bound, row in pairs]
+            lowest = cases[len(cases) - len(rows) + int(np.argmin(bounds))]
+            least = min(least, _piece_distance(lowest, trees[target]))
+    return cases
+
+
+def _piece_distance(case: _Case, tree: KDTree) -> float:
+    """Return the distance of a solid from the middles of some pieces of a target [mm]."""
+    pose = case.placements.poses[case.row]
+    places = np.asarray(tree.data)[:: -(-tree.n // ARM_PIECES)]
+    return float(signed_distances(case.shape, (places - pose[:3, 3]) @ pose[:3, :3]).min())
 
 
 def _measure_case(case: _Case, row: int) -> Closest:
