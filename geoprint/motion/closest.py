@@ -49,7 +49,9 @@ FIRST_TRIANGLES = 500
 RANKED_DISTANCE = 30.0
 # The same counts for the links of the arm, which pass by at any distance but slowly.
 RANKED_ARM_PLACEMENTS = 60
-MEASURED_ARM_PLACEMENTS = 8
+MEASURED_ARM_PLACEMENTS = 5
+# Below this distance [mm] placements around the best one are measured too: farther away a millimetre is of no interest.
+NEAR_ARM = 20.0
 # Pieces of a target for ranking have this radius [mm], or this share of its extent where that is larger.
 PIECE_RADIUS = 1.0
 PIECE_SHARE = 0.02
@@ -159,7 +161,7 @@ def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], tre
 
     RANKED_ARM_PLACEMENTS placements of every solid are ordered by how near a target may be; in this order the distance
     of some pieces is taken while nearer ones may follow. The MEASURED_ARM_PLACEMENTS best are measured exactly, and
-    then placements around the best of them, ever closer.
+    where that is near, placements around the best of them, ever closer.
     """
     found: list[tuple[float, _Case]] = []
     least = inf
@@ -175,11 +177,11 @@ def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], tre
     nearest_case = first[measured.index(best)]
     count = nearest_case.placements.count
     gap = -(-count // RANKED_ARM_PLACEMENTS)
-    while gap:
+    while gap and best.distance < NEAR_ARM:
         rows = _spread(max(best.row - gap, 0), min(best.row + gap + 1, count), MEASURED_ARM_PLACEMENTS)
         around = [_measure_case(nearest_case, row) for row in rows.tolist()]
         best = min([best, *around], key=lambda closest: closest.distance)
-        gap //= MEASURED_ARM_PLACEMENTS // 2
+        gap //= 2
     return best
 
 
