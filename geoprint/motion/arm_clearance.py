@@ -111,13 +111,10 @@ def check_arm(
         ways.append((world, _moved(placements, motion.Ts_work_link[:, link.joint], moves=link.joint > 0)))
     carried_solids = _with_whole_needle(tool)
     carried_inflated = _inflated(carried_solids, kept=kept)
-    carried = [
-        (
-            CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids)),
-            _moved(placements, motion.Ts_link_tool(link), moves=True),
-        )
-        for link in links[:LINKS_APART_FROM_TOOL]
-    ]
+    carried: list[tuple[CollisionWorld, Placements]] = []
+    for link in links[:LINKS_APART_FROM_TOOL]:
+        world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
+        carried.append((world, _moved(placements, motion.Ts_link_tool(link), moves=True)))
     _refuse_inside(ways)
     for world, way in (*ways, *carried):
         hits = find_hits(world, way, largest_step=LARGEST_ARM_STEP)

@@ -16,7 +16,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
 from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
-from geoprint.motion.arm_clearance import arm_motion, check_arm
+from geoprint.motion.arm_clearance import ArmFinding, arm_motion, check_arm
 from geoprint.motion.closest import Trees, ranking_trees, smallest_distance, worst_hit
 from geoprint.motion.collision import CollisionWorld, InflatedSolids, check_rigid
 from geoprint.motion.kinematics import Arm
@@ -93,13 +93,7 @@ def clearance(
         base_targets=scene.base_targets,
         trees=scene.trees,
     )
-    return replace(
-        found,
-        arm_smallest=arm_found.smallest,
-        arm_at=arm_found.at,
-        checked=(*found.checked, *arm_found.checked),
-        not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
-    )
+    return _with_arm(found, arm_found)
 
 
 def check_placements(
@@ -203,6 +197,16 @@ def _check_tool(placements: Placements, scene: _Scene, *, tool: Tool, process: P
         checks=placements.count,
         checked=_checked(world),
         not_checked=(WITHOUT_ARM, *lamp, *NOT_CHECKED, *surroundings),
+    )
+
+
+def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
+    return replace(
+        found,
+        arm_smallest=arm_found.smallest,
+        arm_at=arm_found.at,
+        checked=(*found.checked, *arm_found.checked),
+        not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
     )
 
 
