@@ -21,6 +21,7 @@ from geoprint.model import (
     Box,
     Cell,
     FloatArray,
+    Lamp,
     Process,
     Robot,
     SignalMode,
@@ -157,6 +158,13 @@ class _BracketTable(_Table):
     diameter_mm: PositiveFloat
 
 
+class _LampTable(_Table):
+    position_mm: Triple
+    rpy_deg: Triple
+    length_mm: PositiveFloat
+    diameter_mm: PositiveFloat
+
+
 class _WorkTable(_Table):
     source: Literal["demo", "calibrated"]
     demo_position_mm: Triple
@@ -223,6 +231,7 @@ class CellFile(_Table):
     tool: _ToolTable
     nozzle: _NozzleTable
     bracket: _BracketTable
+    lamp: _LampTable | None = None
     work: _WorkTable
     process: _ProcessTable
     signals: _SignalsTable
@@ -314,7 +323,12 @@ def _tool(file: CellFile) -> Tool:
         mass_kg=file.tool.mass_kg,
         cog=np.array(file.tool.cog_mm),
         inertia_kg_m2=np.array(file.tool.inertia_kg_m2),
+        lamp=None if file.lamp is None else _lamp(file.lamp),
     )
+
+
+def _lamp(lamp: _LampTable) -> Lamp:
+    return Lamp(_pose(lamp.position_mm, lamp.rpy_deg), length=lamp.length_mm, diameter=lamp.diameter_mm)
 
 
 def _fixture(work: _WorkTable) -> TouchedPoints | None:

@@ -67,7 +67,7 @@ class LimitError(PlanError):
 
 @final
 class ClearanceError(PlanError):
-    """The tool touches the part, its body or an obstacle, or comes closer than the cell allows."""
+    """The tool or the arm touches the part, its body or an obstacle, or comes closer than the cell allows."""
 
 
 @final

@@ -32,6 +32,45 @@ def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> Non
         assert found.fixture is None
 
 
+LAMP = """
+[lamp]
+position_mm = [0, 45, 10]
+rpy_deg = [0, 90, 0]
+length_mm = 60
+diameter_mm = 20
+
+[work]
+"""
+
+
+def test_the_packaged_cells_leave_the_lamp_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        assert load_cell(written(tmp_path, text)).tool.lamp is None
+        first, last = text.index("# [lamp]"), text.index("[work]")
+        shown = "\n".join(line.removeprefix("# ") for line in text[first:last].splitlines())
+        lamp = load_cell(written(tmp_path, text[:first] + shown + "\n" + text[last:])).tool.lamp
+        assert lamp is not None
+        assert (lamp.length, lamp.diameter) == (60.0, 20.0)
+
+
+def test_the_lamp_points_along_the_z_axis_that_its_angles_turn(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0]).replace("\n[work]\n", LAMP, 1)
+
+    lamp = load_cell(written(tmp_path, text)).tool.lamp
+
+    assert lamp is not None
+    np.testing.assert_allclose(lamp.T_flange_lamp[:3, 3], [0.0, 45.0, 10.0])
+    np.testing.assert_allclose(lamp.T_flange_lamp[:3, 2], [1.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_a_lamp_without_size_is_refused(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0]).replace("\n[work]\n", LAMP.replace("length_mm = 60", ""), 1)
+
+    with pytest.raises(UsageError, match=r"lamp\.length_mm"):
+        load_cell(written(tmp_path, text))
+
+
 def test_no_cell_file_means_the_first_packaged_cell() -> None:
     assert load_cell(None).name == "irb120-bent45.toml"
 

@@ -10,7 +10,8 @@ from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
 from geoprint.model import Box, Clearance, FloatArray, Surface
 from geoprint.motion.clearance import check_placements
-from geoprint.motion.collision import CollisionWorld, mesh_target
+from geoprint.motion.collision import CollisionWorld, InflatedSolids
+from geoprint.motion.surroundings import mesh_target
 from geoprint.motion.sweep import Placements, find_hits
 from geoprint.motion.tool_solids import tool_solids
 from tests.cells import straight_cell
@@ -111,7 +112,9 @@ def test_post_just_beyond_the_clearance_is_not_refused():
 
 def test_tool_inside_a_closed_body_is_refused_although_no_surface_is_near():
     hall = block((-900.0, -900.0, -900.0), (900.0, 900.0, 900.0), name="hall")
-    world = CollisionWorld(tool_solids(CELL.tool), kept=(0.0,) * 5, targets=(mesh_target(hall, role="body"),))
+    world = CollisionWorld(
+        InflatedSolids(tool_solids(CELL.tool), kept=(0.0,) * 5), targets=(mesh_target(hall, role="body"),)
+    )
 
     assert find_hits(world, over_plate()) is None
     with pytest.raises(ClearanceError, match="inside the closed body hall"):

@@ -12,8 +12,9 @@ from geoprint.errors import InputError, VerificationError
 from geoprint.model import Box, FloatArray, Surface
 from geoprint.motion import collision
 from geoprint.motion.closest import shapes_of
-from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld, Target, box_target, mesh_target
+from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld, InflatedSolids
 from geoprint.motion.sides import winding_numbers
+from geoprint.motion.surroundings import Target, box_target, mesh_target
 from geoprint.motion.tool_distance import RESOLUTION, nearest, revolution
 from geoprint.motion.tool_solids import EXCESS, tool_solids
 from geoprint.surfaces import load, vertex_normals
@@ -28,7 +29,7 @@ ALL_AT_REST = np.zeros((1, len(SOLIDS)))
 
 
 def world_of(*targets: Target, kept: tuple[float, ...] = KEPT) -> CollisionWorld:
-    return CollisionWorld(SOLIDS, kept=kept, targets=targets)
+    return CollisionWorld(InflatedSolids(SOLIDS, kept=kept), targets=targets)
 
 
 def standing(tip: tuple[float, float, float]) -> FloatArray:
@@ -47,7 +48,7 @@ def touched_share(patch: Surface, *, body: Surface | None) -> float:
 
 
 def test_control_says_what_it_found():
-    assert "280 known hits and misses found right" in collision.collision_control()
+    assert "384 known hits and misses found right" in collision.collision_control()
 
 
 @pytest.mark.parametrize(("answer", "message"), [(0, "a known hit"), (1, "a known miss")])

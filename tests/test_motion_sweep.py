@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError
-from geoprint.motion.collision import CollisionWorld, mesh_target
+from geoprint.motion.collision import CollisionWorld, InflatedSolids
+from geoprint.motion.surroundings import mesh_target
 from geoprint.motion.sweep import ALLOWANCE, Placements, find_hits
 from geoprint.motion.tool_solids import tool_solids
 from tests.cells import straight_cell
@@ -22,7 +23,9 @@ def test_needle_that_grazes_a_thin_post_between_two_placements_is_found(gap: flo
     needle_side = 15.0 + CELL.tool.needle_diameter / 2
     post = block((20.88, needle_side + gap, 8.0), (20.92, needle_side + gap + 0.02, 20.0))
     solids = tool_solids(CELL.tool)
-    world = CollisionWorld(solids, kept=(0.0, KEPT, KEPT, KEPT, KEPT), targets=(mesh_target(post, role="body"),))
+    world = CollisionWorld(
+        InflatedSolids(solids, kept=(0.0, KEPT, KEPT, KEPT, KEPT)), targets=(mesh_target(post, role="body"),)
+    )
 
     hits = find_hits(world, way)
 

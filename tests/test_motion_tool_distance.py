@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from geoprint.model import FloatArray
 from geoprint.motion.closest import shapes_of
-from geoprint.motion.collision import mesh_target
+from geoprint.motion.surroundings import mesh_target
 from geoprint.motion.tool_distance import RESOLUTION, Revolution, nearest, quarter, revolution, signed_distances
 from geoprint.motion.tool_solids import SIDES, polytope, tool_solids
 from tests.cells import straight_cell

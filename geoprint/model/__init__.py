@@ -4,6 +4,7 @@ from geoprint.model.arrays import BoolArray, FloatArray, IntArray
 from geoprint.model.cell import (
     Box,
     Cell,
+    Lamp,
     Placement,
     Process,
     Robot,
@@ -26,6 +27,7 @@ __all__ = [
     "FloatArray",
     "IntArray",
     "JointPath",
+    "Lamp",
     "Placement",
     "PoseStream",
     "Process",

@@ -49,6 +49,25 @@ class Robot:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
+class Lamp:
+    """The housing of the UV lamp: a cylinder that the flange carries.
+
+    Attributes:
+        T_flange_lamp: (4, 4) lamp frame in the flange frame; the cylinder runs from its origin along its z axis.
+        length: [mm].
+        diameter: [mm].
+    """
+
+    T_flange_lamp: FloatArray
+    length: float
+    diameter: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, T_flange_lamp="float: 4 4")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
 class Tool:
     """What the flange carries: the tool frame, the solids that may collide, and the load.
 
@@ -68,6 +87,7 @@ class Tool:
         mass_kg: of everything behind the flange.
         cog: (3,) centre of gravity in the flange frame [mm].
         inertia_kg_m2: (3,) principal moments about the centre of gravity.
+        lamp: housing of the UV lamp, or None where nobody has said where it is.
     """
 
     T_flange_tool: FloatArray
@@ -82,6 +102,7 @@ class Tool:
     mass_kg: float
     cog: FloatArray
     inertia_kg_m2: FloatArray
+    lamp: Lamp | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_flange_tool="float: 4 4", cog="float: 3", inertia_kg_m2="float: 3")

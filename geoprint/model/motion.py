@@ -128,6 +128,9 @@ class Clearance:
     Attributes:
         smallest: smallest distance found between the tool above its tip zone and part, body and obstacles [mm].
         at: where that is, as text: run and place.
+        arm_smallest: smallest distance found between the arm's links and part, body and obstacles [mm], or None where
+            the links were not checked.
+        arm_at: where that is, as text, or None.
         kept: distance that was proven at every pose and between poses [mm].
         tip_margin: smallest room under the rim of the needle's tip on deposit [mm].
         checks: number of tool placements tested.
@@ -137,6 +140,8 @@ class Clearance:
 
     smallest: float
     at: str
+    arm_smallest: float | None
+    arm_at: str | None
     kept: float
     tip_margin: float
     checks: int

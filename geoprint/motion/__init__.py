@@ -1,5 +1,6 @@
 """From poses to a checked trajectory: placement, kinematics, timing and clearance. Metres stay inside."""
 
+from geoprint.motion.arm_clearance import arm_control
 from geoprint.motion.clearance import clearance
 from geoprint.motion.collision import collision_control
 from geoprint.motion.controller import controller_path
@@ -20,6 +21,7 @@ __all__ = [
     "Reason",
     "Room",
     "Stand",
+    "arm_control",
     "clearance",
     "collision_control",
     "controller_path",

@@ -1,38 +1,46 @@
-"""The tool against the part, what it lies on, and the obstacles of the cell: the last question before a program.
+"""Tool and arm against the part, what it lies on, and the obstacles of the cell: the last question before a program.
 
 What is tested, at every placement of the path and between them: needle, cone, barrel and bracket keep the clearance of
 the process (`sweep`); the last millimetre of the needle touches nothing on travel; on deposit its rim has room over the
-surface (`tip_zone`); and the tool is outside every closed surface (`sides`). What is not tested is named in the result.
+surface (`tip_zone`); the tool is outside every closed surface (`sides`); and the links of the arm keep clear of all
+that and of the tool (`arm_clearance`). What is not tested is named in the result.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
 from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
-from geoprint.motion.closest import smallest_distance, worst_hit
-from geoprint.motion.collision import CollisionWorld, Target, box_target, check_rigid, mesh_target
+from geoprint.motion.arm_clearance import ArmFinding, arm_motion, check_arm
+from geoprint.motion.closest import Trees, ranking_trees, smallest_distance, worst_hit
+from geoprint.motion.collision import CollisionWorld, InflatedSolids, check_rigid
 from geoprint.motion.kinematics import Arm
-from geoprint.motion.sides import INSIDE, winding_numbers
-from geoprint.motion.sweep import ALLOWANCE, LARGEST_STEP, Hits, Placements, find_hits
+from geoprint.motion.link_solids import link_solids
+from geoprint.motion.sides import inside
+from geoprint.motion.surroundings import Target, box_target, mesh_target
+from geoprint.motion.sweep import ALLOWANCE, LARGEST_STEP, Hits, Placements, find_hits, refined, step_parts
 from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
 from geoprint.motion.tool_solids import Solid, movements, tool_solids
 
 # What no check looks at.
 NOT_CHECKED = (
-    "arm links",
-    "UV lamp",
     "cables",
     "material already laid",
     "the way to home from where the arm stands when the program starts",
     "how the controller rounds corners within zones",
     "that the controller's world frame is its base frame",
 )
-# Steps are cut so that they stay below the largest allowed one by this factor: equal parts in joint angles are not
-# quite equal movements.
-STEP_MARGIN = 0.9
+# What is not looked at besides, without an arm and without a lamp in the cell; and with an arm.
+WITHOUT_ARM = "arm links"
+WITHOUT_LAMP = "UV lamp"
+WITH_ARM = "arm links against one another"
+# A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
+FOOT_ROUNDING = 1e-6
 # Placements besides the first at which the side of closed surfaces is tested.
 SIDE_PLACEMENTS = 4
 
@@ -49,7 +57,7 @@ def clearance(
     body: Surface | None,
     obstacles: tuple[Box, ...],
 ) -> Clearance:
-    """Prove that the tool keeps clear on the whole path, from home to home.
+    """Prove that tool and arm keep clear on the whole path, from home to home.
 
     Args:
         path: the motion as the controller interpolates it.
@@ -60,29 +68,32 @@ def clearance(
         poses: the stream that the path prints; its stand-off is that of the tip over the surface.
         part: the surface that is printed on.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
-        obstacles: boxes in the base frame.
+        obstacles: boxes in the base frame; the arm stands on those that end below its foot.
 
     Returns:
         What was found, and what was not checked.
 
     Raises:
-        ClearanceError: the tool touches something, comes too close, or is inside a closed surface.
+        ClearanceError: tool or arm touches something, comes too close, or is inside a closed surface.
         InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
         VerificationError: the check fails on what is known, or part and path do not belong together.
     """
     check_rigid(T_base_work[None])
     T_work_base = transforms.inverse(T_base_work)
-    placements = _placements(path, arm, solids=tool_solids(tool), T_work_base=T_work_base)
-    return check_placements(
-        placements,
-        tool=tool,
-        process=process,
-        standoff=poses.standoff,
-        part=part,
-        body=body,
-        obstacles=obstacles,
-        T_work_base=T_work_base,
+    scene = _scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
+    placements = _placements(path, arm, solids=scene.tool.solids, T_work_base=T_work_base)
+    found = _check_tool(placements, scene, tool=tool, process=process, standoff=poses.standoff)
+    links = link_solids(arm.robot.model)
+    arm_found = check_arm(
+        arm_motion(path, arm, tool=scene.tool.solids, links=links, T_work_base=T_work_base),
+        links=links,
+        tool=scene.tool.solids,
+        kept=process.clearance,
+        targets=scene.targets,
+        base_targets=scene.base_targets,
+        trees=scene.trees,
     )
+    return _with_arm(found, arm_found)
 
 
 def check_placements(
@@ -116,45 +127,94 @@ def check_placements(
         InputError: as `clearance`.
         VerificationError: as `clearance`.
     """
+    scene = _scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
+    return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scene:
+    """The tool, inflated; distances it keeps; what must not be touched, and by the base; and whether body is known."""
+
+    tool: InflatedSolids
+    kept: tuple[float, ...]
+    targets: tuple[Target, ...]
+    base_targets: tuple[Target, ...]
+    trees: Trees
+    has_body: bool
+
+
+def _scene(
+    tool: Tool,
+    *,
+    process: Process,
+    part: Surface,
+    body: Surface | None,
+    obstacles: tuple[Box, ...],
+    T_work_base: FloatArray,
+) -> _Scene:
     if not 0.0 <= process.clearance < np.inf:
         raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
-    check_rigid(placements.poses)
     solids = tool_solids(tool)
-    targets = [mesh_target(part, role="part")]
-    targets += [] if body is None else [mesh_target(body, role="body")]
-    targets += [box_target(box, T_work_base=T_work_base) for box in obstacles]
     kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-    world = CollisionWorld(solids, kept=kept, targets=tuple(targets))
+    bodies = [mesh_target(part, role="part")]
+    bodies += [] if body is None else [mesh_target(body, role="body")]
+    boxes = [box_target(box, T_work_base=T_work_base) for box in obstacles]
+    beside = [target for target, box in zip(boxes, obstacles, strict=True) if _top(box) > FOOT_ROUNDING]
+    targets = (*bodies, *boxes)
+    return _Scene(
+        tool=InflatedSolids(solids, kept=kept),
+        kept=kept,
+        targets=targets,
+        base_targets=(*bodies, *beside),
+        trees=ranking_trees(targets),
+        has_body=body is not None,
+    )
+
+
+def _top(box: Box) -> float:
+    return float(box.centre[2] + box.size[2] / 2)
+
+
+def _check_tool(placements: Placements, scene: _Scene, *, tool: Tool, process: Process, standoff: float) -> Clearance:
+    check_rigid(placements.poses)
+    world = CollisionWorld(scene.tool, targets=scene.targets)
     _check_sides(placements, world)
     hits = find_hits(world, placements)
     if hits is not None:
-        raise _too_close(hits, world, placements, kept=kept)
+        raise _too_close(hits, world, placements, kept=scene.kept)
     room = _tip_room(placements, world, radius=tool.needle_diameter / 2, standoff=standoff)
-    closest = smallest_distance(placements, world)
+    closest = smallest_distance(placements, world, scene.trees)
+    lamp = () if tool.lamp is not None else (WITHOUT_LAMP,)
+    surroundings = () if scene.has_body else ("surroundings",)
     return Clearance(
         smallest=closest.distance,
         at=f"{placements.stretch(closest.row)} at {_place(closest.tip)}, {closest.solid} to {closest.target}",
+        arm_smallest=None,
+        arm_at=None,
         kept=process.clearance,
         tip_margin=room,
         checks=placements.count,
         checked=_checked(world),
-        not_checked=NOT_CHECKED if body is not None else (*NOT_CHECKED, "surroundings"),
+        not_checked=(WITHOUT_ARM, *lamp, *NOT_CHECKED, *surroundings),
+    )
+
+
+def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
+    return replace(
+        found,
+        arm_smallest=arm_found.smallest,
+        arm_at=arm_found.at,
+        checked=(*found.checked, *arm_found.checked),
+        not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
     )
 
 
 def _placements(path: ControllerPath, arm: Arm, *, solids: tuple[Solid, ...], T_work_base: FloatArray) -> Placements:
     """Return the path's rows and, where the tool moves far from one to the next, rows between them."""
     moved = movements(solids, T_work_base @ arm.tool_poses(path.joints)).max(axis=1)
-    parts = np.maximum(np.ceil(moved / (STEP_MARGIN * LARGEST_STEP)), 1.0).astype(np.int64)
-    rows = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
-    within = np.arange(len(rows)) - np.append(np.cumsum(parts) - parts, parts.sum())[rows]
-    following = np.minimum(rows + 1, len(parts))
-    shares = within / np.append(parts, 1)[rows]
-    joints = path.joints[rows] + shares[:, None] * (path.joints[following] - path.joints[rows])
-    # A row between a joint move and a run belongs to the joint move.
-    between = np.minimum(path.runs[rows], path.runs[following])
-    runs = np.where((within > 0) & (between < 0), -1, path.runs[rows])
-    return Placements(T_work_base @ arm.tool_poses(joints), runs=runs, deposit=path.deposit[rows])
+    fine = refined(path, parts=step_parts(moved, largest=LARGEST_STEP))
+    return Placements(T_work_base @ arm.tool_poses(fine.joints), runs=fine.runs, deposit=fine.deposit)
 
 
 def _check_sides(placements: Placements, world: CollisionWorld) -> None:
@@ -166,9 +226,9 @@ def _check_sides(placements: Placements, world: CollisionWorld) -> None:
     for target in world.targets:
         if not target.closed:
             continue
-        inside = np.abs(winding_numbers(points, target.triangles)) > INSIDE
-        if inside.any():
-            row, solid = cases[int(np.argmax(inside))]
+        within = inside(points, target.triangles)
+        if within.any():
+            row, solid = cases[int(np.argmax(within))]
             tip = placements.poses[row, :3, 3]
             raise ClearanceError(
                 f"{placements.stretch(row)} at tip {_place(tip)} the {solid.name} is inside the closed {target.name}; "
@@ -183,14 +243,9 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     """Describe the worst of the hits."""
     worst = worst_hit(hits, world)
     wanted = next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == worst.solid)
-    how = (
-        f"reaches {-worst.distance:.2f} mm into the {worst.target}"
-        if worst.distance < 0.0
-        else f"comes within {worst.distance:.2f} mm of the {worst.target}"
-    )
     count = len(np.unique(hits.rows))
     return ClearanceError(
-        f"{placements.stretch(worst.row)} at tip {_place(worst.tip)} the {worst.solid} {how}; at least {wanted:.2f} mm "
+        f"{placements.stretch(worst.row)} at tip {_place(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
         f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more; {count} of {placements.count} "
         "placements are too close: turn or move the part, lean the tool, or use a longer needle.",
         solid=worst.solid,

@@ -1,13 +1,12 @@
-"""Whether the inflated tool touches anything: FCL in millimetres, guarded against what FCL does not notice.
+"""Whether inflated solids touch anything: FCL in millimetres, guarded against what FCL does not notice.
 
 FCL answers 'free' for a pose that is not a number, stops the program on an empty model and knows nothing of insides;
 so poses and models are checked before it sees them, and every set of objects first has to find hits and misses that
-are known. All happens in the work frame.
+are known. All happens in the frame of the targets: the work frame, or that of the tool for the links of the arm.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import fcl
@@ -15,13 +14,15 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
-from geoprint.model import BoolArray, Box, FloatArray, IntArray, Surface, Tool
-from geoprint.motion.sides import is_closed
-from geoprint.motion.tool_distance import circumscribed
-from geoprint.motion.tool_solids import SIDES, Solid, inflated_profile, polytope, tool_solids
+from geoprint.model import BoolArray, Box, FloatArray, IntArray, Lamp, Tool
+from geoprint.motion.surroundings import Target, box_target, convex_model, fcl_transform, mesh_model
+from geoprint.motion.tool_solids import Solid, inflated_profile, sides_of, tool_solids
 
-# By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these.
-REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0)
+# By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these. The
+# largest are for many steps at a time.
+REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 12.0)
+# The same for links of the arm, which are mostly far away; even at rest they are inflated by the first.
+ARM_REACHES = (0.02, 0.3, 1.2, 4.0, 16.0)
 # The reach of a solid that is not to be tested at a placement.
 NOT_TESTED = -1.0
 # Rounding of sums of reaches [mm].
@@ -34,125 +35,107 @@ CONTROL_GAP = 0.1
 # Side of that plate [mm].
 CONTROL_PLATE = 1.0
 
-_BOX_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-_BOX_FACES = np.array(
-    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-     [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
-)  # fmt: skip
-
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Target:
-    """Something the tool must not touch, in the work frame.
+class InflatedSolids:
+    """Solids that move together, each inflated by the distance it keeps and by every reach.
+
+    The constructor runs controls: a plate close to the side of each inflated solid is hit or missed as it must be.
+
+    Args:
+        solids: s solids in the frame that moves with them.
+        kept: (s,) distance that each solid keeps [mm]; it is inflated by this and its reach.
+        reaches: ascending [mm].
 
     Attributes:
-        name: what messages call it.
-        triangles: (m, 3, 3) corners of its surface [mm], counter-clockwise from outside.
-        model: the same for FCL; a box is solid there, a mesh is its surface.
-        closed: whether the surface has an inside that FCL does not know of.
-        balls: (m, 3) middles of the triangles and (m,) radii of the balls about them that hold them [mm].
-    """
-
-    name: str
-    triangles: FloatArray
-    model: fcl.CollisionObject
-    closed: bool
-    balls: tuple[FloatArray, FloatArray]
-
-    @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """(3,) lowest and (3,) highest coordinates [mm]."""
-        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
-
-
-def mesh_target(surface: Surface, *, role: str) -> Target:
-    """Return a surface as a target; its role ('part', 'body') stands before its name in messages."""
-    model = _mesh(surface.vertices, surface.faces)
-    triangles = surface.vertices[surface.faces]
-    return Target(f"{role} {surface.name}", triangles, model, closed=is_closed(surface), balls=circumscribed(triangles))
-
-
-def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
-    """Return an obstacle of the cell as a target.
+        solids: as given.
+        reaches: (r,) as given.
+        objects: [s][r] for FCL.
+        radii: (s, r) no point of an inflated solid is farther from the axis, along it neither [mm].
 
     Raises:
-        InputError: an edge length of the box is not positive.
+        VerificationError: a control fails; nothing that FCL says can be trusted then.
     """
-    if box.size.min() <= 0.0:
-        raise InputError(f"obstacle {box.name}: the size is {box.size.tolist()} mm; correct it to positive lengths.")
-    T_work_box = T_work_base @ transforms.rigid(np.eye(3), box.centre)
-    corners = transforms.apply(T_work_box, _BOX_CORNERS * box.size)
-    model = fcl.CollisionObject(fcl.Box(*map(float, box.size)), _transform(T_work_box))
-    triangles = corners[_BOX_FACES]
-    return Target(f"obstacle {box.name}", triangles, model, closed=False, balls=circumscribed(triangles))
+
+    __slots__ = ("objects", "radii", "reaches", "solids")
+
+    def __init__(
+        self, solids: tuple[Solid, ...], *, kept: tuple[float, ...], reaches: tuple[float, ...] = REACHES
+    ) -> None:
+        self.solids = solids
+        self.reaches = np.array(reaches)
+        self.objects: list[list[fcl.CollisionObject]] = []
+        self.radii = np.zeros((len(solids), len(reaches)))
+        for index, (solid, distance) in enumerate(zip(solids, kept, strict=True)):
+            inflations = [distance + reach for reach in reaches]
+            self.objects.append([convex_model(solid, by=by) for by in inflations])
+            self.radii[index] = [_widest(solid, by=by) for by in inflations]
+            _control_sides(self.objects[-1], solid, inflations=inflations)
 
 
 @final
 class CollisionWorld:
-    """The tool's solids, inflated by all REACHES, and everything they must not touch.
+    """Inflated solids that move together, and everything they must not touch.
 
-    The constructor runs the controls: what is known to hit hits, what is known to miss misses.
+    The constructor runs controls: each inflated solid hits every target that it is put on, and misses it beside.
 
     Args:
-        solids: s pieces of the tool.
-        kept: (s,) distance that each solid keeps [mm]; it is inflated by this and its reach.
-        targets: t things it must not touch.
+        inflated: s solids of the tool or of a link.
+        targets: t things they must not touch.
 
     Attributes:
-        solids: as given.
+        solids: the solids.
+        reaches: (r,) by how much they are inflated besides what they keep [mm].
         targets: as given.
 
     Raises:
         VerificationError: a control fails; nothing that FCL says can be trusted then.
     """
 
-    __slots__ = ("_bounds", "_objects", "_radii", "solids", "targets")
+    __slots__ = ("_bounds", "_inflated", "reaches", "solids", "targets")
 
-    def __init__(self, solids: tuple[Solid, ...], *, kept: tuple[float, ...], targets: tuple[Target, ...]) -> None:
-        self.solids = solids
+    def __init__(self, inflated: InflatedSolids, *, targets: tuple[Target, ...]) -> None:
+        self._inflated = inflated
+        self.solids = inflated.solids
+        self.reaches = inflated.reaches
         self.targets = targets
         self._bounds = [target.bounds for target in targets]
-        self._objects: list[list[fcl.CollisionObject]] = []
-        self._radii = np.zeros((len(solids), len(REACHES)))
-        for index, (solid, distance) in enumerate(zip(solids, kept, strict=True)):
-            inflations = [distance + reach for reach in REACHES]
-            self._objects.append([_convex(solid, by=by) for by in inflations])
-            # No point of an inflated solid is farther from the axis, along it neither.
-            self._radii[index] = [_widest(solid, by=by) for by in inflations]
-            for inflated, by in zip(self._objects[-1], inflations, strict=True):
-                self._control(inflated, solid, by=by)
+        for index, solid in enumerate(self.solids):
+            for model, radius in zip(inflated.objects[index], inflated.radii[index].tolist(), strict=True):
+                self._control(model, solid, size=solid.length + 2 * radius)
 
     def touches(self, poses: FloatArray, *, reaches: FloatArray) -> BoolArray:
         """Say which inflated solids touch which targets.
 
         Args:
-            poses: (k, 4, 4) T_work_tool [mm].
-            reaches: (k, s) inflation on top of the kept distance [mm], rounded up to one of REACHES; NOT_TESTED
-                leaves a solid out.
+            poses: (k, 4, 4) of the solids in the frame of the targets [mm].
+            reaches: (k, s) inflation on top of the kept distance [mm], rounded up to one that there is;
+                NOT_TESTED leaves a solid out.
 
         Returns:
             (k, s, t) whether they touch.
 
         Raises:
-            InputError: a pose is not a rigid transform of finite numbers, or a reach is beyond the largest of REACHES.
+            InputError: a pose is not a rigid transform of finite numbers, or a reach is beyond the largest.
         """
         check_rigid(poses)
-        classes = np.searchsorted(np.array(REACHES) + REACH_ROUNDING, reaches)
-        if not (reaches <= REACHES[-1] + REACH_ROUNDING).all():
+        found = np.zeros((*reaches.shape, len(self.targets)), dtype=np.bool_)
+        largest = float(self.reaches[-1])
+        if not (reaches <= largest + REACH_ROUNDING).all():
             raise InputError(
-                f"the tool would have to be inflated by {np.max(reaches):.1f} mm to cover a step of its way, at most "
-                f"{REACHES[-1]} mm is allowed; sample the path more finely."
+                f"a solid would have to be inflated by {np.max(reaches):.1f} mm to cover a step of its "
+                f"way, at most {largest} mm is allowed; sample the path more finely."
             )
-        near = self._near(poses, classes=classes) & (reaches > NOT_TESTED)[:, :, None]
-        found = np.zeros_like(near)
-        places = {row: _transform(poses[row]) for row in np.flatnonzero(near.any(axis=(1, 2))).tolist()}
+        rows = np.flatnonzero((reaches > NOT_TESTED).any(axis=1))
+        classes = np.searchsorted(self.reaches + REACH_ROUNDING, reaches[rows])
+        near = self._near(poses[rows], classes=classes) & (reaches[rows] > NOT_TESTED)[:, :, None]
+        places = {row: fcl_transform(poses[rows[row]]) for row in np.flatnonzero(near.any(axis=(1, 2))).tolist()}
         request = fcl.CollisionRequest()
         for row, solid, target in np.argwhere(near).tolist():
-            inflated = self._objects[solid][int(classes[row, solid])]
+            inflated = self._inflated.objects[solid][int(classes[row, solid])]
             inflated.setTransform(places[row])
             result = fcl.CollisionResult()
-            found[row, solid, target] = fcl.collide(inflated, self.targets[target].model, request, result) > 0
+            found[rows[row], solid, target] = fcl.collide(inflated, self.targets[target].model, request, result) > 0
         return found
 
     def _near(self, poses: FloatArray, *, classes: IntArray) -> BoolArray:
@@ -161,25 +144,17 @@ class CollisionWorld:
         for index, solid in enumerate(self.solids):
             start = poses[:, :3, :3] @ solid.start + poses[:, :3, 3]
             end = poses[:, :3, :3] @ solid.end + poses[:, :3, 3]
-            radius = self._radii[index][classes[:, index]][:, None]
-            low, high = np.minimum(start, end) - radius, np.maximum(start, end) + radius
-            for column, (lowest, highest) in enumerate(self._bounds):
+            radius = self._inflated.radii[index][classes[:, index]][:, None]
+            for column, (target, (lowest, highest)) in enumerate(zip(self.targets, self._bounds, strict=True)):
+                first, last = start @ target.axes, end @ target.axes
+                low, high = np.minimum(first, last) - radius, np.maximum(first, last) + radius
                 near[:, index, column] = ((low <= highest) & (high >= lowest)).all(axis=1)
         return near
 
-    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, by: float) -> None:
-        """Test one inflated solid on a plate close to its side, and on and beside every target."""
-        slope = (solid.end_radius - solid.start_radius) / solid.length
-        aside = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), solid.axis[None])[0][:, 0]
-        outward = (aside - slope * solid.axis) / np.hypot(1.0, slope)
-        side = solid.centre + aside * (solid.start_radius + solid.end_radius) / 2
-        inflated.setTransform(fcl.Transform())
-        polygon = _widest(solid, by=by) * (1.0 / np.cos(np.pi / SIDES) - 1.0)
-        for gap, known in ((-CONTROL_GAP, True), (CONTROL_GAP + polygon, False)):
-            plate = _plate(side + (by + gap) * outward, normal=outward)
-            _expect(inflated, plate, known=known, solid=solid, name="plate")
-        size = solid.length + _widest(solid, by=by) + by
-        for target, (_, highest) in zip(self.targets, self._bounds, strict=True):
+    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float) -> None:
+        """Test one inflated solid on and beside every target; no two points of it are farther apart than its size."""
+        for target in self.targets:
+            highest = target.triangles.max(axis=(0, 1))
             onto = target.triangles[0].mean(axis=0) - solid.centre
             beside = highest - solid.centre + 2 * size
             for shift, known in ((onto, True), (beside, False)):
@@ -227,10 +202,11 @@ def collision_control() -> str:
         needle_length=25.4, needle_diameter=1.3, inner_diameter=0.84, cone_half_angle=float(np.radians(10.0)),
         barrel_diameter=20.0, barrel_top=120.0, bracket_length=40.0, bracket_diameter=30.0,
         mass_kg=0.6, cog=np.zeros(3), inertia_kg_m2=np.zeros(3),
+        lamp=Lamp(transforms.rigid(np.eye(3), np.array([50.0, 0.0, 20.0])), length=60.0, diameter=25.0),
     )  # fmt: skip
     solids = tool_solids(tool)
     post = box_target(Box("control", np.zeros(3), np.array([1.0, 2.0, 3.0])), T_work_base=np.eye(4))
-    world = CollisionWorld(solids, kept=tuple(0.5 for _ in solids), targets=(post,))
+    world = CollisionWorld(InflatedSolids(solids, kept=tuple(0.5 for _ in solids)), targets=(post,))
     try:
         world.touches(np.full((1, 4, 4), np.nan), reaches=np.zeros((1, len(solids))))
     except InputError:
@@ -239,6 +215,24 @@ def collision_control() -> str:
             "a pose that is not a number refused"
         )
     raise VerificationError("the collision check accepts a pose that is not a number; do not use it.")
+
+
+def _control_sides(objects: list[fcl.CollisionObject], solid: Solid, *, inflations: list[float]) -> None:
+    """Test a solid, inflated by some distances, on a plate close to its side."""
+    slope = (solid.end_radius - solid.start_radius) / solid.length
+    aside = solid.frame[:, 0]
+    outward = (aside - slope * solid.axis) / np.hypot(1.0, slope)
+    along = np.cross(solid.frame[:, 1], outward).astype(np.float64)
+    corners: FloatArray = CONTROL_PLATE / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    plate = solid.centre + aside * (solid.start_radius + solid.end_radius) / 2
+    plate = plate + corners @ np.array([along, solid.frame[:, 1]])
+    model = mesh_model(plate, np.array([[0, 1, 2], [0, 2, 3]]))
+    for inflated, by in zip(objects, inflations, strict=True):
+        inflated.setTransform(fcl.Transform())
+        polygon = _widest(solid, by=by) * (1.0 / np.cos(np.pi / sides_of(solid)) - 1.0)
+        for gap, known in ((-CONTROL_GAP, True), (CONTROL_GAP + polygon, False)):
+            model.setTransform(fcl.Transform(np.eye(3), (by + gap) * outward))
+            _expect(inflated, model, known=known, solid=solid, name="plate")
 
 
 def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known: bool, solid: Solid, name: str) -> None:
@@ -250,29 +244,5 @@ def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known:
         )
 
 
-def _plate(centre: FloatArray, *, normal: FloatArray) -> fcl.CollisionObject:
-    rotation = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), normal[None])[0]
-    corners = CONTROL_PLATE / 2 * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
-    return _mesh(corners @ rotation.T + centre, np.array([[0, 1, 2], [0, 2, 3]]))
-
-
-def _mesh(vertices: FloatArray, faces: IntArray) -> fcl.CollisionObject:
-    model = fcl.BVHModel()
-    model.beginModel(len(faces), len(vertices))
-    model.addSubModel(vertices, faces)
-    model.endModel()
-    return fcl.CollisionObject(model)
-
-
-def _convex(solid: Solid, *, by: float) -> fcl.CollisionObject:
-    corners, triangles = polytope(solid, by=by)
-    faces = np.column_stack([np.full(len(triangles), 3), triangles])
-    return fcl.CollisionObject(fcl.Convex(corners, len(triangles), faces.ravel()))
-
-
 def _widest(solid: Solid, *, by: float) -> float:
-    return float(inflated_profile(solid, by=by)[:, 1].max() / np.cos(np.pi / SIDES))
-
-
-def _transform(T_a_b: FloatArray) -> fcl.Transform:
-    return fcl.Transform(np.ascontiguousarray(T_a_b[:3, :3]), np.ascontiguousarray(T_a_b[:3, 3]))
+    return float(inflated_profile(solid, by=by)[:, 1].max() / np.cos(np.pi / sides_of(solid)))

@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from geoprint import transforms
 from geoprint.errors import UsageError
@@ -94,7 +94,19 @@ class Arm:
         UsageError: the arm has no URDF, is of a kind that the closed form does not cover, or a package is missing.
     """
 
-    __slots__ = ("T_flange_tool", "_T_tool_flange", "_flange", "_inverse", "_model", "_pinocchio", "lengths", "robot")
+    __slots__ = (
+        "T_flange_tool",
+        "_T_link_flange",
+        "_T_tool_flange",
+        "_axes",
+        "_flange",
+        "_inverse",
+        "_model",
+        "_origins",
+        "_pinocchio",
+        "lengths",
+        "robot",
+    )
 
     def __init__(self, robot: Robot, *, T_flange_tool: FloatArray) -> None:
         self.robot = robot
@@ -112,6 +124,9 @@ class Arm:
         self._require_limits_of_the_arm()
         self._flange = self._model.getFrameId(FLANGE_FRAME)
         self.lengths = self._lengths()
+        self._origins, self._axes = self._chain()
+        at_rest = np.zeros((1, JOINTS))
+        self._T_link_flange = transforms.inverse(self._joint_frames(at_rest[0])[-1]) @ self.flange_poses(at_rest)[0]
         self._inverse = self._closed_form()
         self._verify()
 
@@ -148,6 +163,26 @@ class Arm:
             self._pinocchio.framesForwardKinematics(self._model, data, angles)
             poses[row] = data.oMf[self._flange].homogeneous
         poses[:, :3, 3] *= MILLIMETRES_PER_METRE
+        return poses
+
+    def link_poses(self, joints: FloatArray) -> FloatArray:
+        """Return where the links are: the frames in which the URDF gives their shapes.
+
+        The chain of origins and turns that Pinocchio reads from the URDF, for all rows at once; the constructor
+        compares it with Pinocchio's own.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
+        """
+        poses = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
+        for joint in range(JOINTS):
+            turns = Rotation.from_rotvec(joints[:, joint, None] * self._axes[joint]).as_matrix()
+            before = poses[:, joint] @ self._origins[joint]
+            poses[:, joint + 1] = transforms.rigid(before[:, :3, :3] @ turns, before[:, :3, 3])
+        poses[:, -1] = poses[:, -2] @ self._T_link_flange @ self.T_flange_tool
         return poses
 
     def joint_places(self, joints: FloatArray) -> FloatArray:
@@ -216,6 +251,23 @@ class Arm:
             c4=float(flange[0] - wrist[0]),
         )
 
+    def _chain(self) -> tuple[FloatArray, FloatArray]:
+        """Return (6, 4, 4) frames of the joints at zero in the one before [mm], and (6, 3) axes in their own frames."""
+        at_rest = self._joint_frames(np.zeros(JOINTS))
+        turned = self._joint_frames(np.ones(JOINTS))
+        origins = transforms.inverse(at_rest[:-1]) @ at_rest[1:]
+        steps = transforms.inverse(turned[:-1]) @ turned[1:]
+        turns = np.swapaxes(origins[:, :3, :3], 1, 2) @ steps[:, :3, :3]
+        return origins, Rotation.from_matrix(turns).as_rotvec()
+
+    def _joint_frames(self, angles: FloatArray) -> FloatArray:
+        """Return (7, 4, 4) the base and the frames of the six joints at (6,) angles, by Pinocchio [mm]."""
+        data = self._model.createData()
+        self._pinocchio.framesForwardKinematics(self._model, data, angles)
+        frames = np.array([np.eye(4), *(data.oMi[joint].homogeneous for joint in range(1, JOINTS + 1))])
+        frames[:, :3, 3] *= MILLIMETRES_PER_METRE
+        return frames
+
     def _closed_form(self) -> py_opw_kinematics.Robot:
         opw = _required("py_opw_kinematics", package="py-opw-kinematics")
         metres = {letter: length / MILLIMETRES_PER_METRE for letter, length in asdict(self.lengths).items()}
@@ -226,11 +278,14 @@ class Arm:
     def _verify(self) -> None:
         """Compare the inverse with Pinocchio: every branch found must lead back to the pose it was asked for."""
         asked = self.tool_poses(_PROBES)
+        known = np.array([[*self._joint_frames(q), pose] for q, pose in zip(_PROBES, asked, strict=True)])
+        links = self.link_poses(_PROBES) - known
+        links[:, :, :3, 3] /= MILLIMETRES_PER_METRE
         found = self.solutions(asked)
         exists = np.isfinite(found).all(axis=2)
         deviation = self.tool_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0)
         deviation[:, :3, 3] /= MILLIMETRES_PER_METRE
-        largest = float(np.abs(deviation).max(initial=0.0))
+        largest = max(float(np.abs(deviation).max(initial=0.0)), float(np.abs(links).max()))
         miss = np.abs((found - _PROBES[:, None, :] + np.pi) % (2.0 * np.pi) - np.pi).max(axis=2)
         astray = float(np.where(exists, miss, np.inf).min(axis=1).max())
         if largest > AGREEMENT or astray > AGREEMENT:

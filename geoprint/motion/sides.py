@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.model import FloatArray, Surface
+from geoprint.model import BoolArray, FloatArray, Surface
 from geoprint.surfaces import half_edges
 
 # Closed surfaces give 0 or 1, or -1 where they are wound the other way round; half is safely between.
@@ -28,6 +28,13 @@ def is_closed(surface: Surface) -> bool:
     forth = np.sort(sides[:, 0] * count + sides[:, 1])
     back = np.sort(sides[:, 1] * count + sides[:, 0])
     return bool((forth == back).all())
+
+
+def inside(points: FloatArray, triangles: FloatArray) -> BoolArray:
+    """Return (k,) whether (k, 3) points [mm] are inside a closed surface of (m, 3, 3) triangles, wound either way."""
+    within = ((points >= triangles.min(axis=(0, 1))) & (points <= triangles.max(axis=(0, 1)))).all(axis=1)
+    within[within] = np.abs(winding_numbers(points[within], triangles)) > INSIDE
+    return within
 
 
 def winding_numbers(points: FloatArray, triangles: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Where the tool comes too close on its way: every placement and everything between two placements.
+"""Where the tool, or a link of the arm, comes too close on its way: at every placement and everywhere between two.
 
 A placement stands for half of the step before it and half of the step behind it: each solid is inflated by the
 distance it has to keep and by half of the largest movement of any of its points in either step. Where that is free,
@@ -7,6 +7,8 @@ steps beside the placement are cut into PARTS and the question is asked again, d
 then is called a hit, so that everything nearer than the kept distance is found, and nothing that is farther by more
 than ALLOWANCE.
 
+Before that, blocks of steps are asked at once, with a larger inflation; most links are free in most of them.
+
 The tip zone may come close, so that it is only tested on travel, where it must not touch. It is not inflated downwards,
 and therefore stands for its whole steps, so that the lower placement covers them.
 """
@@ -14,17 +16,23 @@ and therefore stands for its whole steps, so that the lower placement covers the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld
 from geoprint.motion.tool_solids import EXCESS, movements
 
+# Steps that are tried at once where a solid is far from everything: first the many, then fewer where that failed.
+BLOCKS = (40, 8)
+# Steps are cut so that they stay below the largest allowed one by this factor: equal parts in joint angles are not
+# quite equal movements.
+STEP_MARGIN = 0.9
 # Parts into which a step is cut where the tool may be too close.
 PARTS = 6
 # Reach below which a step is not cut any more [mm].
@@ -32,7 +40,10 @@ FINEST = REACHES[1]
 # A distance that is larger than the kept one by more than this is never called a hit [mm].
 ALLOWANCE = FINEST + EXCESS
 # Largest movement of any point of the tool between neighbouring placements [mm]; the tip zone stands for whole steps.
-LARGEST_STEP = REACHES[-1]
+LARGEST_STEP = 2.0
+# The same for links of the arm, and for the tool as a link sees it: on an arc of 100 mm radius, the way between two
+# placements is straight within 0.02 mm then.
+LARGEST_ARM_STEP = 4.0
 
 
 @final
@@ -40,8 +51,10 @@ LARGEST_STEP = REACHES[-1]
 class Placements:
     """The way of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
 
+    The way of a link of the arm is one too, and that of the tool past a link.
+
     Attributes:
-        poses: (k, 4, 4) T_work_tool [mm].
+        poses: (k, 4, 4) T_work_tool, or of whatever moves in the frame of what it must not touch [mm].
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
         deposit: (k,) whether material is laid from this placement to the next.
     """
@@ -100,12 +113,34 @@ class _Steps:
     solids: BoolArray
 
 
-def find_hits(world: CollisionWorld, placements: Placements) -> Hits | None:
+def step_parts(moved: FloatArray, *, largest: float) -> IntArray:
+    """Return into how many parts to cut (k - 1,) steps of given movements [mm] to stay below the largest."""
+    return np.maximum(np.ceil(moved / (STEP_MARGIN * largest)), 1.0).astype(np.int64)
+
+
+def refined(path: ControllerPath, *, parts: IntArray) -> ControllerPath:
+    """Return a path with each of its steps cut into (k - 1,) equal parts in the joint angles."""
+    rows = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
+    within = np.arange(len(rows)) - np.append(np.cumsum(parts) - parts, parts.sum())[rows]
+    following = np.minimum(rows + 1, len(parts))
+    shares = within / np.append(parts, 1)[rows]
+    # A row between a joint move and a run belongs to the joint move.
+    between = np.minimum(path.runs[rows], path.runs[following])
+    return ControllerPath(
+        joints=path.joints[rows] + shares[:, None] * (path.joints[following] - path.joints[rows]),
+        runs=np.where((within > 0) & (between < 0), -1, path.runs[rows]),
+        deposit=path.deposit[rows],
+        step=path.step,
+    )
+
+
+def find_hits(world: CollisionWorld, placements: Placements, *, largest_step: float = LARGEST_STEP) -> Hits | None:
     """Find where the tool touches a target or comes closer than it has to keep.
 
     Args:
         world: tool and targets.
         placements: the way of the tool.
+        largest_step: largest movement that is allowed between neighbouring placements [mm].
 
     Returns:
         All hits among the placements; if there are none, hits between them; None where the whole way is free.
@@ -114,8 +149,18 @@ def find_hits(world: CollisionWorld, placements: Placements) -> Hits | None:
         InputError: a pose is not rigid or finite, or two placements are too far apart.
     """
     poses, rows = placements.poses, np.arange(placements.count)
-    every_solid = np.ones((placements.count - 1, len(world.solids)), dtype=np.bool_)
-    reaches = _step_reaches(world, poses, travels=placements.travels, solids=every_solid)
+    moved = movements(world.solids, poses)
+    if moved.max() > largest_step:
+        raise InputError(
+            f"the {world.solids[int(moved.max(axis=0).argmax())].name} moves by {moved.max():.1f} mm between two "
+            f"placements, at most {largest_step} mm are allowed; sample the path more finely."
+        )
+    open_solids = np.ones(moved.shape, dtype=np.bool_)
+    for block in BLOCKS:
+        open_solids &= ~_free_blocks(world, poses, moved=moved, block=block, solids=open_solids)
+    reaches = _step_reaches(world, moved, travels=placements.travels, solids=open_solids)
+    if not (reaches > NOT_TESTED).any():
+        return None
     hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
     steps = _open_steps(poses, rows=rows, travels=placements.travels, touched=touched, reaches=reaches)
     while hits is None and len(steps.rows):
@@ -132,7 +177,7 @@ def _look_between(world: CollisionWorld, steps: _Steps) -> tuple[Hits | None, _S
     solids = np.repeat(steps.solids, each, axis=0)[:-1]
     # From the last part of one step to the first of the next there is no way of the tool.
     solids[PARTS::each] = False
-    reaches = _step_reaches(world, poses, travels=travels, solids=solids)
+    reaches = _step_reaches(world, movements(world.solids, poses), travels=travels, solids=solids)
     hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
     return hits, _open_steps(poses, rows=rows, travels=travels, touched=touched, reaches=reaches)
 
@@ -166,12 +211,32 @@ def _open_steps(
     return _Steps(poses[first], poses[first + 1], rows[first], travels[first], solids[first])
 
 
-def _step_reaches(world: CollisionWorld, poses: FloatArray, *, travels: BoolArray, solids: BoolArray) -> FloatArray:
-    """Return (k - 1, s) how far solids have to be inflated for each step between poses; NOT_TESTED for the others."""
-    reaches = movements(world.solids, poses)
+def _step_reaches(world: CollisionWorld, moved: FloatArray, *, travels: BoolArray, solids: BoolArray) -> FloatArray:
+    """Return (k - 1, s) how far solids have to be inflated for each step that moves them; NOT_TESTED for the others."""
+    reaches = moved.copy()
     for column, solid in enumerate(world.solids):
         if solid.reach_below > 0.0:
             reaches[:, column] /= 2
         else:
             reaches[~travels, column] = NOT_TESTED
     return np.where(solids, reaches, NOT_TESTED)
+
+
+def _free_blocks(
+    world: CollisionWorld, poses: FloatArray, *, moved: FloatArray, block: int, solids: BoolArray
+) -> BoolArray:
+    """Return (k - 1, s) whether a solid is free in a whole block of steps, by one test in its middle.
+
+    The solid is inflated by its way from the middle to the farther end of the block; where that is too far, or it
+    touches something, or `solids` does not ask for it, the block stays open.
+    """
+    starts = np.arange(0, len(moved), block)
+    ends = np.minimum(starts + block, len(moved))
+    middles = (starts + ends) // 2
+    ways = np.concatenate([np.zeros((1, len(world.solids))), np.cumsum(moved, axis=0)])
+    reaches = np.maximum(ways[middles] - ways[starts], ways[ends] - ways[middles])
+    # What is not inflated downwards alike does not stand for its neighbours.
+    alike = np.array([solid.reach_below == inf for solid in world.solids])
+    asked = np.logical_or.reduceat(solids, starts, axis=0) & alike & (reaches <= world.reaches[-1])
+    touched = world.touches(poses[middles], reaches=np.where(asked, reaches, NOT_TESTED)).any(axis=2)
+    return np.repeat(asked & ~touched, ends - starts, axis=0)

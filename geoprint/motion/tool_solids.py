@@ -8,6 +8,7 @@ distance from the tip plane into the tool, minus z. From the tip up:
     cone     widens to the barrel
     barrel   to the barrel's top
     bracket  about the flange's z axis, from the flange outwards
+    lamp     a cylinder beside them, where the cell says where it is
 
 Inflating a solid by d gives a convex polytope that holds every point within d of it, so that a polytope that is free
 proves a distance of d. Its corners are rounded by tangent planes and its circle is a polygon around the true circle:
@@ -23,19 +24,20 @@ by its stand-off; what lies below the tip plane is the subject of `tip_zone`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, inf, pi
+from math import atan2, ceil, inf, pi, sqrt
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Tool
+from geoprint.model import FloatArray, IntArray, Lamp, Tool
 
 # The end of the needle that is left out of the check for clearance [mm]: a whole needle at its stand-off alarms always.
 TIP_ZONE = 1.0
-# Sides of the polygon around each circle: 0.2 % of the radius too much, 0.03 mm for a bracket of 30 mm diameter.
+# Sides of the polygon around a circle: at least these, and so many more that it adds no more than POLYGON_EXCESS [mm].
 SIDES = 48
+POLYGON_EXCESS = 0.033
 # Tangent planes by which a corner of the profile is rounded: at most 3.5 % of the inflation too much.
 CORNER_STEPS = 3
 # What both may add together [mm], for tools of the size that an IRB 120 carries.
@@ -47,7 +49,7 @@ ARC_ALLOWANCE = 1.01
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
-    """A piece of the tool: a cylinder or a cone between two circles, in the tool frame.
+    """A piece of the tool or of a link: a cylinder or a cone between two circles, in the frame that moves with it.
 
     Attributes:
         name: what messages call it.
@@ -76,13 +78,21 @@ class Solid:
         return (self.end - self.start) / self.length
 
     @property
+    def frame(self) -> FloatArray:
+        """(3, 3) rotation whose z axis is the solid's; the other two lie anyhow."""
+        axis = self.axis
+        x = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+        x /= np.linalg.norm(x)
+        return np.column_stack([x, np.cross(axis, x), axis])
+
+    @property
     def centre(self) -> FloatArray:
         """(3,) the middle of the axis [mm]."""
         return (self.start + self.end) / 2
 
 
 def tool_solids(tool: Tool) -> tuple[Solid, ...]:
-    """Return tip, needle, cone, barrel and bracket.
+    """Return tip, needle, cone, barrel and bracket, and the lamp where the tool has one whose place is known.
 
     Raises:
         InputError: a length is not positive, the needle is shorter than its tip zone, or the cone passes the barrel's
@@ -93,6 +103,7 @@ def tool_solids(tool: Tool) -> tuple[Solid, ...]:
     needle_radius, barrel_radius = tool.needle_diameter / 2, tool.barrel_diameter / 2
     T_tool_flange = transforms.inverse(tool.T_flange_tool)
     flange = T_tool_flange[:3, 3]
+    lamp = () if tool.lamp is None else (_lamp(tool.lamp, T_tool_flange=T_tool_flange),)
     return (
         Solid("needle's tip", _height(0.0), _height(TIP_ZONE), needle_radius, needle_radius, reach_below=0.0),
         Solid("needle", _height(TIP_ZONE), _height(tool.needle_length), needle_radius, needle_radius, TIP_ZONE),
@@ -105,6 +116,7 @@ def tool_solids(tool: Tool) -> tuple[Solid, ...]:
             tool.bracket_diameter / 2,
             tool.bracket_diameter / 2,
         ),
+        *lamp,
     )
 
 
@@ -121,14 +133,17 @@ def movements(solids: tuple[Solid, ...], poses: FloatArray) -> FloatArray:
     Returns:
         (k - 1, s) bounds on the length of the way [mm].
     """
-    rotations, origins = poses[:, :3, :3], poses[:, :3, 3]
-    bounds = np.zeros((max(len(poses) - 1, 0), len(solids)))
-    for column, solid in enumerate(solids):
-        turn = np.linalg.norm(np.diff(rotations @ solid.axis, axis=0), axis=1)
-        for centre, radius in ((solid.start, solid.start_radius), (solid.end, solid.end_radius)):
-            shift = np.linalg.norm(np.diff(rotations @ centre + origins, axis=0), axis=1)
-            bounds[:, column] = np.maximum(bounds[:, column], shift + radius * turn)
-    return ARC_ALLOWANCE * bounds
+    rotations, shifts = np.diff(poses[:, :3, :3], axis=0), np.diff(poses[:, None, :3, 3], axis=0)
+    turns = np.linalg.norm(_turned(rotations, [solid.axis for solid in solids]), axis=2)
+    starts = np.linalg.norm(_turned(rotations, [solid.start for solid in solids]) + shifts, axis=2)
+    ends = np.linalg.norm(_turned(rotations, [solid.end for solid in solids]) + shifts, axis=2)
+    start_radii, end_radii = np.array([[solid.start_radius, solid.end_radius] for solid in solids]).T
+    return ARC_ALLOWANCE * np.maximum(starts + start_radii * turns, ends + end_radii * turns)
+
+
+def _turned(matrices: FloatArray, vectors: list[FloatArray]) -> FloatArray:
+    """Return (k, s, 3) products of (k, 3, 3) matrices with s vectors."""
+    return np.swapaxes((matrices.reshape(-1, 3) @ np.array(vectors).T).reshape(-1, 3, len(vectors)), 1, 2)
 
 
 def inflated_profile(solid: Solid, *, by: float) -> FloatArray:
@@ -157,6 +172,13 @@ def inflated_profile(solid: Solid, *, by: float) -> FloatArray:
     return np.concatenate([[[cut, radius]], profile[profile[:, 0] > cut]])
 
 
+def sides_of(solid: Solid) -> int:
+    """Return how many sides the polygon around a solid's circles has."""
+    # A polygon of n sides around a circle of radius r reaches out to r / cos(pi / n), about r + r (pi / n)^2 / 2.
+    needed = pi * sqrt(max(solid.start_radius, solid.end_radius) / (2 * POLYGON_EXCESS))
+    return max(SIDES, ceil(needed))
+
+
 def polytope(solid: Solid, *, by: float) -> tuple[FloatArray, IntArray]:
     """Return a convex polytope around all points within a distance of a solid.
 
@@ -168,26 +190,26 @@ def polytope(solid: Solid, *, by: float) -> tuple[FloatArray, IntArray]:
         (n, 3) corners in the tool frame [mm] and (m, 3) triangles, counter-clockwise from outside.
     """
     profile = inflated_profile(solid, by=by)
-    turns = 2 * np.pi * np.arange(SIDES) / SIDES
-    rotation = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), solid.axis[None])[0]
-    circle = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(SIDES)]) / np.cos(np.pi / SIDES)
+    sides = sides_of(solid)
+    turns = 2 * np.pi * np.arange(sides) / sides
+    circle = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(sides)]) / np.cos(np.pi / sides)
     rings = profile[:, None, 1, None] * circle + profile[:, None, 0, None] * np.array([0.0, 0.0, 1.0])
-    return rings.reshape(-1, 3) @ rotation.T + solid.start, _ring_triangles(len(profile))
+    return rings.reshape(-1, 3) @ solid.frame.T + solid.start, _ring_triangles(len(profile), sides=sides)
 
 
-def _ring_triangles(rings: int) -> IntArray:
-    """Return the triangles of stacked rings of SIDES corners, with fans as lids."""
-    corner = np.arange(SIDES)
-    following = (corner + 1) % SIDES
-    bottom = np.column_stack([np.zeros(SIDES - 2, dtype=np.int64), corner[2:], corner[1:-1]])
-    top = np.column_stack([np.zeros(SIDES - 2, dtype=np.int64), corner[1:-1], corner[2:]]) + SIDES * (rings - 1)
+def _ring_triangles(rings: int, *, sides: int) -> IntArray:
+    """Return the triangles of stacked rings of corners, with fans as lids."""
+    corner = np.arange(sides)
+    following = (corner + 1) % sides
+    bottom = np.column_stack([np.zeros(sides - 2, dtype=np.int64), corner[2:], corner[1:-1]])
+    top = np.column_stack([np.zeros(sides - 2, dtype=np.int64), corner[1:-1], corner[2:]]) + sides * (rings - 1)
     band = np.concatenate(
         [
-            np.column_stack([corner, following, following + SIDES]),
-            np.column_stack([corner, following + SIDES, corner + SIDES]),
+            np.column_stack([corner, following, following + sides]),
+            np.column_stack([corner, following + sides, corner + sides]),
         ]
     )
-    bands = [band + SIDES * ring for ring in range(rings - 1)]
+    bands = [band + sides * ring for ring in range(rings - 1)]
     return np.concatenate([bottom, *bands, top])
 
 
@@ -196,6 +218,16 @@ def _rounded(corner: FloatArray, *, by: float, directions: FloatArray) -> FloatA
     normals = np.column_stack([np.cos(directions), np.sin(directions)])
     middle = normals[:-1] + normals[1:]
     return corner + 2 * by * middle / (middle * middle).sum(axis=1, keepdims=True)
+
+
+def _lamp(lamp: Lamp, *, T_tool_flange: FloatArray) -> Solid:
+    if not (0.0 < lamp.length < inf and 0.0 < lamp.diameter < inf):
+        raise InputError(
+            f"lamp: its length is {lamp.length} mm and its diameter {lamp.diameter} mm; correct them to positive ones."
+        )
+    ends = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, lamp.length]])
+    start, end = transforms.apply(T_tool_flange @ lamp.T_flange_lamp, ends)
+    return Solid("UV lamp", start, end, lamp.diameter / 2, lamp.diameter / 2)
 
 
 def _height(height: float) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.config import load_cell
 from geoprint.errors import VerificationError
-from geoprint.motion import Arm, collision_control
+from geoprint.motion import Arm, arm_control, collision_control
 from geoprint.transforms import inverse, rotation_angle
 
 PACKAGES = (
@@ -38,7 +38,8 @@ def examine() -> tuple[str, ...]:
         VerificationError: a control failed: do not trust programs made on this machine.
     """
     versions = tuple(f"{name:<20}{_version(name)}" for name in PACKAGES)
-    return (f"{'python':<20}{platform.python_version()}", *versions, kinematics_control(), collision_control())
+    controls = (kinematics_control(), collision_control(), arm_control(load_cell(None).robot.model))
+    return (f"{'python':<20}{platform.python_version()}", *versions, *controls)
 
 
 def kinematics_control() -> str:

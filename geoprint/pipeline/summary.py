@@ -249,6 +249,8 @@ def _clearance(robot: RobotPlan) -> dict[str, Json]:
     return {
         "smallest_mm": _rounded(found.smallest),
         "at": found.at,
+        "arm_smallest_mm": None if found.arm_smallest is None else _rounded(found.arm_smallest),
+        "arm_at": found.arm_at,
         "kept_mm": found.kept,
         "tip_margin_mm": _rounded(found.tip_margin),
         "checks": found.checks,
