@@ -65,21 +65,29 @@ def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
             open_3 = math.acos(min(max(cosine_3, -1.0), 1.0))
             rise = math.atan2(ahead, z)
             sine_1, cosine_1 = math.sin(first), math.cos(first)
-            # The tool's axes in the plane of the arm: ahead, aside, up.
+            # The flange's axes seen along the plane of the arm and across it.
+            x_ahead = Ts[k, 0, 0] * cosine_1 + Ts[k, 1, 0] * sine_1
+            x_aside = Ts[k, 1, 0] * cosine_1 - Ts[k, 0, 0] * sine_1
+            y_ahead = Ts[k, 0, 1] * cosine_1 + Ts[k, 1, 1] * sine_1
+            y_aside = Ts[k, 1, 1] * cosine_1 - Ts[k, 0, 1] * sine_1
             z_ahead = Ts[k, 0, 2] * cosine_1 + Ts[k, 1, 2] * sine_1
             z_aside = Ts[k, 1, 2] * cosine_1 - Ts[k, 0, 2] * sine_1
-            y_ahead = Ts[k, 0, 1] * cosine_1 + Ts[k, 1, 1] * sine_1
-            x_ahead = Ts[k, 0, 0] * cosine_1 + Ts[k, 1, 0] * sine_1
             for elbow in range(2):
                 sign = -1.0 if elbow == 0 else 1.0
                 second = sign * open_2 + (rise if shoulder == 0 else -rise)
                 third = -sign * open_3 - bend
                 sine, cosine = math.sin(second + third), math.cos(second + third)
                 along = z_ahead * sine + Ts[k, 2, 2] * cosine
-                upward = z_ahead * cosine - Ts[k, 2, 2] * sine
-                fifth = math.atan2(math.hypot(z_aside, upward), along)
-                fourth = math.atan2(z_aside, upward)
-                sixth = math.atan2(y_ahead * sine + Ts[k, 2, 1] * cosine, -(x_ahead * sine + Ts[k, 2, 0] * cosine))
+                across_4 = z_ahead * cosine - Ts[k, 2, 2] * sine
+                lean = math.hypot(z_aside, across_4)
+                fifth = math.atan2(lean, along)
+                # On the singularity of the wrist joint 4 is free; joint 6 follows from it there as everywhere.
+                sine_4, cosine_4 = (z_aside / lean, across_4 / lean) if lean > 0.0 else (0.0, 1.0)
+                fourth = math.atan2(sine_4, cosine_4)
+                sixth = math.atan2(
+                    cosine_4 * x_aside - sine_4 * (x_ahead * cosine - Ts[k, 2, 0] * sine),
+                    cosine_4 * y_aside - sine_4 * (y_ahead * cosine - Ts[k, 2, 1] * sine),
+                )
                 for wrist in range(2):
                     row = joints[k, 4 * wrist + 2 * shoulder + elbow]
                     row[0] = _wrapped(first)
