@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import astuple, replace
 
 import numpy as np
+import pytest
 
 from geoprint import transforms
 from geoprint.model import FloatArray
@@ -70,3 +71,11 @@ def test_arm_with_offsets_that_the_irb_120_lacks_has_up_to_four_places_of_the_wr
 def test_pose_on_axis_2_has_no_branch_rather_than_an_error() -> None:
     asked = transforms.rigid(np.eye(3), np.array([[0.0, 0.0, ARM.lengths.c1 + ARM.lengths.c4]]))
     assert np.isnan(all_branches(asked, LENGTHS)).all()
+
+
+@pytest.mark.parametrize("fifth", [0.0, 1e-16, 1e-9, -1e-6])
+def test_wrist_singularity_still_leads_back_to_the_pose(fifth: float) -> None:
+    asked = ARM.flange_poses(np.array([[0.3, 0.2, -0.4, 1.1, fifth, 1.0], [0.0, 0.0, 0.0, 0.0, fifth, 1.0]]))
+    found = all_branches(asked, LENGTHS)
+    reached = ARM.flange_poses(found.reshape(-1, 6)).reshape(2, BRANCHES, 4, 4)
+    np.testing.assert_allclose(reached, np.repeat(asked[:, None], BRANCHES, axis=1), atol=1e-9)

@@ -36,58 +36,54 @@ def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
 
 @numba.njit(cache=True, error_model="numpy")
 def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
-    """Fill (k, 8, 6) joints: the formulas of the source, each sine and cosine computed once."""
+    """Fill (k, 8, 6) joints: on each side of axis 1, with the elbow either way, and the wrist turned over."""
     a1, a2, b, c1, c2, c3, c4 = lengths
-    forearm = math.hypot(a2, c3)
-    bend = math.atan2(a2, c3)
+    forearm, bend = math.hypot(a2, c3), math.atan2(a2, c3)
+    joints[:] = np.nan
     for k in range(Ts.shape[0]):
-        x = Ts[k, 0, 3] - c4 * Ts[k, 0, 2]
-        y = Ts[k, 1, 3] - c4 * Ts[k, 1, 2]
-        z = Ts[k, 2, 3] - c4 * Ts[k, 2, 2] - c1
+        x, y, z = Ts[k, :3, 3] - c4 * Ts[k, :3, 2]
         across = x * x + y * y - b * b
         if not across >= 0.0:
-            joints[k] = np.nan
             continue
-        root = math.sqrt(across)
-        azimuth, aside = math.atan2(y, x), math.atan2(b, root)
+        azimuth, aside = math.atan2(y, x), math.atan2(b, math.sqrt(across))
         for shoulder in range(2):
             # In front of axis 1, or reaching over to the side behind it.
-            ahead = root - a1 if shoulder == 0 else root + a1
             first = azimuth - aside if shoulder == 0 else azimuth + aside - math.pi
-            squared = ahead * ahead + z * z
+            ahead = math.sqrt(across) - a1 if shoulder == 0 else -math.sqrt(across) - a1
+            squared = ahead * ahead + (z - c1) * (z - c1)
             cosine_2 = (squared + c2 * c2 - forearm * forearm) / (2.0 * math.sqrt(squared) * c2)
             cosine_3 = (squared - c2 * c2 - forearm * forearm) / (2.0 * c2 * forearm)
             if not (abs(cosine_2) <= 1.0 + RIM and abs(cosine_3) <= 1.0 + RIM):
-                for branch in (2 * shoulder, 2 * shoulder + 1, 2 * shoulder + 4, 2 * shoulder + 5):
-                    joints[k, branch] = np.nan
                 continue
             open_2 = math.acos(min(max(cosine_2, -1.0), 1.0))
             open_3 = math.acos(min(max(cosine_3, -1.0), 1.0))
-            rise = math.atan2(ahead, z)
-            sine_1, cosine_1 = math.sin(first), math.cos(first)
-            # The tool's axes in the plane of the arm: ahead, aside, up.
-            z_ahead = Ts[k, 0, 2] * cosine_1 + Ts[k, 1, 2] * sine_1
-            z_aside = Ts[k, 1, 2] * cosine_1 - Ts[k, 0, 2] * sine_1
-            y_ahead = Ts[k, 0, 1] * cosine_1 + Ts[k, 1, 1] * sine_1
-            x_ahead = Ts[k, 0, 0] * cosine_1 + Ts[k, 1, 0] * sine_1
             for elbow in range(2):
-                sign = -1.0 if elbow == 0 else 1.0
-                second = sign * open_2 + (rise if shoulder == 0 else -rise)
+                sign = 2.0 * elbow - 1.0
+                second = math.atan2(ahead, z - c1) + sign * open_2
                 third = -sign * open_3 - bend
-                sine, cosine = math.sin(second + third), math.cos(second + third)
-                along = z_ahead * sine + Ts[k, 2, 2] * cosine
-                upward = z_ahead * cosine - Ts[k, 2, 2] * sine
-                fifth = math.atan2(math.hypot(z_aside, upward), along)
-                fourth = math.atan2(z_aside, upward)
-                sixth = math.atan2(y_ahead * sine + Ts[k, 2, 1] * cosine, -(x_ahead * sine + Ts[k, 2, 0] * cosine))
-                for wrist in range(2):
-                    row = joints[k, 4 * wrist + 2 * shoulder + elbow]
-                    row[0] = _wrapped(first)
-                    row[1] = _wrapped(second)
-                    row[2] = _wrapped(third - math.pi / 2.0)
-                    row[3] = _wrapped(fourth + wrist * math.pi)
-                    row[4] = fifth if wrist == 0 else -fifth
-                    row[5] = _wrapped(sixth + wrist * math.pi)
+                _fill(joints[k, 2 * shoulder + elbow :: 4], Ts[k], first, second, third)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third: float) -> None:
+    """Fill (2, 6) joints of one place of the forearm: the wrist that gives the flange its attitude, and turned over."""
+    sine_1, cosine_1 = math.sin(first), math.cos(first)
+    sine, cosine = math.sin(second + third), math.cos(second + third)
+    # The flange's axes seen along the plane of the arm and across it; then from the forearm.
+    ahead, aside = cosine_1 * T[0, :3] + sine_1 * T[1, :3], cosine_1 * T[1, :3] - sine_1 * T[0, :3]
+    over, along = cosine * ahead - sine * T[2, :3], sine * ahead[2] + cosine * T[2, 2]
+    lean = math.hypot(aside[2], over[2])
+    # On the singularity of the wrist joint 4 is free; joint 6 follows from it there as everywhere.
+    sine_4, cosine_4 = (aside[2] / lean, over[2] / lean) if lean > 0.0 else (0.0, 1.0)
+    fourth, fifth = math.atan2(sine_4, cosine_4), math.atan2(lean, along)
+    sixth = math.atan2(cosine_4 * aside[0] - sine_4 * over[0], cosine_4 * aside[1] - sine_4 * over[1])
+    for wrist in range(2):
+        joints[wrist, 0] = _wrapped(first)
+        joints[wrist, 1] = _wrapped(second)
+        joints[wrist, 2] = _wrapped(third - math.pi / 2.0)
+        joints[wrist, 3] = _wrapped(fourth + wrist * math.pi)
+        joints[wrist, 4] = fifth if wrist == 0 else -fifth
+        joints[wrist, 5] = _wrapped(sixth + wrist * math.pi)
 
 
 @numba.njit(cache=True)
