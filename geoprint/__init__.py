@@ -26,7 +26,8 @@ Sources, by the keys that docstrings use:
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
-    [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2), 1961.
+    [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
+                        1961.
     [Huttenlocher1993]  Huttenlocher, Klanderman, Rucklidge: Comparing images using the Hausdorff distance. IEEE Trans.
                         Pattern Anal. Mach. Intell. 15(9), 1993.
     [Jacobson2013]      Jacobson, Kavan, Sorkine-Hornung: Robust inside-outside segmentation using generalized winding
