@@ -15,7 +15,6 @@ import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import astuple
 from typing import TypeVar
 
 import numpy as np
@@ -32,7 +31,6 @@ from geoprint.motion import (
     retime,
     written_targets,
 )
-from geoprint.motion.closed_form import all_branches
 from geoprint.motion.kinematics import read_urdf
 
 Result = TypeVar("Result")
@@ -66,11 +64,9 @@ def inverse(arm: Arm, *, count: int) -> Iterator[str]:
     """Yield a table of microseconds a pose."""
     joints = _random_joints(arm, count)
     Ts_base_tool, Ts_base_flange = arm.tool_poses(joints), arm.flange_poses(joints)
-    lengths = np.array(astuple(arm.lengths))
     few = min(count, ITERATED)
     rows = [
         ("Arm.solutions, eight branches", count, lambda: arm.solutions(Ts_base_tool)),
-        ("motion.closed_form, eight branches", count, lambda: all_branches(Ts_base_flange, lengths)),
         ("damped least squares, one branch", few, lambda: _iterated(arm, Ts_base_flange[:few], joints[:few])),
     ]
     times = [_least_seconds(work) / poses * 1e6 for _, poses, work in rows]
@@ -83,19 +79,15 @@ def inverse(arm: Arm, *, count: int) -> Iterator[str]:
 def agreement(arm: Arm, *, count: int) -> Iterator[str]:
     """Yield the largest misses of forward kinematics over all branches."""
     asked = arm.tool_poses(_random_joints(arm, count))
-    Ts_base_flange = asked @ transforms.inverse(arm.T_flange_tool)
     yield from _table(f"forward kinematics of {count} poses", "branches", "worst mm", "worst rad")
-    for name, found in (
-        ("Arm.solutions", arm.solutions(asked)),
-        ("motion.closed_form", all_branches(Ts_base_flange, np.array(astuple(arm.lengths)))),
-    ):
-        exists = np.isfinite(found).all(axis=2)
-        wanted = np.repeat(asked, exists.sum(axis=1), axis=0)
-        reached = arm.tool_poses(found[exists])
-        off = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1).max()
-        # For small angles the difference of the rotations is sqrt(2) times the angle; their traces would lose it.
-        turned = np.linalg.norm(reached[:, :3, :3] - wanted[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0)
-        yield _row(name, str(int(exists.sum())), f"{off:.1e}", f"{turned:.1e}")
+    found = arm.solutions(asked)
+    exists = np.isfinite(found).all(axis=2)
+    wanted = np.repeat(asked, exists.sum(axis=1), axis=0)
+    reached = arm.tool_poses(found[exists])
+    off = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1).max()
+    # For small angles the difference of the rotations is sqrt(2) times the angle; their traces would lose it.
+    turned = np.linalg.norm(reached[:, :3, :3] - wanted[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0)
+    yield _row("Arm.solutions", str(int(exists.sum())), f"{off:.1e}", f"{turned:.1e}")
 
 
 def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:

@@ -1,28 +1,26 @@
 """The arm: forward kinematics by Pinocchio and all eight closed-form inverse solutions.
 
-Pinocchio and the inverse solver work in metres; nothing outside this module sees them.
+Pinocchio works in metres; nothing outside this module sees them.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import astuple, dataclass
 from importlib import import_module, resources
 from types import ModuleType
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot
+from geoprint.motion.closed_form import BRANCHES, JOINTS, all_branches
 
 if TYPE_CHECKING:
     import pinocchio
-    import py_opw_kinematics
 
-JOINTS = 6
-BRANCHES = 8
 MILLIMETRES_PER_METRE = 1000.0
 FLANGE_FRAME = "tool0"
 
@@ -40,11 +38,6 @@ _PROBES = np.array(
         [-2.4, 0.2, -1.1, 2.2, 0.6, 2.9],
     ]
 )
-
-
-# The solver also computes how well conditioned each solution is, four fifths of its time, but not for solutions outside
-# the limits it is given: these [rad] exclude all of them, because joints are returned in (-pi, pi].
-_LIMITS_THAT_SKIP_CONDITIONING = np.tile([4.0, 5.0], (JOINTS, 1))
 
 
 @final
@@ -100,7 +93,6 @@ class Arm:
         "_T_tool_flange",
         "_axes",
         "_flange",
-        "_inverse",
         "_model",
         "_origins",
         "_pinocchio",
@@ -127,7 +119,6 @@ class Arm:
         self._origins, self._axes = self._chain()
         at_rest = np.zeros((1, JOINTS))
         self._T_link_flange = transforms.inverse(self._joint_frames(at_rest[0])[-1]) @ self.flange_poses(at_rest)[0]
-        self._inverse = self._closed_form()
         self._verify()
 
     def _require_limits_of_the_arm(self) -> None:
@@ -227,12 +218,7 @@ class Arm:
         """
         if len(Ts_base_tool) == 0:
             return np.empty((0, BRANCHES, JOINTS))
-        Ts_base_flange = Ts_base_tool @ self._T_tool_flange
-        Ts_base_flange[:, :3, 3] /= MILLIMETRES_PER_METRE
-        found = self._inverse.reach(
-            RigidTransform.from_matrix(Ts_base_flange), joint_limits=_LIMITS_THAT_SKIP_CONDITIONING
-        )
-        return transforms.wrapped(found.joints)
+        return all_branches(Ts_base_tool @ self._T_tool_flange, np.array(astuple(self.lengths)))
 
     def _lengths(self) -> Lengths:
         """Read the lengths off the joint origins at zero angles, where the forearm points ahead along x."""
@@ -267,13 +253,6 @@ class Arm:
         frames = np.array([np.eye(4), *(data.oMi[joint].homogeneous for joint in range(1, JOINTS + 1))])
         frames[:, :3, 3] *= MILLIMETRES_PER_METRE
         return frames
-
-    def _closed_form(self) -> py_opw_kinematics.Robot:
-        opw = _required("py_opw_kinematics", package="py-opw-kinematics")
-        metres = {letter: length / MILLIMETRES_PER_METRE for letter, length in asdict(self.lengths).items()}
-        # The closed form counts joint 3 from the stretched arm, the URDF from the forearm pointing ahead.
-        model = opw.KinematicModel(**metres, offsets=(0.0, 0.0, -np.pi / 2.0, 0.0, 0.0, 0.0))
-        return opw.Robot(model, degrees=False)
 
     def _verify(self) -> None:
         """Compare the inverse with Pinocchio: every branch found must lead back to the pose it was asked for."""
