@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -23,6 +22,7 @@ from types import MappingProxyType
 import numpy as np
 
 from benchmarks.surfaces import make
+from benchmarks.tables import least_seconds, row, rule
 from geoprint.backends import BACKENDS
 from geoprint.backends.chart import conformal_chart, farthest_pair
 from geoprint.backends.distortion import distortion, predicted_spacing
@@ -48,8 +48,6 @@ BANDS: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 CAP_HALF_ANGLE = np.radians(70.0)
 CAP_RADIUS = 30.0
 ROUNDS = 44
-# The machine is rarely alone: the least of several times counts.
-REPEATS = 3
 WANTED_EXPONENT = 1.6
 
 
@@ -83,8 +81,8 @@ def main() -> None:
 
 def distorted(sizes: Sizes, parts: tuple[Path, ...]) -> Iterator[str]:
     """Area scale and dilatation of the charts of parts from files and of shapes by formula."""
-    yield _row("part", "chart", "faces", "area scale p1 / p50 / p99", "dilatation mean / p99 / max")
-    yield _rule(5)
+    yield row("part", "chart", "faces", "area scale p1 / p50 / p99", "dilatation mean / p99 / max")
+    yield rule(5)
     bands = (_band(name, faces=sizes.distortion) for name in BANDS)
     shapes = (make(shape, faces=sizes.distortion) for shape in SHAPES)
     files = (prepare(load(path, unit="mm"))[0] for path in parts)
@@ -100,10 +98,10 @@ def _distortion_row(surface: Surface, kind: str, flatten: Callable[[Surface], Su
     try:
         measured = distortion(surface, flatten(surface))
     except GeoprintError as error:
-        return _row(*named, f"refused: {error}", "")
+        return row(*named, f"refused: {error}", "")
     scales = " / ".join(f"{measured.scale_percentile(percent):.3f}" for percent in (1, 50, 99))
     dilatations = (measured.mean_dilatation, measured.dilatation_percentile(99), measured.worst_dilatation)
-    return _row(*named, scales, " / ".join(f"{dilatation:.4f}" for dilatation in dilatations))
+    return row(*named, scales, " / ".join(f"{dilatation:.4f}" for dilatation in dilatations))
 
 
 def peer(sizes: Sizes, _parts: tuple[Path, ...]) -> Iterator[str]:
@@ -112,32 +110,32 @@ def peer(sizes: Sizes, _parts: tuple[Path, ...]) -> Iterator[str]:
         yield "libigl is not installed: `pip install libigl`."
         return
     library = importlib.import_module("igl")
-    yield _row("faces", "conformal_chart with its checks, s", "igl.lscm, s", "ratio", "difference")
-    yield _rule(5)
+    yield row("faces", "conformal_chart with its checks, s", "igl.lscm, s", "ratio", "difference")
+    yield rule(5)
     conformal_chart(make("cap", faces=300))  # Compiles.
     ends = np.array([[0.0, 0.0], [1.0, 0.0]])
     for faces in sizes.peer:
         surface = make("cap", faces=faces)
         pins = farthest_pair(surface, boundary_loops(surface)[0])
-        own = _least_seconds(partial(conformal_chart, surface))
-        theirs = _least_seconds(partial(library.lscm, surface.vertices, surface.faces, pins, ends))
+        own = least_seconds(partial(conformal_chart, surface))
+        theirs = least_seconds(partial(library.lscm, surface.vertices, surface.faces, pins, ends))
         flat = np.asarray(library.lscm(surface.vertices, surface.faces, pins, ends)[0], dtype=np.float64)
         difference = float(np.abs(_between(conformal_chart(surface).vertices, pins) - _between(flat, pins)).max())
-        yield _row(f"{len(surface.faces)}", f"{own:.3f}", f"{theirs:.3f}", f"{own / theirs:.2f}", f"{difference:.1e}")
+        yield row(f"{len(surface.faces)}", f"{own:.3f}", f"{theirs:.3f}", f"{own / theirs:.2f}", f"{difference:.1e}")
 
 
 def growth(sizes: Sizes, _parts: tuple[Path, ...]) -> Iterator[str]:
     """Seconds of the chart over the number of faces N, with the exponent of a power of N fitted to them."""
-    yield _row("shape", *(f"{faces}" for faces in sizes.growth), "exponent", "paper's claim for the chart")
-    yield _rule(3 + len(sizes.growth))
+    yield row("shape", *(f"{faces}" for faces in sizes.growth), "exponent", "paper's claim for the chart")
+    yield rule(3 + len(sizes.growth))
     conformal_chart(make("cap", faces=300))  # Compiles.
     for shape in ("cap", "sheet with hole"):
         surfaces = [make(shape, faces=faces) for faces in sizes.growth]
-        seconds = [_least_seconds(partial(conformal_chart, surface)) for surface in surfaces]
+        seconds = [least_seconds(partial(conformal_chart, surface)) for surface in surfaces]
         counts = [len(surface.faces) for surface in surfaces]
         exponent = float(np.polyfit(np.log(counts), np.log(seconds), 1)[0])
         shown = (f"{second:.3f} s" for second in seconds)
-        yield _row(shape, *shown, f"{exponent:.2f} (wanted <= {WANTED_EXPONENT})", "1, the N of O(N + M)")
+        yield row(shape, *shown, f"{exponent:.2f} (wanted <= {WANTED_EXPONENT})", "1, the N of O(N + M)")
 
 
 def cap(sizes: Sizes, _parts: tuple[Path, ...]) -> Iterator[str]:
@@ -156,12 +154,12 @@ def cap(sizes: Sizes, _parts: tuple[Path, ...]) -> Iterator[str]:
     measured = -CAP_RADIUS * np.diff(polar) / wanted
     predicted = 0.5 * (predicted[1:] + predicted[:-1])
     formula = np.cos(0.25 * (polar[1:] + polar[:-1])) ** 2 / np.cos(CAP_HALF_ANGLE / 2)
-    yield _row("spacing over wanted", "at the rim", "at the centre", "centre over rim", "largest deviation")
-    yield _rule(5)
+    yield row("spacing over wanted", "at the rim", "at the centre", "centre over rim", "largest deviation")
+    yield rule(5)
     for name, ratio in (("measured", measured), ("chart's scale", predicted), ("formula", formula)):
         first, last = float(ratio[0]), float(ratio[-1])
         off = float(np.abs(measured / ratio - 1.0).max())
-        yield _row(name, f"{first:.3f}", f"{last:.3f}", f"{last / first:.3f}", f"{off:.2%}")
+        yield row(name, f"{first:.3f}", f"{last:.3f}", f"{last / first:.3f}", f"{off:.2%}")
 
 
 TABLES: Mapping[str, Callable[[Sizes, tuple[Path, ...]], Iterator[str]]] = MappingProxyType(
@@ -206,23 +204,6 @@ def _between(places: FloatArray, pins: IntArray) -> np.ndarray[tuple[int], np.dt
 
 def _mean_by(levels: IntArray, values: FloatArray) -> FloatArray:
     return np.bincount(levels, values) / np.bincount(levels)
-
-
-def _least_seconds(work: Callable[[], object]) -> float:
-    times: list[float] = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def _row(*cells: str) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
-def _rule(columns: int) -> str:
-    return "|" + "---|" * columns
 
 
 if __name__ == "__main__":

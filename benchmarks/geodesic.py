@@ -25,6 +25,7 @@ from types import MappingProxyType
 import numpy as np
 
 from benchmarks.surfaces import SHAPES, STYLES, exact_distance, make
+from benchmarks.tables import row, rule
 from geoprint.backends import BACKENDS
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
@@ -108,8 +109,8 @@ def main() -> None:
 def accuracy(sizes: Sizes) -> Iterator[str]:
     """Mean, 99th percentile and maximum of the error on every shape and style, and the mean over the peer's."""
     fields = _present_fields()
-    yield _row("surface", "style", *(f"{name}: mean / p99 / max, h" for name in fields), f"heat / {PEER}", "/ robust")
-    yield _rule(4 + len(fields))
+    yield row("surface", "style", *(f"{name}: mean / p99 / max, h" for name in fields), f"heat / {PEER}", "/ robust")
+    yield rule(4 + len(fields))
     ratios: list[tuple[float, float]] = []
     for style in STYLES:
         for shape in SHAPES:
@@ -117,9 +118,9 @@ def accuracy(sizes: Sizes) -> Iterator[str]:
             errors = {name: _errors(field(surface), exact, surface) for name, field in fields.items()}
             ratios.append((_ratio(errors, PEER), _ratio(errors, ROBUST_PEER)))
             shown = (f"{e.mean():.3f} / {np.percentile(e, 99):.2f} / {e.max():.2f}" for e in errors.values())
-            yield _row(shape, style, *shown, *(f"{ratio:.2f}" for ratio in ratios[-1]))
+            yield row(shape, style, *shown, *(f"{ratio:.2f}" for ratio in ratios[-1]))
     means = np.exp(np.log(ratios).mean(axis=0)).tolist()
-    yield _row("geometric mean", "", *("" for _ in fields), *(f"{ratio:.2f}" for ratio in means))
+    yield row("geometric mean", "", *("" for _ in fields), *(f"{ratio:.2f}" for ratio in means))
 
 
 def spacing(sizes: Sizes) -> Iterator[str]:
@@ -129,11 +130,11 @@ def spacing(sizes: Sizes) -> Iterator[str]:
     robust peer's in the geometric mean, and nowhere above 0.9.
     """
     fields = _present_fields()
-    yield _row(
+    yield row(
         "surface", *(f"{name}: CV / p95" for name in ("exact", *fields)),
         "fast-marching's excess, points", "heat's excess / robust peer's",
     )  # fmt: skip
-    yield _rule(4 + len(fields))
+    yield rule(4 + len(fields))
     ratios: list[float] = []
     for shape in SPACING_SHAPES:
         surface, exact = _with_exact(shape, sizes.spacing, "irregular")
@@ -146,17 +147,17 @@ def spacing(sizes: Sizes) -> Iterator[str]:
         excess = {name: cv - cvs["exact"] for name, cv in cvs.items()}
         ratios.append(excess["heat"] / excess.get(ROBUST_PEER, np.nan))
         shown = (f"{cvs[name]:.3%} / {np.percentile(np.abs(r - 1), 95):.3%}" for name, r in measured.items())
-        yield _row(shape, *shown, f"{100 * excess['fast-marching']:+.4f}", f"{ratios[-1]:.2f}")
+        yield row(shape, *shown, f"{100 * excess['fast-marching']:+.4f}", f"{ratios[-1]:.2f}")
     # On coarse meshes a field may be as even as the exact one; a thousandth stands for less.
     mean = float(np.exp(np.log(np.maximum(ratios, 1e-3)).mean()))
-    yield _row("geometric mean", *("" for _ in range(2 + len(fields))), f"{mean:.2f}")
+    yield row("geometric mean", *("" for _ in range(2 + len(fields))), f"{mean:.2f}")
 
 
 def order(sizes: Sizes) -> Iterator[str]:
     """Mean error in mm over three refinements and the order of convergence fitted to them."""
     fields = _present_fields()
-    yield _row("surface", *(f"{name}: mean error, mm; order; last in h" for name in fields))
-    yield _rule(1 + len(fields))
+    yield row("surface", *(f"{name}: mean error, mm; order; last in h" for name in fields))
+    yield rule(1 + len(fields))
     for shape in SHAPES:
         cases = [_with_exact(shape, faces, "irregular") for faces in sizes.order]
         widths = [float(edge_lengths(surface).mean()) for surface, _ in cases]
@@ -166,13 +167,13 @@ def order(sizes: Sizes) -> Iterator[str]:
             slope = float(np.polyfit(np.log(widths), np.log(errors), 1)[0])
             listed = " ".join(f"{error:.2g}" for error in errors)
             shown.append(f"{listed}; {slope:.2f}; {errors[-1] / widths[-1]:.3f}")
-        yield _row(shape, *shown)
+        yield row(shape, *shown)
 
 
 def timing(sizes: Sizes) -> Iterator[str]:
     """Seconds for each field on a cap, with and without 100 levels of curves, and their ratios to the peer's."""
-    yield _row("faces", "field", "seconds", "with 100 levels", f"over {PEER}'s")
-    yield _rule(5)
+    yield row("faces", "field", "seconds", "with 100 levels", f"over {PEER}'s")
+    yield rule(5)
     own = [name for name in FIELDS if name in BACKENDS]
     for name in own:
         FIELDS[name](make("cap", faces=500))  # Compiles.
@@ -185,7 +186,7 @@ def timing(sizes: Sizes) -> Iterator[str]:
             beside = "-"
             if PEER in times:
                 beside = f"{field / times[PEER][0]:.2f}, {traced / times[PEER][1]:.2f}"
-            yield _row(f"{len(surface.faces)}", name, f"{field:.3f}", f"{traced:.3f}", beside)
+            yield row(f"{len(surface.faces)}", name, f"{field:.3f}", f"{traced:.3f}", beside)
 
 
 def seeds(sizes: Sizes) -> Iterator[str]:
@@ -193,8 +194,8 @@ def seeds(sizes: Sizes) -> Iterator[str]:
 
     The first two seeds are points in one triangle, so that they hold the same vertices at other distances.
     """
-    yield _row("faces", "first", "same vertices, other values", "another seed", "ratios")
-    yield _rule(5)
+    yield row("faces", "first", "same vertices, other values", "another seed", "ratios")
+    yield rule(5)
     FIELDS["heat"](make("cap", faces=500))  # Compiles.
     for faces in sizes.timed[:2]:
         surface = make("cap", faces=faces)
@@ -207,7 +208,7 @@ def seeds(sizes: Sizes) -> Iterator[str]:
             stops.append(time.perf_counter())
         first, second, third = np.diff(stops).tolist()
         shown = (f"{seconds:.3f} s" for seconds in (first, second, third))
-        yield _row(f"{len(surface.faces)}", *shown, f"{second / first:.2f}, {third / first:.2f}")
+        yield row(f"{len(surface.faces)}", *shown, f"{second / first:.2f}, {third / first:.2f}")
 
 
 def _point(weight: float) -> Seed:
@@ -285,14 +286,6 @@ def _spacing_ratios(surface: Surface, values: FloatArray, step: float) -> FloatA
     found = outer_distance(mesh, path, GeodesicDistance(mesh, path), samples, spacing=step)
     assert found.exact.all(), "the exact distance took too much work"
     return found.distances / step
-
-
-def _row(*cells: str) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
-def _rule(columns: int) -> str:
-    return "|" + "---|" * columns
 
 
 if __name__ == "__main__":

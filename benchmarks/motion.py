@@ -20,6 +20,7 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.surfaces import make
+from benchmarks.tables import row
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
@@ -72,7 +73,7 @@ def inverse(arm: Arm, *, count: int) -> Iterator[str]:
     times = [_least_seconds(work) / poses * 1e6 for _, poses, work in rows]
     yield from _table("inverse kinematics", "us a pose", "times faster than iteration")
     for (name, _, _), microseconds in zip(rows, times, strict=True):
-        yield _row(name, f"{microseconds:.2f}", f"{times[-1] / microseconds:.1f}")
+        yield row(name, f"{microseconds:.2f}", f"{times[-1] / microseconds:.1f}")
     yield f"(the iteration converged on {_iterated(arm, Ts_base_flange[:few], joints[:few]) / few:.1%} of {few} poses)"
 
 
@@ -87,7 +88,7 @@ def agreement(arm: Arm, *, count: int) -> Iterator[str]:
     off = np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1).max()
     # For small angles the difference of the rotations is sqrt(2) times the angle; their traces would lose it.
     turned = np.linalg.norm(reached[:, :3, :3] - wanted[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0)
-    yield _row("Arm.solutions", str(int(exists.sum())), f"{off:.1e}", f"{turned:.1e}")
+    yield row("Arm.solutions", str(int(exists.sum())), f"{off:.1e}", f"{turned:.1e}")
 
 
 def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
@@ -102,9 +103,9 @@ def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
         total = sum(seconds[:3])
         rows.append([*seconds[:3], total, *seconds[3:]])
         shares = [f"{value:.2f} s, {value / total:.0%}" for value in seconds[:3]]
-        yield _row(str(count), *shares, f"{total:.2f} s", *(f"{value:.2f} s" for value in seconds[3:]))
+        yield row(str(count), *shares, f"{total:.2f} s", *(f"{value:.2f} s" for value in seconds[3:]))
     slopes = np.polyfit(np.log(counts), np.log(rows), 1)[0]
-    yield _row("exponent", *(f"{slope:.2f}" for slope in slopes))
+    yield row("exponent", *(f"{slope:.2f}" for slope in slopes))
 
 
 def spiral(count: int, *, standoff: float) -> PoseStream:
@@ -214,11 +215,7 @@ def _least_seconds(work: Callable[[], object]) -> float:
 
 
 def _table(*cells: str) -> list[str]:
-    return ["", _row(*cells), _row(*("---" for _ in cells))]
-
-
-def _row(*cells: str) -> str:
-    return f"| {' | '.join(cells)} |"
+    return ["", row(*cells), row(*("---" for _ in cells))]
 
 
 if __name__ == "__main__":

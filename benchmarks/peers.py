@@ -25,7 +25,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +33,7 @@ from types import MappingProxyType
 import numpy as np
 
 from benchmarks.surfaces import SHAPES, Shape, cap, triangulated
+from benchmarks.tables import least_seconds
 from geoprint.backends import BACKENDS, Heat
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
@@ -45,8 +45,6 @@ SPACING = 1.0
 SMOKE_SPACING = 4.0
 FACES = 20_000
 SMOKE_FACES = 1_000
-# The machine is rarely alone: the least of several times counts.
-REPEATS = 3
 # Surfaces by formula and the style of their triangles; slivers are what spoils most methods.
 CASES: tuple[tuple[str, Callable[[], Shape], str], ...] = (
     ("cap, 70 degrees", lambda: cap(70.0), "irregular"),
@@ -112,16 +110,6 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
             yield f"{named} {measured.cv:.2%} | {measured.percentile(95):.3f} | {measured.uncovered:.2%} |"
     for library in missing:
         yield f"{'igl (pip install libigl)' if library == 'igl' else library} is not installed and left out."
-
-
-def least_seconds(work: Callable[[], object]) -> float:
-    """Return the least of several times that some work takes [s]."""
-    times: list[float] = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def _own(name: str) -> Method:
