@@ -224,7 +224,7 @@ def calibrate(
     tcp: Annotated[
         Path | None,
         typer.Option(
-            help="Instead: table of poses in which the tip touched one point, x,y,z,qw,qx,qy,qz or j1,...,j6."
+            help="Instead: table of poses in which the tip touched one point, x,y,z,q1,q2,q3,q4 or j1,...,j6."
         ),
     ] = None,
     part: Annotated[Path | None, typer.Option(help="Mesh of the part at which the uncertainty matters.")] = None,

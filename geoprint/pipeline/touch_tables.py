@@ -3,8 +3,8 @@
 CSV in UTF-8 with commas; the first row names the columns, lines that start with # are comments:
 
     name,x,y,z                  points: mm; a name may come again where a point was touched more than once
-    x,y,z,qw,qx,qy,qz           poses of the flange in the base frame: mm and a unit quaternion, as the pendant shows
-                                tool0 in the base's coordinates; or
+    x,y,z,q1,q2,q3,q4           poses of the flange in the base frame: mm and a unit quaternion, its scalar first, as
+                                the pendant shows them for tool0 in the base's coordinates; or
     j1,j2,j3,j4,j5,j6           the joint angles in degrees
 """
 
@@ -25,7 +25,7 @@ from geoprint.motion import Arm
 from geoprint.transforms import rigid, rotation_of
 
 POINT_COLUMNS = ("name", "x", "y", "z")
-POSE_COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
+POSE_COLUMNS = ("x", "y", "z", "q1", "q2", "q3", "q4")
 JOINT_COLUMNS = ("j1", "j2", "j3", "j4", "j5", "j6")
 
 # Nobody touches more points by hand, and a longer file is another one.
@@ -91,7 +91,7 @@ def read_flange_poses(path: Path, *, robot: Robot) -> FloatArray:
     for (number, _), length in zip(rows[1:], lengths, strict=True):
         if abs(length - 1.0) > UNIT_TOLERANCE:
             raise InputError(
-                f"{path.name}, row {number}, columns qw to qz: the quaternion has length {length:.4f}, needed is 1 "
+                f"{path.name}, row {number}, columns q1 to q4: the quaternion has length {length:.4f}, needed is 1 "
                 f"within {UNIT_TOLERANCE:g}; copy all four numbers as the pendant shows them.",
                 row=number,
             )
