@@ -46,12 +46,14 @@ def test_the_tip_lies_within_the_stated_bound_in_95_of_100_trials(noise: float |
     assert 0.923 <= within / 1000 <= 0.977
 
 
-def test_the_tip_is_known_least_along_the_axis_that_swings_least() -> None:
+def test_the_tip_is_known_least_along_the_direction_that_swings_least() -> None:
     found = calibrate_tip(poses(tilted(30.0)), noise=NOISE)
-    np.testing.assert_allclose(np.abs(found.direction), [0.0, 0.0, 1.0], atol=1e-9)
-    # z of the flange: one upright and three at 30 degrees; the mean of its directions has this length.
-    mean = (1.0 + 3.0 * np.cos(np.radians(30.0))) / 4.0
-    assert found.deviation == pytest.approx(NOISE / np.sqrt(4.0 * (1.0 - mean**2)))
+    # Tilted about axes in its xy plane, the flange's x and y swing half as much as its z; lengths of their means:
+    cosine = np.cos(np.radians(30.0))
+    z, x = (1.0 + 3.0 * cosine) / 4.0, (1.0 + 3.0 * (1.0 + cosine) / 2.0) / 4.0
+    assert abs(found.direction[2]) < 1e-9
+    assert found.deviation == pytest.approx(NOISE / np.sqrt(4.0 * (1.0 - x**2)))
+    assert found.statistics.cofactor[2, 2] == pytest.approx(1.0 / (4.0 * (1.0 - z**2)))
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
