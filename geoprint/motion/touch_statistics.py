@@ -26,6 +26,9 @@ CONFIDENCE = 0.95
 # A point is called odd where chance alone would make any of the points look so in this share of calibrations.
 ODD_LEVEL = 0.01
 
+# Touches without which the fit gains at least this share of what it gains without the oddest may each be the bad one.
+ALIKE_SHARE = 0.5
+
 # No touch is better than the arm repeats, whatever few residuals say [mm]: 0.01 mm for the IRB 120, by its maker.
 LEAST_NOISE = 0.01
 
@@ -102,7 +105,10 @@ class TouchStatistics:
         cofactor: (6, 6) covariance of the unknowns at a noise of 1 mm.
         noise: of a touch, as given or estimated.
         misses: (k,) distance of each touch from where the others put it [mm].
-        chances: (k,) chance that any of k good touches looks as odd as this one; below 0.01 it should be repeated.
+        chances: (k,) chance that any of k good touches looks as odd as this one.
+        odd: indices of the touches to repeat, oddest first: what chance explains in fewer than one of a hundred
+            calibrations. A bad touch makes others look odd too, so only those are named without which the fit gains at
+            least half as much as without the oddest; several on a square, whose corners show a warp alike.
         excess: chance of residuals this large at the noise given, or None where it is estimated from them.
     """
 
@@ -111,6 +117,7 @@ class TouchStatistics:
     noise: Noise
     misses: FloatArray
     chances: FloatArray
+    odd: tuple[int, ...]
     excess: float | None
 
     def __post_init__(self) -> None:
@@ -120,12 +127,6 @@ class TouchStatistics:
     def rms(self) -> float:
         """Root mean square of the residuals' lengths [mm]."""
         return float(np.sqrt((self.residuals**2).sum(axis=1).mean()))
-
-    @property
-    def odd(self) -> tuple[int, ...]:
-        """Indices of the touches that are odd at the level of one in a hundred, oddest first."""
-        order = np.argsort(self.chances, kind="stable")
-        return tuple(int(k) for k in order if self.chances[k] < ODD_LEVEL)
 
 
 def touch_statistics(residuals: FloatArray, jacobians: FloatArray, *, noise: float | None) -> TouchStatistics:
@@ -159,14 +160,22 @@ def touch_statistics(residuals: FloatArray, jacobians: FloatArray, *, noise: flo
     else:
         estimate = Noise(noise, np.inf)
         chances = np.asarray(chdtrc(np.maximum(judged.sum(axis=1), 1), drops / noise**2), dtype=np.float64)
+    chances = np.minimum(count * chances, 1.0)
     return TouchStatistics(
         residuals=residuals,
         cofactor=cofactor,
         noise=estimate,
         misses=np.sqrt(((along / shares) ** 2).sum(axis=1)),
-        chances=np.minimum(count * chances, 1.0),
+        chances=chances,
+        odd=_odd(drops, chances),
         excess=None if noise is None else float(chdtrc(freedom, total / noise**2)),
     )
+
+
+def _odd(drops: FloatArray, chances: FloatArray) -> tuple[int, ...]:
+    """Return the touches that look odd and explain at least half as much as the one that explains most."""
+    order = np.argsort(-drops, kind="stable")
+    return tuple(int(k) for k in order if chances[k] < ODD_LEVEL and drops[k] >= ALIKE_SHARE * drops[order[0]])
 
 
 def _odd_chances(drops: FloatArray, dimensions: IntArray, *, total: float, freedom: int) -> FloatArray:

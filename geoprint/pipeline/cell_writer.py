@@ -13,6 +13,8 @@ import secrets
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from io import StringIO
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeAlias
@@ -63,13 +65,13 @@ def edited(text: str, *, table: str, values: Mapping[str, TomlValue | None], nam
             if line is not None:
                 statements[index] = f"{line}{_comment(statements[index], parsed)}{newline}" if line else ""
     added = [f"{line}{newline}" for line in missing.values() if line]
-    if not statements[last].endswith("\n") and added:
+    if added and statements[last] and not statements[last].endswith("\n"):
         added.insert(0, newline)
     statements[last] += "".join(added)
     result = "".join(statements)
     kept = {key: value for key, value in before[table].items() if key not in values}
     wanted = {**before, table: {**kept, **tomllib.loads(newline.join(lines.values()))}}
-    if tomllib.loads(result) != wanted:
+    if not _parses_as(result, wanted):
         raise UsageError(
             f"{name} cannot be edited without changing more than [{table}]: write that table with one plain key a line."
         )
@@ -143,7 +145,7 @@ def _statements(text: str) -> list[str]:
     """Return the statements of a valid TOML text, each with its line ends; joined they are the text."""
     statements: list[str] = []
     pending = ""
-    for line in text.splitlines(keepends=True):
+    for line in StringIO(text, newline="\n"):
         pending += line
         try:
             tomllib.loads(pending)
@@ -157,7 +159,7 @@ def _statements(text: str) -> list[str]:
 def _body(statements: Sequence[str], *, table: str, name: str) -> range:
     """Return which statements stand between a table's header and the next one."""
     headers = [index for index, statement in enumerate(statements) if statement.lstrip().startswith("[")]
-    for index, after in zip(headers, [*headers[1:], len(statements)], strict=True):
+    for index, after in pairwise([*headers, len(statements)]):
         if tomllib.loads(statements[index]) == {table: {}}:
             return range(index + 1, after)
     raise UsageError(f"{name} has no table [{table}] with a header of its own; write one as in `geoprint init`.")
@@ -189,7 +191,7 @@ def _assignment(key: str, value: TomlValue, newline: str) -> str:
 
 def _literal(value: TomlValue) -> str:
     if isinstance(value, str):
-        return json.dumps(value)
+        return json.dumps(value, ensure_ascii=False)
     if isinstance(value, float | int):
         # Without a negative zero.
         return f"{round(value, DECIMALS) + 0.0:.{DECIMALS}f}".rstrip("0").removesuffix(".")
