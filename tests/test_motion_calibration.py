@@ -160,6 +160,13 @@ def test_a_warp_of_a_square_may_be_any_of_its_corners() -> None:
     assert sorted(calibrated(touched).statistics.odd) == [0, 1, 2, 3]
 
 
+def test_a_noise_that_the_residuals_contradict_is_not_believed() -> None:
+    touched = TOUCHED + np.random.default_rng(1).normal(0.0, NOISE, (4, 3))
+    stated, estimated = (calibrated(touched, noise=noise).statistics.noise for noise in (NOISE / 5.0, None))
+    assert stated == estimated
+    assert not stated.given
+
+
 def test_residuals_as_large_as_the_noise_given_are_no_excess() -> None:
     touched = TOUCHED + np.random.default_rng(1).normal(0.0, NOISE, (4, 3))
     excess = calibrated(touched, noise=NOISE).statistics.excess

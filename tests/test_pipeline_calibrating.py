@@ -8,18 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
-from geoprint.errors import ClearanceError, ExportError, InputError, UsageError, VerificationError
+from geoprint.errors import ClearanceError, InputError, UsageError
 from geoprint.motion import Arm
 from geoprint.pipeline import calibration_summary, calibration_text, outcome_text, plan, save_plan
 from geoprint.pipeline.calibrating import calibrate, calibrate_cell, calibrate_tool, save_calibrated
-from geoprint.pipeline.cell_writer import edited, write_cell
-from geoprint.pipeline.touch_tables import read_flange_poses, read_points
+from geoprint.pipeline.touch_tables import read_points
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
 
@@ -43,169 +40,6 @@ def part(tmp_path: Path) -> Path:
     path = tmp_path / "plate.ply"
     save_ply(plate((40.0, 30.0), (20, 15)), path)
     return path
-
-
-# Tables
-
-
-def test_points_are_read_with_comments_spaces_and_another_order_of_rows(tmp_path: Path) -> None:
-    path = written(tmp_path, "p.csv", "# read off the pendant\nName, X, Y, Z\n\nb , 1, 2.5, -3e0\n a,0,0,0\n")
-    found = read_points(path)
-    assert found.names == ("b", "a")
-    np.testing.assert_array_equal(found.places, [[1.0, 2.5, -3.0], [0.0, 0.0, 0.0]])
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("", "p.csv is empty"),
-        ("x,y,z\n1,2,3\n", "first row must name the columns name,x,y,z, found 'x,y,z'"),
-        ("name,x,y,z\na,1,2\n", r"row 2: found 2 numbers, needed are 3 \(x, y, z\)"),
-        ("name,x,y,z\na,1,2,3\n\nb,1,two,3\n", "row 4, column y: found 'two'"),
-        ("name,x,y,z\na,1,2,nan\n", "row 2, column z: found 'nan'"),
-        ("name,x,y,z\na,1,2,1e9\n", "row 2, column z: found '1e9'"),
-        ("name,x,y,z\n,1,2,3\n", "row 2, column name: found ''"),
-        ("name,x,y,z\n\x1b[2J,1,2,3\n", "row 2, column name"),
-        ('name,x,y,z\n"a,1,2,3\n', "cannot be read as a table"),
-        ("name,x,y,z\n" + 10_001 * "a,1,2,3\n", "10002 rows, at most 10000"),
-        (1_000_001 * " ", "larger than a megabyte"),
-    ],
-)
-def test_a_wrong_table_is_refused_by_row_and_column(tmp_path: Path, text: str, complaint: str) -> None:
-    with pytest.raises(InputError, match=complaint):
-        read_points(written(tmp_path, "p.csv", text))
-
-
-def test_a_table_that_is_absent_or_binary_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"absent\.csv` cannot be read"):
-        read_points(tmp_path / "absent.csv")
-    (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match=r"b\.csv` cannot be read"):
-        read_points(tmp_path / "b.csv")
-
-
-def test_flange_poses_are_read_as_quaternions_or_as_joint_angles(tmp_path: Path) -> None:
-    robot = load_cell(None).robot
-    joints = np.array([[0.0, 10.0, 20.0, 5.0, 60.0, 30.0], [15.0, 20.0, 10.0, -5.0, 50.0, 80.0]])
-    wanted = Arm(robot, T_flange_tool=np.eye(4)).flange_poses(np.radians(joints))
-    rows = "".join(",".join(map(str, row)) + "\n" for row in joints.tolist())
-    found = read_flange_poses(written(tmp_path, "j.csv", f"j1,j2,j3,j4,j5,j6\n{rows}"), robot=robot)
-    np.testing.assert_allclose(found, wanted)
-    numbers = np.column_stack([wanted[:, :3, 3], transforms.quaternion_of(wanted[:, :3, :3])]).tolist()
-    rows = "".join(",".join(f"{value:.8f}" for value in row) + "\n" for row in numbers)
-    found = read_flange_poses(written(tmp_path, "q.csv", f"x,y,z,q1,q2,q3,q4\n{rows}"), robot=robot)
-    np.testing.assert_allclose(found, wanted, atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("text", "complaint"),
-    [
-        ("x,y,z,q1,q2,q3,q4\n0,0,0,1,0,0,0.1\n", r"row 2, columns q1 to q4: the quaternion has length 1\.0050"),
-        ("x,y,z,q1,q2,q3,q4\n0,0,0,0,0,0,0\n", r"length 0\.0000"),
-        ("x,y,z\n1,2,3\n", "x,y,z,q1,q2,q3,q4 or j1,j2,j3,j4,j5,j6"),
-        ("j1,j2,j3,j4,j5,j6\n1,2,3,4,5\n", "row 2: found 5 numbers, needed are 6"),
-    ],
-)
-def test_a_wrong_table_of_poses_is_refused_by_row(tmp_path: Path, text: str, complaint: str) -> None:
-    with pytest.raises(InputError, match=complaint):
-        read_flange_poses(written(tmp_path, "p.csv", text), robot=load_cell(None).robot)
-
-
-# The text of a cell
-
-
-@pytest.mark.parametrize("name", PACKAGED_CELLS)
-def test_an_edited_cell_keeps_every_line_but_those_of_its_keys(name: str) -> None:
-    text = packaged_cell_text(name)
-    values = {"source": "calibrated", "model_mm": [[1.0, 2.0, 3.0]], "touched_mm": [[1.5, 2.0, -0.0]], "noise_mm": None}
-    result = edited(text, table="work", values=values, name=name)
-    before, after = text.splitlines(), result.splitlines()
-    assert [line for line in before if line not in after] == ['source = "demo"']
-    added = [line for line in after if line not in before]
-    assert added == ['source = "calibrated"', "model_mm = [[1, 2, 3]]", "touched_mm = [[1.5, 2, 0]]"]
-
-
-def test_comments_behind_values_and_lists_over_several_lines_are_handled() -> None:
-    text = (
-        '[a]\nwork = "[work]"  # not here\ntext = """\n[work]\nmodel_mm = 1\n"""\n'
-        '[work] # "here"\nsource = "a # b"   # why\nmodel_mm = [ # old\n  [1, 2, 3], # first\n] # end\n'
-        "noise_mm = 1 # gone\n\n# of the next table\n[b]\nlast = 1"
-    )
-    values = {"source": "x", "model_mm": [[4.0, 5.0, 6.0]], "noise_mm": None, "new": 0.5}
-    assert edited(text, table="work", values=values, name="t") == (
-        '[a]\nwork = "[work]"  # not here\ntext = """\n[work]\nmodel_mm = 1\n"""\n'
-        '[work] # "here"\nsource = "x"   # why\nmodel_mm = [[4, 5, 6]] # end\nnew = 0.5\n'
-        "\n# of the next table\n[b]\nlast = 1"
-    )
-
-
-def test_line_ends_of_windows_stay_and_an_empty_last_table_can_be_filled() -> None:
-    assert edited("[a]\r\nb = 1\r\n[work]", table="work", values={"c": 2.0}, name="t") == (
-        "[a]\r\nb = 1\r\n[work]\r\nc = 2\r\n"
-    )
-
-
-@pytest.mark.parametrize("text", ["work.source = 'a'", "work = { source = 'a' }", "[a]\nb = 1", "[work.deep]\na = 1"])
-def test_a_table_without_a_header_of_its_own_is_refused(text: str) -> None:
-    with pytest.raises(UsageError, match=r"has no table \[work\]"):
-        edited(text, table="work", values={"source": "x"}, name="t")
-
-
-def test_a_dotted_key_that_would_change_with_its_neighbour_is_refused() -> None:
-    with pytest.raises(UsageError, match="without changing more"):
-        edited("[work]\na.b = 1\na.c = 2", table="work", values={"a": 1.0}, name="t")
-
-
-# What ends a string, a list or a comment in TOML, or a line in Python but not in TOML.
-plain = st.text("ab#\"'\\[]=,\u2028\x85é\U00010000", max_size=8)
-
-
-@settings(max_examples=40, deadline=None)
-@given(plain, plain, st.lists(st.lists(st.floats(-1e4, 1e4), min_size=3, max_size=3), max_size=9))
-def test_whatever_is_written_is_what_is_read(comment: str, source: str, points: list[list[float]]) -> None:
-    text = f'# {comment}\n[work]\nsource = "demo" # {comment}\nkept = [1, # {comment}\n2]\n'
-    found = tomllib.loads(edited(text, table="work", values={"source": source, "model_mm": points}, name="t"))
-    assert found["work"]["source"] == source
-    assert found["work"]["kept"] == [1, 2]
-    np.testing.assert_allclose(found["work"]["model_mm"], points, atol=1e-4)
-
-
-def accepted(_: Path) -> None:
-    """Find nothing wrong with a written file."""
-
-
-def test_a_file_appears_verified_or_not_at_all(tmp_path: Path) -> None:
-    out = tmp_path / "new.toml"
-
-    def fail(_: Path) -> None:
-        raise VerificationError("no")
-
-    with pytest.raises(VerificationError):
-        write_cell(out, "a = 1\n", overwrite=False, verify=fail)
-    assert list(tmp_path.iterdir()) == []
-    write_cell(out, "a = 1\r\n", overwrite=False, verify=accepted)
-    with pytest.raises(UsageError, match="--overwrite"):
-        write_cell(out, "a = 2\n", overwrite=False, verify=accepted)
-    assert out.read_bytes() == b"a = 1\r\n"
-    write_cell(out, "a = 2\n", overwrite=True, verify=accepted)
-    assert [path.name for path in tmp_path.iterdir()] == ["new.toml"]
-    assert out.read_bytes() == b"a = 2\n"
-    with pytest.raises(UsageError, match="is a folder"):
-        write_cell(tmp_path, "a = 2\n", overwrite=True, verify=accepted)
-    with pytest.raises(ExportError, match="is no folder"):
-        write_cell(tmp_path / "absent" / "new.toml", "a = 2\n", overwrite=True, verify=accepted)
-
-
-def test_a_file_that_somebody_else_wrote_meanwhile_is_kept(tmp_path: Path) -> None:
-    out = tmp_path / "new.toml"
-
-    def meanwhile(_: Path) -> None:
-        out.write_text("theirs")
-
-    with pytest.raises(ExportError, match=r"cannot write .*new\.toml"):
-        write_cell(out, "mine", overwrite=False, verify=meanwhile)
-    assert out.read_text() == "theirs"
-    assert [path.name for path in tmp_path.iterdir()] == ["new.toml"]
 
 
 # The fixture

@@ -23,7 +23,8 @@ UNKNOWNS = 6
 # Bounds hold for this share of calibrations.
 CONFIDENCE = 0.95
 
-# A point is called odd where chance alone would make any of the points look so in this share of calibrations.
+# A point is called odd where chance alone would make any of the points look so in this share of calibrations, and a
+# noise that was given is not believed where chance alone would leave residuals so large in it.
 ODD_LEVEL = 0.01
 
 # Touches without which the fit gains at least this share of what it gains without the oddest may each be the bad one.
@@ -103,13 +104,13 @@ class TouchStatistics:
     Attributes:
         residuals: (k, 3) touched less fitted [mm].
         cofactor: (6, 6) covariance of the unknowns at a noise of 1 mm.
-        noise: of a touch, as given or estimated.
+        noise: of a touch, as given, or estimated where nobody gave it or where the residuals contradict what was given.
         misses: (k,) distance of each touch from where the others put it [mm].
         chances: (k,) chance that any of k good touches looks as odd as this one.
         odd: indices of the touches to repeat, oddest first: what chance explains in fewer than one of a hundred
             calibrations. A bad touch makes others look odd too, so only those are named without which the fit gains at
             least half as much as without the oddest; several on a square, whose corners show a warp alike.
-        excess: chance of residuals this large at the noise given, or None where it is estimated from them.
+        excess: chance of residuals this large at the noise given, or None where nobody gave it.
     """
 
     residuals: FloatArray
@@ -142,7 +143,8 @@ def touch_statistics(residuals: FloatArray, jacobians: FloatArray, *, noise: flo
         noise: standard deviation of each coordinate of a touch [mm], or None to estimate it.
 
     Returns:
-        The statistics.
+        The statistics; with the estimated noise where the residuals are larger than the one given explains, so that
+        nobody can state uncertainty away.
     """
     count = len(residuals)
     freedom = 3 * count - UNKNOWNS
@@ -154,21 +156,22 @@ def touch_statistics(residuals: FloatArray, jacobians: FloatArray, *, noise: flo
     along = np.where(judged, np.einsum("kij,ki->kj", axes, residuals), 0.0)
     shares = np.where(judged, shares, 1.0)
     drops = (along**2 / shares).sum(axis=1)
-    if noise is None:
-        estimate = Noise(max(float(np.sqrt(total / freedom)), LEAST_NOISE), freedom)
+    excess = None if noise is None else float(chdtrc(freedom, total / noise**2))
+    if noise is None or (excess is not None and excess < ODD_LEVEL):
+        believed = Noise(max(float(np.sqrt(total / freedom)), LEAST_NOISE), freedom)
         chances = _odd_chances(drops, judged.sum(axis=1), total=total, freedom=freedom)
     else:
-        estimate = Noise(noise, np.inf)
+        believed = Noise(noise, np.inf)
         chances = np.asarray(chdtrc(np.maximum(judged.sum(axis=1), 1), drops / noise**2), dtype=np.float64)
     chances = np.minimum(count * chances, 1.0)
     return TouchStatistics(
         residuals=residuals,
         cofactor=cofactor,
-        noise=estimate,
+        noise=believed,
         misses=np.sqrt(((along / shares) ** 2).sum(axis=1)),
         chances=chances,
         odd=_odd(drops, chances),
-        excess=None if noise is None else float(chdtrc(freedom, total / noise**2)),
+        excess=excess,
     )
 
 

@@ -12,8 +12,6 @@ from geoprint.pipeline.calibrating import CalibratedFixture, CalibratedTool
 
 # Decimals of lengths [mm] and angles [degrees] in the object.
 DECIMALS = 6
-# Residuals at the noise given that chance alone would make in fewer cases say that the noise is larger.
-UNLIKELY = 0.01
 
 
 def calibration_text(found: CalibratedFixture | CalibratedTool) -> str:
@@ -127,10 +125,10 @@ def _notes(statistics: TouchStatistics, names: tuple[str, ...]) -> list[str]:
             f"note: {odd}: by chance a good touch looks this odd in fewer than 1 of 100 calibrations; touch {which} "
             "again."
         )
-    if statistics.excess is not None and statistics.excess < UNLIKELY:
+    if statistics.excess is not None and not statistics.noise.given:
         notes.append(
-            "note: the residuals are larger than the noise given explains (1 of 100 would be): the bounds above are "
-            "too small; touch again, or leave `--noise-mm` out."
+            "note: the residuals are larger than the noise given explains (by chance in fewer than 1 of 100 "
+            "calibrations), so the noise was estimated from them instead."
         )
     return notes
 
