@@ -145,9 +145,9 @@ def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if job.robot and job.place is None and cell.fixture is None:
         raise UsageError(
-            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: touch four or more points of "
-            "its fixture with the tool (`geoprint calibrate` fits them), or add `--place demo` for a program that only runs dry, or "
-            "`--no-robot` for the path alone."
+            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: touch four or more points "
+            "of its fixture with the tool (`geoprint calibrate` fits them), or add `--place demo` for a program that "
+            "only runs dry, or `--no-robot` for the path alone."
         )
     if job.robot:
         check_cell(cell)
