@@ -24,7 +24,10 @@ Sources, by the keys that docstrings use:
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
+    [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based
+                        registration. IEEE Trans. Med. Imaging 20(9), 2001.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
     [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
                         1961.
@@ -44,6 +47,8 @@ Sources, by the keys that docstrings use:
                         IEEE Trans. Robotics 34(3), 2018.
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
+    [Satterthwaite1946] Satterthwaite: An approximate distribution of estimates of variance components. Biometrics
+                        Bulletin 2(6), 1946.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.
     [Surazhsky2005]     Surazhsky, Surazhsky, Kirsanov, Gortler, Hoppe: Fast exact and approximate geodesics on meshes.
                         ACM Trans. Graph. 24(3), 2005.

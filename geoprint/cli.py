@@ -213,6 +213,46 @@ def place(
 
 
 @app.command()
+def calibrate(
+    touched: Annotated[
+        Path | None, typer.Argument(help="Table of touched points: name,x,y,z in mm, base frame.", show_default=False)
+    ] = None,
+    *,
+    model: Annotated[
+        Path | None, typer.Option(help="Table of the fixture's points: name,x,y,z in mm, its own frame.")
+    ] = None,
+    tcp: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead: table of poses in which the tip touched one point, x,y,z,q1,q2,q3,q4 or j1,...,j6."
+        ),
+    ] = None,
+    part: Annotated[Path | None, typer.Option(help="Mesh of the part at which the uncertainty matters.")] = None,
+    unit: Unit = None,
+    cell: CellPath = None,
+    out: Annotated[Path | None, typer.Option(help="Cell file to write; without it nothing is written.")] = None,
+    noise_mm: Annotated[
+        float | None, typer.Option(help="Standard deviation of a touch in each direction; estimated if not given.")
+    ] = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find where the fixture stands from touched points, or the tool centre point, and say how well that is known."""
+    from geoprint.pipeline import calibrate as run
+    from geoprint.pipeline import calibration_summary, calibration_text, check_cell_writable, save_calibrated
+
+    if out is not None:
+        check_cell_writable(out, overwrite=overwrite)
+    found = run(touched, model=model, tcp=tcp, cell=cell, part=part, unit=unit, noise=noise_mm)
+    if as_json:
+        typer.echo(json.dumps(calibration_summary(found), indent=2))
+    _say(calibration_text(found))
+    if out is not None:
+        save_calibrated(found, out, overwrite=overwrite)
+        _say(f"written and read back: {out}")
+
+
+@app.command()
 def init(
     folder: Annotated[Path, typer.Argument(help="Where to write the cell files.")] = Path(),
 ) -> None:

@@ -171,6 +171,7 @@ class _WorkTable(_Table):
     demo_rpy_deg: Triple = [0.0, 0.0, 0.0]
     model_mm: list[Triple] = []
     touched_mm: list[Triple] = []
+    noise_mm: PositiveFloat | None = None
     part_mm: Triple = [0.0, 0.0, 0.0]
     part_rpy_deg: Triple = [0.0, 0.0, 0.0]
 
@@ -338,6 +339,7 @@ def _fixture(work: _WorkTable) -> TouchedPoints | None:
         model=np.array(work.model_mm),
         touched=np.array(work.touched_mm),
         T_fixture_work=_pose(work.part_mm, work.part_rpy_deg),
+        noise=work.noise_mm,
     )
 
 

@@ -170,6 +170,24 @@ def test_init_writes_cells_that_load_and_overwrites_nothing(run: Run, tmp_path: 
     assert "exists already" in stderr
 
 
+def test_calibrate_reports_and_writes_only_where_told(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "corners.csv").write_text("name,x,y,z\na,-50,50,0\nb,50,50,0\nc,50,-50,0\nd,-50,-50,0\n")
+    (tmp_path / "touched.csv").write_text("name,x,y,z\na,250.1,50,0\nb,350,50.1,0\nc,350,-50,0.1\nd,250,-50,0\n")
+    asked = ("calibrate", tmp_path / "touched.csv", "--model", tmp_path / "corners.csv")
+    status, stdout, stderr = run(*asked, "--json")
+    assert status == 0, stderr
+    assert [point["name"] for point in json.loads(stdout)["points"]] == ["a", "b", "c", "d"]
+    assert "touch next: " in stderr
+    assert len(list(tmp_path.iterdir())) == 2
+    out = tmp_path / "cell.toml"
+    assert run(*asked, "--out", out)[0] == 0
+    status, _, stderr = run(*asked, "--out", out)
+    assert (status, "--overwrite" in stderr) == (2, True)
+    assert run(*asked, "--cell", out, "--out", out, "--overwrite")[0] == 0
+    status, _, stderr = run("calibrate", tmp_path / "touched.csv")
+    assert (status, "--model" in stderr) == (2, True)
+
+
 def test_doctor_shows_versions_and_passes_its_controls(run: Run) -> None:
     status, stdout, _ = run("doctor")
     assert status == 0
@@ -205,5 +223,5 @@ def test_an_interrupt_and_a_defect_end_with_their_own_status(
 def test_the_help_names_every_command(run: Run) -> None:
     status, stdout, _ = run("--help")
     assert status == 0
-    for command in ("plan", "compare", "init", "doctor"):
+    for command in ("plan", "compare", "calibrate", "init", "doctor"):
         assert command in stdout

@@ -89,6 +89,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ("barrel_diameter_mm = 20", "barrel_diameter_mm = 1", "must be larger"),
         ('source = "demo"', 'source = "calibrated"', "needs the points that were touched"),
         ('source = "demo"', 'source = "demo"\nmodel_mm = [[0, 0, 0]]', "must be pairs"),
+        ('source = "demo"', 'source = "demo"\nnoise_mm = 0', r"work\.noise_mm: .*greater than 0"),
         ("joints_deg = [0, 28, 20, 0, 87, 180]", "joints_deg = [0, 28, 80, 0, 87, 180]", "joint 3 at 80"),
         ("retract_mm = 5", "retract_mm = 0.9", r"process: retract_mm is 0\.9.*at least .* = 1 mm"),
         ("travel_speed_mm_s = 60", "travel_speed_mm_s = 60000", r"process\.travel_speed_mm_s: .*250"),

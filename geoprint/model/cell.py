@@ -181,11 +181,13 @@ class TouchedPoints:
         model: (k, 3) in the fixture frame [mm].
         touched: (k, 3) in the base frame [mm].
         T_fixture_work: (4, 4) where the part stands on the fixture.
+        noise: standard deviation of each coordinate of a touch [mm], or None to estimate it from the points.
     """
 
     model: FloatArray
     touched: FloatArray
     T_fixture_work: FloatArray
+    noise: float | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, model="float: k 3", touched="float: k 3", T_fixture_work="float: 4 4")

@@ -1,5 +1,15 @@
-"""Where the stages meet: plan, compare, place, and how their results land on disk."""
+"""Where the stages meet: plan, compare, place, calibrate, and how their results land on disk."""
 
+from geoprint.pipeline.calibrating import (
+    CalibratedFixture,
+    CalibratedTool,
+    calibrate,
+    calibrate_cell,
+    calibrate_tool,
+    save_calibrated,
+)
+from geoprint.pipeline.calibration_text import calibration_summary, calibration_text
+from geoprint.pipeline.cell_writer import check_cell_writable
 from geoprint.pipeline.comparison import (
     COMPARED,
     Comparison,
@@ -27,6 +37,8 @@ from geoprint.pipeline.workpiece import Workpiece
 
 __all__ = [
     "COMPARED",
+    "CalibratedFixture",
+    "CalibratedTool",
     "Comparison",
     "FailedPart",
     "Plan",
@@ -35,6 +47,12 @@ __all__ = [
     "Refused",
     "RobotPlan",
     "Workpiece",
+    "calibrate",
+    "calibrate_cell",
+    "calibrate_tool",
+    "calibration_summary",
+    "calibration_text",
+    "check_cell_writable",
     "compare",
     "compare_parts",
     "comparison_picture",
@@ -47,6 +65,7 @@ __all__ = [
     "proposal_summary",
     "proposal_text",
     "propose_placement",
+    "save_calibrated",
     "save_comparisons",
     "save_plan",
     "summary",

@@ -12,6 +12,7 @@ import numpy as np
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import Surface
+from geoprint.motion import NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
@@ -48,7 +49,7 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan.robot),
+            "motion": _motion(plan.robot) | _calibration(plan.workpiece.uncertainty),
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -244,6 +245,17 @@ def _motion(robot: RobotPlan) -> dict[str, Json]:
     }
 
 
+def _calibration(uncertainty: Uncertainty | None) -> dict[str, Json]:
+    """Return how far the surface may lie off along its normal, where that is most; nothing where nobody calibrated."""
+    if uncertainty is None:
+        return {}
+    return {
+        "surface_uncertainty_mm": _rounded(uncertainty.deviation),
+        "surface_within_mm": _rounded(uncertainty.bound),
+        "surface_uncertain_at_mm": [_rounded(value) for value in uncertainty.place],
+    }
+
+
 def _clearance(robot: RobotPlan) -> dict[str, Json]:
     found = robot.clearance
     return {
@@ -263,6 +275,13 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     warnings: list[str] = []
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
+    uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff
+    if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
+        warnings.append(
+            f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
+            f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
+            "touch next."
+        )
     if plan.toolpath.dropped_runs:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
