@@ -7,8 +7,8 @@ Data flows one way, through frozen values (`geoprint.model`):
 
 and imports run one way, to the right (braces: mutually independent; `lint-imports` checks it):
 
-    cli -> pipeline -> {config, export, quality, report} -> {backends, paths, motion, robots} -> surfaces
-        -> transforms -> model -> errors
+    cli -> pipeline -> {config, export, quality, report} -> {backends, deposition, paths, motion, robots}
+        -> surfaces -> transforms -> model -> errors
 
 `plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
 stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,

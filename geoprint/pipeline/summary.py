@@ -13,6 +13,7 @@ from geoprint.backends import Flattening, diagnostics, distortion, predicted_spa
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
+from geoprint.pipeline.laying import laid_summary
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
@@ -46,6 +47,8 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["chart"] = _chart(plan, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
+    if plan.laid is not None:
+        result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
         result |= {
             "motion": _motion(plan.robot),
