@@ -24,7 +24,10 @@ Sources, by the keys that docstrings use:
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
+    [Chhabra2008]       Chhabra, Richardson: Non-Newtonian flow and applied rheology. 2nd edition, 2008.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [Dowell1971]        Dowell, Jarratt: A modified regula falsi method for computing the root of an equation. BIT 11,
+                        1971.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
     [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
                         1961.
@@ -44,6 +47,7 @@ Sources, by the keys that docstrings use:
                         IEEE Trans. Robotics 34(3), 2018.
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
+    [Rabinowitsch1929]  Rabinowitsch: Über die Viskosität und Elastizität von Solen. Z. Phys. Chem. A145, 1929.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.
     [Surazhsky2005]     Surazhsky, Surazhsky, Kirsanov, Gortler, Hoppe: Fast exact and approximate geodesics on meshes.
                         ACM Trans. Graph. 24(3), 2005.
