@@ -67,6 +67,11 @@ class PressureBudget(NamedTuple):
     needle: FloatArray
     taper: FloatArray
 
+    @property
+    def total(self) -> FloatArray:
+        """(k,) both together."""
+        return self.needle + self.taper
+
 
 def bore_of(tool: Tool) -> Bore:
     """Return the bore of a tool's nozzle; the taper's wall is taken to be as thick as the needle's."""
@@ -103,11 +108,10 @@ def flow_through(fluid: Fluid, bore: Bore, *, pressures: FloatArray) -> FloatArr
         return result
     # The needle alone would take the whole pressure at the higher stress, none of it flows at the lower.
     highest = wanted * bore.radius / (2.0 * bore.length)
-    lowest = np.full(wanted.size, fluid.yield_stress)
+    lowest = np.full(wanted.size, fluid.yield_stress, dtype=np.float64)
 
     def excess(stress: FloatArray) -> FloatArray:
-        needle, taper = _budget(fluid, bore, stress)
-        return (needle + taper) / wanted - 1.0
+        return _budget(fluid, bore, stress).total / wanted - 1.0
 
     stress = _rising_root(excess, lowest, highest, tolerance=PRESSURE_TOLERANCE)
     result[flowing] = np.pi * bore.radius**3 * shear_at(fluid, stress)
@@ -137,7 +141,7 @@ def wall_stress(fluid: Fluid, shear: FloatArray) -> FloatArray:
     n, K = fluid.index, fluid.consistency
     if fluid.yield_stress == 0.0:
         return K * ((3 + 1 / n) * shear) ** n
-    result = np.full(shear.shape, fluid.yield_stress)
+    result = np.full(shear.shape, fluid.yield_stress, dtype=np.float64)
     flowing = shear > 0.0
     wanted = shear[flowing]
     lowest = np.log(K * (3 * wanted) ** n)
