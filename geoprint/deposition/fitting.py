@@ -36,10 +36,15 @@ CONFIDENCE = 0.95
 WIDEST_INTERVAL = 10.0
 # Pressures nearer together than this share are one pressure.
 SAME_PRESSURE = 0.02
+# Beyond these consistencies [Pa s^index] and indices is no material: who gets there is not determined.
+LEAST = (1e-3, 0.05)
+MOST = (1e8, 4.0)
 # Shares of the largest possible yield stress from which the fit starts.
 YIELD_STARTS = (0.05, 0.4, 0.8)
 # A yield stress below this share of that largest one changes no flow that was measured.
 NO_YIELD = 1e-6
+# A singular value that stands for none: what it divides is beyond every interval, but finite.
+SMALLEST = 1e-100
 
 
 @final
@@ -81,20 +86,20 @@ def fit_fluid(measured: MeasuredFlow, bore: Bore, *, model: FluidModel) -> Fitte
     names = PARAMETERS[model]
     _require_enough(measured, model)
     largest = float(measured.pressures.min()) / starting_pressure(Fluid(1.0, 1.0, 1.0), bore)
-    upper = np.full(len(names), np.inf)
-    upper[2:] = np.log(largest * (1.0 - NO_YIELD))
+    bounds: FloatArray = np.log([(*LEAST, NO_YIELD * largest), (*MOST, (1.0 - NO_YIELD) * largest)])[:, : len(names)]
 
     def residuals(logarithms: FloatArray) -> FloatArray:
         flows = flow_through(Fluid(*np.exp(logarithms)), bore, pressures=measured.pressures)
         return np.log(measured.flows / np.maximum(flows, np.finfo(np.float64).tiny))
 
     fits = [
-        least_squares(residuals, start, bounds=(-np.inf, upper), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+        least_squares(residuals, np.clip(start, *bounds), bounds=(bounds[0], bounds[1]), x_scale="jac")
         for start in _starts(measured, bore, model, largest_yield=largest)
     ]
     best = min(fits, key=lambda fit: float(fit.cost))
     found = np.asarray(best.x, dtype=np.float64)
     errors = _half_intervals(np.asarray(best.jac, dtype=np.float64), residuals(found))
+    errors[np.asarray(best.active_mask) != 0] = np.inf
     for name, half in zip(names, errors.tolist(), strict=True):
         _require_determined(name, half, model=model)
     intervals = tuple(zip(names, np.exp(found - errors).tolist(), np.exp(found + errors).tolist(), strict=True))
@@ -147,10 +152,10 @@ def _half_intervals(jacobian: FloatArray, residuals: FloatArray) -> FloatArray:
     freedom = lines - parameters
     variance = float((residuals**2).sum()) / freedom
     _, sizes, directions = np.linalg.svd(jacobian, full_matrices=False)
-    if sizes[-1] <= np.finfo(np.float64).eps * sizes[0] * lines:
-        return np.full(parameters, np.inf)
+    # A direction that changes nothing leaves its parameters without bound.
+    sizes = np.where(sizes > np.finfo(np.float64).eps * sizes[0] * lines, sizes, SMALLEST)
     spread = np.sqrt(((directions / sizes[:, None]) ** 2).sum(axis=0) * variance)
-    return spread * float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+    return np.asarray(spread * student.ppf(0.5 + 0.5 * CONFIDENCE, freedom), dtype=np.float64)
 
 
 def _require_determined(name: str, half: float, *, model: FluidModel) -> None:

@@ -102,7 +102,7 @@ def recommend(
         speed=None if spacing is None else flow / (spacing * layer),
         pressure=None if fitting is None else float(pressure_for(fluid, bore, flows=np.array([fitting])).total[0]),
         warnings=(
-            *_fit_warnings(area, width, spacing=spacing, layer=layer),
+            *_fit_warnings(area, strand if width is None else width, spacing=spacing, layer=layer),
             *_standoff_warnings(strand, process),
             *_light_warnings(material, process),
         ),
@@ -113,13 +113,13 @@ def _wall_shear_rate(fluid: Fluid, stress: float) -> float:
     return max((stress - fluid.yield_stress) / fluid.consistency, 0.0) ** (1.0 / fluid.index)
 
 
-def _fit_warnings(area: float, width: float | None, *, spacing: float | None, layer: float) -> list[str]:
+def _fit_warnings(area: float, width: float, *, spacing: float | None, layer: float) -> list[str]:
     """Say whether the rounds fit what flows."""
     if spacing is None:
         return []
     fill = area / (spacing * layer)
     found: list[str] = []
-    if width is not None and width < spacing:
+    if width < spacing:
         found.append(
             f"gaps: a bead is {width:.3g} mm wide, its neighbours are {spacing:.3g} mm away. More rounds, more "
             "pressure or a lower speed close them."
