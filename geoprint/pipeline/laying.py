@@ -69,6 +69,19 @@ def laid_summary(laid: Laid) -> dict[str, Json]:
     }
 
 
+def laid_text(laid: Laid) -> str:
+    """Return the line that a person reads."""
+    constant, following = (
+        "all of it where fronts meet" if found.cv is None else f"{found.cv:.2%}"
+        for found in (laid.constant, laid.following)
+    )
+    which = "follows" if laid.mode == "analog" else "is constant"
+    return (
+        f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
+        f"it {which}"
+    )
+
+
 def _thickness(found: Thickness) -> dict[str, Json]:
     return {
         "mean_mm": _rounded(found.mean),

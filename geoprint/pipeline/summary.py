@@ -13,7 +13,7 @@ from geoprint.backends import Flattening, diagnostics, distortion, predicted_spa
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
-from geoprint.pipeline.laying import laid_summary
+from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
@@ -78,6 +78,8 @@ def outcome_text(plan: Plan) -> str:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
         )
+    if plan.laid is not None:
+        lines.append(laid_text(plan.laid))
     if plan.robot is not None:
         motion, found = _motion(plan.robot), plan.robot.clearance
         lines += [
