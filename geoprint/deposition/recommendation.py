@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from geoprint.deposition.bead import bead, strand_diameter
-from geoprint.deposition.curing import dose_of_pass, fastest_curing
+from geoprint.deposition.curing import dose_of_pass, dose_of_passes, fastest_curing
 from geoprint.deposition.rheology import bore_of, flow_through, pressure_for, starting_pressure
 from geoprint.errors import InputError
 from geoprint.model import Fluid, Material, Process, Tool
@@ -104,7 +104,7 @@ def recommend(
         warnings=(
             *_fit_warnings(area, strand if width is None else width, spacing=spacing, layer=layer),
             *_standoff_warnings(strand, process),
-            *_light_warnings(material, process),
+            *_light_warnings(material, process, spacing=area / layer if spacing is None else spacing),
         ),
     )
 
@@ -147,7 +147,7 @@ def _standoff_warnings(strand: float, process: Process) -> list[str]:
     return []
 
 
-def _light_warnings(material: Material, process: Process) -> list[str]:
+def _light_warnings(material: Material, process: Process, *, spacing: float) -> list[str]:
     if material.irradiance is None or material.spot_diameter is None or material.dose is None:
         return []
     spot = {"irradiance": material.irradiance, "spot_diameter": material.spot_diameter}
@@ -156,7 +156,9 @@ def _light_warnings(material: Material, process: Process) -> list[str]:
         return []
     flooded = "no final exposure is named" if material.flood is None else "the final exposure must do the rest"
     fastest = f"up to {fastest_curing(dose=material.dose, **spot):.3g} mm/s it would cure at once; {flooded}"
-    return [f"one pass of the lamp gives {given:.3g} of {material.dose:.3g} mJ/cm2: {fastest}."]
+    passes = dose_of_passes(**spot, speed=process.speed, spacing=spacing)
+    doses = f"gives {given:.3g}, all passes together {passes:.3g} of {material.dose:.3g} mJ/cm2"
+    return [f"one pass of the lamp {doses}: {fastest}."]
 
 
 @final
