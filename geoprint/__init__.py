@@ -17,6 +17,7 @@ stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKE
 
 Sources, by the keys that docstrings use:
 
+    [Bates1988]         Bates, Watts: Nonlinear regression analysis and its applications. 1988.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete

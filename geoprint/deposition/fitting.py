@@ -2,7 +2,9 @@
 
 Least squares of the logarithm of the flow: errors of weighing and measuring are shares. Parameters are fitted as
 logarithms, so that they stay positive; their covariance is s^2 (J^T J)^-1 with the residual variance s^2 and the
-Jacobian J at the solution, and the intervals use Student's t for the few lines that there are [Bates1988, ch. 2].
+Jacobian J at the solution, and the intervals use Student's t for the few lines that there are [Bates1988, ch. 2]. In
+trials they hold the true parameter as often as they promise for Newtonian fluids and power laws; with a yield stress
+the model is bent so much that they are somewhat too narrow and hold it about nine times in ten.
 """
 
 from __future__ import annotations
