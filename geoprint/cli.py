@@ -253,6 +253,59 @@ def calibrate(
 
 
 @app.command()
+def recommend(
+    surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
+    *,
+    pressure: Annotated[float, typer.Option(help="Air pressure in kPa.", show_default=False)],
+    unit: Unit = None,
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    cell: CellPath = None,
+    good: Annotated[
+        tuple[float, int] | None,
+        typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:  # fmt: skip
+    """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import recommendation
+
+    job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=_rounds(rounds, step), cell=cell)
+    found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    if as_json:
+        typer.echo(json.dumps(found, indent=2))
+    _say(text)
+
+
+@app.command(name="fit-flow")
+def fit_flow(
+    measured: Annotated[
+        Path,
+        typer.Argument(
+            help="CSV with the columns pressure_kpa,duration_s,mass_g or pressure_kpa,speed_mm_s,width_mm,height_mm.",
+            show_default=False,
+        ),
+    ],
+    *,
+    density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
+    model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
+    cell: CellPath = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
+    from geoprint.pipeline import fit_flow as run
+    from geoprint.pipeline import fit_summary, material_table
+
+    fit = run(measured, cell=cell, density=density, model=model)
+    if as_json:
+        typer.echo(json.dumps(fit_summary(fit, density=density), indent=2))
+    else:
+        typer.echo(material_table(fit, density=density, source=measured.name))
+
+
+@app.command()
 def init(
     folder: Annotated[Path, typer.Argument(help="Where to write the cell files.")] = Path(),
 ) -> None:

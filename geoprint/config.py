@@ -21,7 +21,9 @@ from geoprint.model import (
     Box,
     Cell,
     FloatArray,
+    Fluid,
     Lamp,
+    Material,
     Process,
     Robot,
     SignalMode,
@@ -206,6 +208,23 @@ class _ProcessTable(_Table):
         return self
 
 
+class _MaterialTable(_Table):
+    density_g_cm3: PositiveFloat
+    consistency_pa_sn: PositiveFloat
+    flow_index: PositiveFloat
+    yield_stress_pa: Annotated[float, Field(ge=0.0)]
+    uv_irradiance_mw_cm2: PositiveFloat | None = None
+    uv_spot_mm: PositiveFloat | None = None
+    uv_dose_mj_cm2: PositiveFloat | None = None
+    flood_s: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _knows_the_whole_spot(self) -> Self:
+        if (self.uv_irradiance_mw_cm2 is None) != (self.uv_spot_mm is None):
+            raise ValueError("uv_irradiance_mw_cm2 and uv_spot_mm describe one spot: give both or neither")
+        return self
+
+
 class _SignalsTable(_Table):
     mode: SignalMode
     dispenser: SignalName
@@ -233,6 +252,7 @@ class CellFile(_Table):
     nozzle: _NozzleTable
     bracket: _BracketTable
     lamp: _LampTable | None = None
+    material: _MaterialTable | None = None
     work: _WorkTable
     process: _ProcessTable
     signals: _SignalsTable
@@ -307,6 +327,7 @@ def _cell(file: CellFile, *, name: str) -> Cell:
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
         demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
+        material=None if file.material is None else _material(file.material),
     )
 
 
@@ -330,6 +351,17 @@ def _tool(file: CellFile) -> Tool:
 
 def _lamp(lamp: _LampTable) -> Lamp:
     return Lamp(_pose(lamp.position_mm, lamp.rpy_deg), length=lamp.length_mm, diameter=lamp.diameter_mm)
+
+
+def _material(table: _MaterialTable) -> Material:
+    return Material(
+        density=table.density_g_cm3,
+        fluid=Fluid(table.consistency_pa_sn, table.flow_index, table.yield_stress_pa),
+        irradiance=table.uv_irradiance_mw_cm2,
+        spot_diameter=table.uv_spot_mm,
+        dose=table.uv_dose_mj_cm2,
+        flood=table.flood_s,
+    )
 
 
 def _fixture(work: _WorkTable) -> TouchedPoints | None:

@@ -71,6 +71,28 @@ def test_a_lamp_without_size_is_refused(tmp_path: Path) -> None:
         load_cell(written(tmp_path, text))
 
 
+def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        assert load_cell(written(tmp_path, text)).material is None
+        first, last = text.index("# [material]"), text.index("[process]")
+        shown = "\n".join(line.removeprefix("# ") for line in text[first:last].splitlines())
+        material = load_cell(written(tmp_path, text[:first] + shown + "\n" + text[last:])).material
+        assert material is not None
+        assert (material.density, material.fluid.consistency, material.fluid.index) == (1.1, 20.0, 0.6)
+        assert (material.irradiance, material.spot_diameter, material.dose, material.flood) == (500.0, 6.0, 100.0, 60.0)
+
+
+def test_half_a_lamp_spot_is_refused(tmp_path: Path) -> None:
+    table = (
+        "[material]\ndensity_g_cm3 = 1\nconsistency_pa_sn = 1\nflow_index = 1\nyield_stress_pa = 0\nuv_spot_mm = 6\n"
+    )
+    text = packaged_cell_text(PACKAGED_CELLS[0]) + "\n" + table
+
+    with pytest.raises(UsageError, match="material: uv_irradiance_mw_cm2 and uv_spot_mm describe one spot"):
+        load_cell(written(tmp_path, text))
+
+
 def test_no_cell_file_means_the_first_packaged_cell() -> None:
     assert load_cell(None).name == "irb120-bent45.toml"
 

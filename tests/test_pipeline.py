@@ -24,6 +24,7 @@ from geoprint.pipeline import (
     plan,
     save_comparisons,
     save_plan,
+    summary,
 )
 from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.saving import verify_files
@@ -113,6 +114,32 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
     assert any("NOT CALIBRATED" in warning for warning in found["warnings"])
     assert len(found["input"]["sha256"]) == 64
+
+
+def test_a_cell_with_switched_signals_lays_a_constant_flow_and_both_layers_are_told(cap_plan: Plan) -> None:
+    assert cap_plan.laid is not None
+    laid = cap_plan.poses.deposit
+    np.testing.assert_allclose(cap_plan.poses.flow[laid], 1.5 * 0.5)
+    found = summary(cap_plan)["deposition"]
+    assert isinstance(found, dict)
+    assert found["flow"] == "constant"
+    assert cap_plan.laid.following.cv is not None
+    assert cap_plan.laid.following.cv < 0.005
+
+
+def test_a_cell_with_an_analog_signal_lays_a_flow_that_follows_the_width(tmp_path: Path) -> None:
+    cell = tmp_path / "analog.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', 'mode = "analog"'), encoding="utf-8")
+    part = saved(tmp_path, spherical_cap(radius=20.0, angle=1.0, rings=10, jitter_seed=1))
+    planned = plan(job_of(surface=part, unit="mm", spacing=2.0, backend="lscm", cell=cell, robot=False))
+    assert planned.laid is not None
+    np.testing.assert_array_equal(planned.poses.flow, planned.laid.following_flow)
+    constant, following = planned.laid.constant.cv, planned.laid.following.cv
+    assert constant is not None
+    assert following is not None
+    assert following < constant / 4
+    save_plan(planned, tmp_path / "out")
+    np.testing.assert_allclose(read_poses_table(tmp_path / "out" / "poses.csv").flow, planned.poses.flow, atol=1e-9)
 
 
 def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from geoprint.model.cell import (
     Tool,
     TouchedPoints,
 )
+from geoprint.model.material import Fluid, Material
 from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
@@ -25,9 +26,11 @@ __all__ = [
     "Contours",
     "ControllerPath",
     "FloatArray",
+    "Fluid",
     "IntArray",
     "JointPath",
     "Lamp",
+    "Material",
     "Placement",
     "PoseStream",
     "Process",

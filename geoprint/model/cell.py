@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model.arrays import FloatArray, freeze_arrays
+from geoprint.model.material import Material
 
 SignalMode = Literal["io", "analog"]
 
@@ -234,6 +235,7 @@ class Cell:
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
         demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
+        material: what the syringe holds, or None where nobody has measured it.
     """
 
     name: str
@@ -245,6 +247,7 @@ class Cell:
     demo_position: FloatArray
     demo_rotation: FloatArray
     fixture: TouchedPoints | None
+    material: Material | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")

@@ -26,9 +26,11 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
+from geoprint.pipeline.recommending import recommendation
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -60,11 +62,15 @@ __all__ = [
     "comparison_summary",
     "comparison_table",
     "examine",
+    "fit_flow",
+    "fit_summary",
+    "material_table",
     "outcome_text",
     "plan",
     "proposal_summary",
     "proposal_text",
     "propose_placement",
+    "recommendation",
     "save_calibrated",
     "save_comparisons",
     "save_plan",

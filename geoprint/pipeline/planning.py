@@ -26,6 +26,7 @@ from geoprint.model import (
 )
 from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
 from geoprint.paths import arrange, poses
+from geoprint.pipeline.laying import Laid, lay
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import Workpiece, backend_factory, prepare_workpiece, require_raster, upright
 from geoprint.quality import Uniformity, uniformity
@@ -60,6 +61,7 @@ class Plan:
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
         flattening: chart and raster of a backend that works in the plane, else None.
+        laid: the layer that the paths leave, or None where evenness was not measured.
     """
 
     job: Job
@@ -71,6 +73,7 @@ class Plan:
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
     flattening: Flattening | None
+    laid: Laid | None = None
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -95,12 +98,16 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with contours, turn them into poses and measure their evenness; the robot is left out."""
+    """Cover the workpiece, measure evenness and give the poses their flow; the robot is left out."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
         even = np.ptp(paths.toolpath.levels) > 0
         measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing) if even else None
-    return replace(paths, uniformity=measured, timings=tuple(stage.timings))
+    if measured is None:
+        return replace(paths, timings=tuple(stage.timings))
+    with stage("layer"):
+        stream, laid = lay(paths.poses, measured, workpiece, spacing=paths.contours.spacing)
+    return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
 
 
 def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:

@@ -14,6 +14,7 @@ from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.motion import NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean
+from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
@@ -47,6 +48,8 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["chart"] = _chart(plan, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
+    if plan.laid is not None:
+        result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
         result |= {
             "motion": _motion(plan.robot) | _calibration(plan.workpiece.uncertainty),
@@ -76,6 +79,8 @@ def outcome_text(plan: Plan) -> str:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
         )
+    if plan.laid is not None:
+        lines.append(laid_text(plan.laid))
     if plan.robot is not None:
         motion, found = _motion(plan.robot), plan.robot.clearance
         lines += [

@@ -200,6 +200,13 @@ def _seed(job: Job, surface: Surface) -> Seed:
     return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
 
 
+def largest_distance(job: Job, part: Surface) -> float:
+    """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
+    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
+    return backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+
+
 def _wanted_spacing(job: Job, part: Surface) -> float:
     """Return the spacing, or where rounds are given an estimate of it that is good enough to refine by.
 
@@ -214,8 +221,7 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
         )
     if job.spacing is not None:
         return job.spacing
-    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
-    depth = backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+    depth = largest_distance(job, part)
     if job.rounds is None:
         raise UsageError(
             f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "
