@@ -218,6 +218,24 @@ class Placement:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class SearchWeights:
+    """What the choice of rotation, lean and branch counts, each against the others; 1 unless the cell says otherwise.
+
+    Attributes:
+        motion: of the joints along the way.
+        limits: nearness of joint limits.
+        singularities: nearness of wrist, elbow and shoulder singularity.
+        lean: of the nozzle from the attitude of the path.
+    """
+
+    motion: float = 1.0
+    limits: float = 1.0
+    singularities: float = 1.0
+    lean: float = 1.0
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
     """Everything about the machine that a plan needs.
@@ -232,6 +250,7 @@ class Cell:
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
         demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
+        search: what the choice of rotation, lean and branch counts.
     """
 
     name: str
@@ -243,6 +262,7 @@ class Cell:
     demo_position: FloatArray
     demo_rotation: FloatArray
     fixture: TouchedPoints | None
+    search: SearchWeights = SearchWeights()
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")

@@ -6,7 +6,9 @@ from geoprint.motion.collision import collision_control
 from geoprint.motion.controller import controller_path
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.lean_room import Leaning, NozzleRoom, laying
 from geoprint.motion.margins import Margin
+from geoprint.motion.nozzle import is_axial, tilts
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
@@ -16,7 +18,9 @@ from geoprint.motion.timing import retime
 __all__ = [
     "Arm",
     "Candidate",
+    "Leaning",
     "Margin",
+    "NozzleRoom",
     "ReachMap",
     "Reason",
     "Room",
@@ -27,11 +31,14 @@ __all__ = [
     "controller_path",
     "demo_placement",
     "fit_touched_points",
+    "is_axial",
+    "laying",
     "lost_shares",
     "reach",
     "reach_map",
     "reach_margin",
     "retime",
     "search_placement",
+    "tilts",
     "written_targets",
 ]

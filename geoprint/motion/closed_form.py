@@ -36,32 +36,38 @@ def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
 
 @numba.njit(cache=True, error_model="numpy")
 def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
-    """Fill (k, 8, 6) joints: on each side of axis 1, with the elbow either way, and the wrist turned over."""
+    """Fill (k, 8, 6) joints."""
+    for k in range(Ts.shape[0]):
+        solve_pose(Ts[k], lengths, joints[k])
+
+
+@numba.njit(cache=True, error_model="numpy")
+def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
+    """Fill (8, 6) joints of one pose: on each side of axis 1, with the elbow either way, and the wrist turned over."""
     a1, a2, b, c1, c2, c3, c4 = lengths
     forearm, bend = math.hypot(a2, c3), math.atan2(a2, c3)
     joints[:] = np.nan
-    for k in range(Ts.shape[0]):
-        x, y, z = Ts[k, :3, 3] - c4 * Ts[k, :3, 2]
-        across = x * x + y * y - b * b
-        if not across >= 0.0:
+    x, y, z = T[0, 3] - c4 * T[0, 2], T[1, 3] - c4 * T[1, 2], T[2, 3] - c4 * T[2, 2]
+    across = x * x + y * y - b * b
+    if not across >= 0.0:
+        return
+    azimuth, aside = math.atan2(y, x), math.atan2(b, math.sqrt(across))
+    for shoulder in range(2):
+        # In front of axis 1, or reaching over to the side behind it.
+        first = azimuth - aside if shoulder == 0 else azimuth + aside - math.pi
+        ahead = math.sqrt(across) - a1 if shoulder == 0 else -math.sqrt(across) - a1
+        squared = ahead * ahead + (z - c1) * (z - c1)
+        cosine_2 = (squared + c2 * c2 - forearm * forearm) / (2.0 * math.sqrt(squared) * c2)
+        cosine_3 = (squared - c2 * c2 - forearm * forearm) / (2.0 * c2 * forearm)
+        if not (abs(cosine_2) <= 1.0 + RIM and abs(cosine_3) <= 1.0 + RIM):
             continue
-        azimuth, aside = math.atan2(y, x), math.atan2(b, math.sqrt(across))
-        for shoulder in range(2):
-            # In front of axis 1, or reaching over to the side behind it.
-            first = azimuth - aside if shoulder == 0 else azimuth + aside - math.pi
-            ahead = math.sqrt(across) - a1 if shoulder == 0 else -math.sqrt(across) - a1
-            squared = ahead * ahead + (z - c1) * (z - c1)
-            cosine_2 = (squared + c2 * c2 - forearm * forearm) / (2.0 * math.sqrt(squared) * c2)
-            cosine_3 = (squared - c2 * c2 - forearm * forearm) / (2.0 * c2 * forearm)
-            if not (abs(cosine_2) <= 1.0 + RIM and abs(cosine_3) <= 1.0 + RIM):
-                continue
-            open_2 = math.acos(min(max(cosine_2, -1.0), 1.0))
-            open_3 = math.acos(min(max(cosine_3, -1.0), 1.0))
-            for elbow in range(2):
-                sign = 2.0 * elbow - 1.0
-                second = math.atan2(ahead, z - c1) + sign * open_2
-                third = -sign * open_3 - bend
-                _fill(joints[k, 2 * shoulder + elbow :: 4], Ts[k], first, second, third)
+        open_2 = math.acos(min(max(cosine_2, -1.0), 1.0))
+        open_3 = math.acos(min(max(cosine_3, -1.0), 1.0))
+        for elbow in range(2):
+            sign = 2.0 * elbow - 1.0
+            second = math.atan2(ahead, z - c1) + sign * open_2
+            third = -sign * open_3 - bend
+            _fill(joints[2 * shoulder + elbow :: 4], T, first, second, third)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -234,7 +234,6 @@ def _motion(robot: RobotPlan) -> dict[str, Json]:
     return {
         "duration_s": _rounded(robot.trajectory.duration),
         "branch": robot.joint_path.branch,
-        "spin_deg": _rounded(np.degrees(robot.joint_path.spin)),
         "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
         "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
         "stretched_pieces": robot.trajectory.stretched,

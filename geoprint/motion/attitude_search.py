@@ -1,0 +1,215 @@
+"""Which turn about the nozzle, and which lean, each pose of a stream gets: the ladder on keyframes, made smooth.
+
+A nozzle on the flange's axis is turned by one angle for the whole stream: turning moves joint 6 only, and the angle is
+that which keeps joint 6 inside its range and nearest to home. Any other nozzle turns along the way: the best constant
+turn of a few keyframes is the middle of the range, a coarse ladder over the whole range finds branch and way, finer
+ladders around it follow. The range ends half a turn from its middle: the tool never winds up.
+
+The nozzle leans only near where the upright one was refused. There keyframes are denser, and each may lean any way
+within the cone that leaves it room.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from geoprint.model import BoolArray, FloatArray, PoseStream, Robot
+from geoprint.motion.closed_form import BRANCHES
+from geoprint.motion.keyframes import Keyframes, keyframe_rate, keyframes_of, path_lengths, smoothed
+from geoprint.motion.kinematics import Arm
+from geoprint.motion.ladder import Rungs, Terms, climb
+from geoprint.motion.lean_room import Leaning, candidate_leans, laying, lean_costs
+from geoprint.motion.nozzle import is_axial
+from geoprint.motion.pose_samples import tool_poses
+
+# Turns of the coarse ladder, and rungs on which the middle of their range is judged.
+ROTATIONS = 24
+JUDGED_RUNGS = 60
+# Steps of the finer ladders [rad]; each looks two steps to either side.
+FINER_STEPS = tuple(np.radians([6.0, 2.4, 1.0]).tolist())
+FINER_OFFSETS = np.arange(-2.0, 3.0)
+# Keyframes a millimetre where the nozzle lacks room or a way fails between them, and how far around these are denser
+# than usual [mm].
+DENSE_RATE = 1.0
+DENSE_WAY = 6.0
+# Keyframes on either side of such a place that may lean.
+LEAN_REACH = 4
+# Branches that are tried with a leaning nozzle, best first.
+LEANING_BRANCHES = 2
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Attitudes:
+    """Turn and lean of each of p poses, for a branch.
+
+    Attributes:
+        rotations: (p,) about the nozzle [rad].
+        leans: (p, 2) about the x and y axes of the tool of the path [rad].
+        branch: of the inverse kinematics.
+        holds: whether the arm can be at all keyframes.
+    """
+
+    rotations: FloatArray
+    leans: FloatArray
+    branch: int
+    holds: bool
+
+
+def upright_attitudes(
+    poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, terms: Terms, dense: BoolArray
+) -> Iterator[Attitudes]:
+    """Yield the best turns about the nozzle of each branch, the cheapest branch first.
+
+    Args:
+        poses: p poses of the path.
+        arm: with its tool.
+        T_base_work: (4, 4) where the part stands [mm].
+        terms: of the costs.
+        dense: (p,) poses around which keyframes shall be denser.
+    """
+    frames = keyframes_of(poses, T_base_work=T_base_work, rates=_rates(poses, dense=dense))
+    leans = np.zeros((frames.count, 2))
+    coarse = _turning(frames, np.tile(_coarse_turns(frames, arm, terms), (frames.count, 1)), leans)
+    climbed = climb(coarse, terms, branches=np.ones(BRANCHES, dtype=np.bool_))
+    for branch in np.argsort(climbed.costs, kind="stable").tolist():
+        rotations = coarse.candidates[coarse.offsets[:-1] + climbed.choices[branch], 0]
+        holds = bool(climbed.holds[branch])
+        yield _attitudes(frames, rotations, leans, arm=arm, terms=terms, branch=branch, holds=holds)
+
+
+def leaning_attitudes(
+    poses: PoseStream,
+    arm: Arm,
+    *,
+    T_base_work: FloatArray,
+    terms: Terms,
+    leaning: Leaning,
+    weight: float,
+    upright: Attitudes,
+    refused: BoolArray,
+) -> Iterator[Attitudes]:
+    """Yield turns and leans that avoid what refuses the upright nozzle, the cheapest branch first.
+
+    Args:
+        poses: p poses of the path.
+        arm: with its tool.
+        T_base_work: (4, 4) where the part stands [mm].
+        terms: of the costs.
+        leaning: how far the nozzle may lean, and what it must not touch.
+        weight: of the lean.
+        upright: the best attitudes without a lean.
+        refused: (p,) where the arm cannot follow those.
+    """
+    Ts_base_tool = tool_poses(poses, T_base_work=T_base_work)
+    lacking = leaning.room.lacking(Ts_base_tool, deposit=laying(poses))
+    wanted = lacking | refused
+    if not wanted.any():
+        return
+    frames = keyframes_of(poses, T_base_work=T_base_work, rates=_rates(poses, dense=lacking))
+    free = np.flatnonzero([np.abs(frames.places[wanted] - rung).min() <= LEAN_REACH for rung in range(frames.count)])
+    leans = candidate_leans(leaning.max_tilt)
+    costs = np.full((frames.count, len(leans)), np.inf)
+    costs[:, 0] = 0.0
+    costs[free] = lean_costs(
+        leans, poses=poses, Ts_base_tool=Ts_base_tool, places=frames.places, rungs=free, leaning=leaning, weight=weight
+    )
+    rungs = _leaning(frames, _coarse_turns(frames, arm, terms), leans=leans, costs=costs)
+    order = [upright.branch, *(branch for branch in range(BRANCHES) if branch != upright.branch)]
+    for branch in order[:LEANING_BRANCHES]:
+        climbed = climb(rungs, terms, branches=np.arange(BRANCHES) == branch)
+        chosen = rungs.candidates[rungs.offsets[:-1] + climbed.choices[branch]]
+        holds = bool(climbed.holds[branch])
+        yield _attitudes(frames, chosen[:, 0], chosen[:, 1:], arm=arm, terms=terms, branch=branch, holds=holds)
+
+
+def axial_rotation(joint_6: FloatArray, robot: Robot) -> float:
+    """Return how far to turn joint 6 of a whole stream: inside its range, and nearest to home.
+
+    Args:
+        joint_6: (s,) continuous angles [rad].
+        robot: limits and home.
+
+    Returns:
+        The turn [rad]; where the stream needs more than the whole range its middle is put on that of the range.
+    """
+    low, high = float(joint_6.min()), float(joint_6.max())
+    least, most = robot.limits[5, 0] - low, robot.limits[5, 1] - high
+    if least > most:
+        return float(least + most) / 2.0
+    return float(np.clip(robot.home[5] - (low + high) / 2.0, least, most))
+
+
+def _attitudes(
+    frames: Keyframes, rotations: FloatArray, leans: FloatArray, *, arm: Arm, terms: Terms, branch: int, holds: bool
+) -> Attitudes:
+    """Refine the turns of keyframes on one branch, and return the smooth attitudes of all poses."""
+    only = np.arange(BRANCHES) == branch
+    if is_axial(arm.T_flange_tool):
+        rotations = np.zeros(frames.count)
+    else:
+        for step in FINER_STEPS:
+            finer = _turning(frames, rotations[:, None] + step * FINER_OFFSETS, leans)
+            rotations = finer.candidates[finer.offsets[:-1] + climb(finer, terms, branches=only).choices[branch], 0]
+    values = smoothed(np.column_stack([rotations, leans]), frames.places)
+    return Attitudes(values[:, 0], values[:, 1:], branch, holds)
+
+
+def _turning(frames: Keyframes, rotations: FloatArray, leans: FloatArray) -> Rungs:
+    """Return a ladder of (k, r) turns at keyframes that lean by (k, 2)."""
+    each = rotations.shape[1]
+    return Rungs(
+        Ts_base_tool=frames.Ts_base_tool,
+        deposit=frames.deposit,
+        steps=frames.steps,
+        candidates=np.column_stack([rotations.reshape(-1), np.repeat(leans, each, axis=0)]),
+        offsets=each * np.arange(len(rotations) + 1, dtype=np.int64),
+        extra=np.zeros(rotations.size),
+    )
+
+
+def _coarse_turns(frames: Keyframes, arm: Arm, terms: Terms) -> FloatArray:
+    """Return the turns of the coarse ladder, around the best constant turn of a few keyframes; of an axial tool one."""
+    if is_axial(arm.T_flange_tool):
+        return np.zeros(1)
+    turns = 2.0 * np.pi * (np.arange(ROTATIONS) / ROTATIONS - 0.5)
+    rows = np.unique(np.linspace(0, frames.count - 1, min(frames.count, JUDGED_RUNGS)).round().astype(np.int64))
+    few = replace(
+        frames,
+        Ts_base_tool=frames.Ts_base_tool[rows],
+        deposit=frames.deposit[rows],
+        steps=np.diff(np.append(0.0, np.cumsum(frames.steps))[rows]),
+    )
+    still, every = np.zeros((rows.size, 2)), np.ones(BRANCHES, dtype=np.bool_)
+    costs = [climb(_turning(few, np.full((rows.size, 1), turn), still), terms, branches=every).costs for turn in turns]
+    return turns + turns[int(np.min(costs, axis=1).argmin())]
+
+
+def _rates(poses: PoseStream, *, dense: BoolArray) -> FloatArray:
+    """Return (p,) keyframes a millimetre: more around (p,) dense poses, falling off smoothly to the usual rate."""
+    usual = keyframe_rate(poses)
+    if not dense.any():
+        return np.full(poses.count, usual)
+    lengths = path_lengths(poses)
+    places = lengths[dense]
+    following = np.searchsorted(places, lengths).clip(0, places.size - 1)
+    away = np.minimum(np.abs(places[following] - lengths), np.abs(places[np.maximum(following - 1, 0)] - lengths))
+    share = np.clip(2.0 - 2.0 * away / DENSE_WAY, 0.0, 1.0)
+    return usual + max(DENSE_RATE - usual, 0.0) * share**2 * (3.0 - 2.0 * share)
+
+
+def _leaning(frames: Keyframes, turns: FloatArray, *, leans: FloatArray, costs: FloatArray) -> Rungs:
+    """Return a ladder of turns at keyframes, each with the (l, 2) leans that have a finite one of (k, l) costs."""
+    rung, lean = np.nonzero(np.isfinite(costs))
+    return Rungs(
+        Ts_base_tool=frames.Ts_base_tool,
+        deposit=frames.deposit,
+        steps=frames.steps,
+        candidates=np.column_stack([np.tile(turns, rung.size), np.repeat(leans[lean], turns.size, axis=0)]),
+        offsets=np.append(0, np.cumsum(np.bincount(rung, minlength=frames.count) * turns.size)),
+        extra=np.repeat(costs[rung, lean], turns.size),
+    )
