@@ -35,9 +35,11 @@ FINER_OFFSETS = np.arange(-2.0, 3.0)
 # Keyframes a millimetre where the nozzle lacks room or a way fails between them, and how far around these are denser
 # than usual [mm].
 DENSE_RATE = 1.0
-DENSE_WAY = 6.0
-# Keyframes on either side of such a place that may lean.
-LEAN_REACH = 4
+DENSE_WAY = 12.0
+# Keyframes nearer than this [mm] to a place where the upright nozzle is refused may lean: room for a gentle ramp.
+LEAN_WAY = 12.0
+# Turns that a leaning nozzle may take besides, from that of the upright one [rad].
+LEANING_TURNS = np.radians(15.0) * np.arange(-3.0, 4.0)
 # Branches that are tried with a leaning nozzle, best first.
 LEANING_BRANCHES = 2
 
@@ -111,14 +113,16 @@ def leaning_attitudes(
     if not wanted.any():
         return
     frames = keyframes_of(poses, T_base_work=T_base_work, rates=_rates(poses, dense=lacking))
-    free = np.flatnonzero([np.abs(frames.places[wanted] - rung).min() <= LEAN_REACH for rung in range(frames.count)])
+    free = np.flatnonzero(_distances(frames.lengths, path_lengths(poses)[wanted]) <= LEAN_WAY)
     leans = candidate_leans(leaning.max_tilt)
     costs = np.full((frames.count, len(leans)), np.inf)
     costs[:, 0] = 0.0
     costs[free] = lean_costs(
         leans, poses=poses, Ts_base_tool=Ts_base_tool, places=frames.places, rungs=free, leaning=leaning, weight=weight
     )
-    rungs = _leaning(frames, _coarse_turns(frames, arm, terms), leans=leans, costs=costs)
+    kept = np.interp(np.arange(frames.count), frames.places, upright.rotations)
+    turns = np.zeros(1) if is_axial(arm.T_flange_tool) else LEANING_TURNS
+    rungs = _leaning(frames, kept[:, None] + turns, leans=leans, costs=costs)
     order = [upright.branch, *(branch for branch in range(BRANCHES) if branch != upright.branch)]
     for branch in order[:LEANING_BRANCHES]:
         climbed = climb(rungs, terms, branches=np.arange(BRANCHES) == branch)
@@ -135,8 +139,11 @@ def axial_rotation(joint_6: FloatArray, robot: Robot) -> float:
         robot: limits and home.
 
     Returns:
-        The turn [rad]; where the stream needs more than the whole range its middle is put on that of the range.
+        The turn [rad]; where the stream needs more than the whole range its middle is put on that of the range, and
+        where no angle is known it is zero.
     """
+    if not joint_6.size:
+        return 0.0
     low, high = float(joint_6.min()), float(joint_6.max())
     least, most = robot.limits[5, 0] - low, robot.limits[5, 1] - high
     if least > most:
@@ -195,21 +202,24 @@ def _rates(poses: PoseStream, *, dense: BoolArray) -> FloatArray:
     if not dense.any():
         return np.full(poses.count, usual)
     lengths = path_lengths(poses)
-    places = lengths[dense]
-    following = np.searchsorted(places, lengths).clip(0, places.size - 1)
-    away = np.minimum(np.abs(places[following] - lengths), np.abs(places[np.maximum(following - 1, 0)] - lengths))
-    share = np.clip(2.0 - 2.0 * away / DENSE_WAY, 0.0, 1.0)
+    share = np.clip(2.0 - 2.0 * _distances(lengths, lengths[dense]) / DENSE_WAY, 0.0, 1.0)
     return usual + max(DENSE_RATE - usual, 0.0) * share**2 * (3.0 - 2.0 * share)
 
 
+def _distances(values: FloatArray, ascending: FloatArray) -> FloatArray:
+    """Return how far each value is from the nearest of some ascending ones."""
+    following = np.searchsorted(ascending, values).clip(0, ascending.size - 1)
+    return np.minimum(np.abs(ascending[following] - values), np.abs(ascending[np.maximum(following - 1, 0)] - values))
+
+
 def _leaning(frames: Keyframes, turns: FloatArray, *, leans: FloatArray, costs: FloatArray) -> Rungs:
-    """Return a ladder of turns at keyframes, each with the (l, 2) leans that have a finite one of (k, l) costs."""
+    """Return a ladder of (k, r) turns at keyframes, each with those of (l, 2) leans whose (k, l) cost is finite."""
     rung, lean = np.nonzero(np.isfinite(costs))
     return Rungs(
         Ts_base_tool=frames.Ts_base_tool,
         deposit=frames.deposit,
         steps=frames.steps,
-        candidates=np.column_stack([np.tile(turns, rung.size), np.repeat(leans[lean], turns.size, axis=0)]),
-        offsets=np.append(0, np.cumsum(np.bincount(rung, minlength=frames.count) * turns.size)),
-        extra=np.repeat(costs[rung, lean], turns.size),
+        candidates=np.column_stack([turns[rung].reshape(-1), np.repeat(leans[lean], turns.shape[1], axis=0)]),
+        offsets=np.append(0, np.cumsum(np.bincount(rung, minlength=frames.count) * turns.shape[1])),
+        extra=np.repeat(costs[rung, lean], turns.shape[1]),
     )

@@ -16,6 +16,8 @@ BRANCHES = 8
 JOINTS = 6
 # By how much rounding lifts the cosine of a stretched arm above one: it still reaches.
 RIM = 1e-12
+# Sine of joint 5 that is rounding: what joint 4 would be there says nothing.
+SINGULAR = 1e-12
 
 
 def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
@@ -79,17 +81,19 @@ def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third:
     ahead, aside = cosine_1 * T[0, :3] + sine_1 * T[1, :3], cosine_1 * T[1, :3] - sine_1 * T[0, :3]
     over, along = cosine * ahead - sine * T[2, :3], sine * ahead[2] + cosine * T[2, 2]
     lean = math.hypot(aside[2], over[2])
-    # On the singularity of the wrist joint 4 is free; joint 6 follows from it there as everywhere.
-    sine_4, cosine_4 = (aside[2] / lean, over[2] / lean) if lean > 0.0 else (0.0, 1.0)
+    # On the singularity of the wrist joint 4 is free: it stays at zero, and joint 6 follows from it there as everywhere.
+    singular = lean < SINGULAR
+    sine_4, cosine_4 = (0.0, 1.0) if singular else (aside[2] / lean, over[2] / lean)
     fourth, fifth = math.atan2(sine_4, cosine_4), math.atan2(lean, along)
     sixth = math.atan2(cosine_4 * aside[0] - sine_4 * over[0], cosine_4 * aside[1] - sine_4 * over[1])
+    half_turn = 0.0 if singular else math.pi
     for wrist in range(2):
         joints[wrist, 0] = _wrapped(first)
         joints[wrist, 1] = _wrapped(second)
         joints[wrist, 2] = _wrapped(third - math.pi / 2.0)
-        joints[wrist, 3] = _wrapped(fourth + wrist * math.pi)
+        joints[wrist, 3] = _wrapped(fourth + wrist * half_turn)
         joints[wrist, 4] = fifth if wrist == 0 else -fifth
-        joints[wrist, 5] = _wrapped(sixth + wrist * math.pi)
+        joints[wrist, 5] = _wrapped(sixth + wrist * half_turn)
 
 
 @numba.njit(cache=True)

@@ -201,7 +201,12 @@ def _best_way(
         poses, arm, T_base_work=T_base_work, terms=terms, leaning=leaning, weight=weights.lean,
         upright=upright.attitudes, refused=upright.refused,
     )  # fmt: skip
-    ways = [upright, *(way_of(attitudes) for attitudes in proposed)]
+    ways = [upright]
+    for attitudes in proposed:
+        ways.append(way_of(attitudes))
+        # Room does not depend on the branch: another one is of use only to an arm that cannot follow.
+        if ways[-1].followed.complete:
+            break
     return min(ways, key=lambda way: (way.failures, _lacking(way, leaning, T_base_work=T_base_work)))
 
 

@@ -42,6 +42,11 @@ class Keyframes:
     places: FloatArray
 
     @property
+    def lengths(self) -> FloatArray:
+        """(k,) length of path from the first keyframe [mm]."""
+        return np.append(0.0, np.cumsum(self.steps))
+
+    @property
     def count(self) -> int:
         """Number of keyframes k."""
         return int(self.deposit.size)

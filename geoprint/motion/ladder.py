@@ -39,15 +39,17 @@ COMFORTABLE_ELBOW = float(np.radians(15.0))
 COMFORTABLE_SHOULDER = 50.0
 # A margin is worth no less than this share of the comfortable one: on the singularity itself the cost stays finite.
 SMALLEST_SHARE = 0.1
-# What a millimetre costs where the arm cannot be: more than any way that it can take.
+# What a millimetre costs where the arm cannot be: more than any way that it can take ...
 FAILURE = 1e9
+# ... and so many times that, where there is no solution at all; beyond a limit it grows with every radian.
+UNREACHED = 5.0
 # A way that costs this much fails somewhere, however short; one that holds never does.
 FAILED = 1e7
 # What a step costs in which a joint turns too far to have gone the short way [rad].
 FLIP = 1e5
 FLIP_ANGLE = float(np.radians(90.0))
-# What turning about the nozzle by a radian a millimetre costs in itself [mm]: a radian on 100 mm costs 0.1/mm. Every
-# turn starts and ends, and that costs the joints accelerations which they need for the path.
+# What turning about the nozzle or leaning by a radian a millimetre costs in itself [mm]: a radian on 100 mm costs
+# 0.1/mm. Every turn starts and ends, and that costs the joints accelerations which they need for the path.
 TURNING = 1000.0
 
 
@@ -214,12 +216,12 @@ def _best_step(
 ) -> float:
     """Return the least cost of coming to a candidate, and note from which of the rung before."""
     least = np.inf
-    turn = ladder.candidates[candidate, 0]
+    attitude = ladder.candidates[candidate]
     for other in range(ladder.offsets[rung] - start):
         cost = before[other, branch, 6]
         if cost >= least:
             continue
-        cost += terms.turning * (turn - ladder.candidates[start + other, 0]) ** 2 / ladder.steps[rung - 1]
+        cost += terms.turning * _squared_turn(attitude, ladder.candidates[start + other]) / ladder.steps[rung - 1]
         cost += _step_cost(before[other, branch], state[branch], ladder.steps[rung - 1], terms)
         if cost < least:
             least = cost
@@ -251,8 +253,11 @@ def _place_cost(joints: FloatArray, deposit: bool, terms: Terms) -> float:  # no
         low, high = terms.limits[joint]
         off = _wrapped(joints[joint] - (low + high) / 2.0)
         margin = min(margin, (high - low) / 2.0 - abs(off))
-    # What is not a number fails too.
-    if not margin >= 0.0 or (deposit and abs(joints[4]) < terms.minimum_wrist_angle):
+    if math.isnan(joints[0]):
+        return UNREACHED * FAILURE
+    if margin < 0.0:
+        return FAILURE * (1.0 - margin)
+    if deposit and abs(joints[4]) < terms.minimum_wrist_angle:
         return FAILURE
     _, a2, _, _, c2, c3, _ = terms.lengths
     bend = _wrapped(joints[2] + math.atan2(c3, -a2))
@@ -301,6 +306,11 @@ def _flange_pose(T: FloatArray, candidate: FloatArray, T_tool_flange: FloatArray
                 + along * T_tool_flange[2, column]
             )
         out[row, 3] += T[row, 3]
+
+
+@numba.njit(cache=True)
+def _squared_turn(one: FloatArray, other: FloatArray) -> float:
+    return (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2
 
 
 @numba.njit(cache=True)

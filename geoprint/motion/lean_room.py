@@ -35,6 +35,8 @@ LEAN_COST = 1.0
 LACKING_COST = 1e3
 # Candidates stay inside the cone by this [rad], because a blend of leans may lean a little more than each of them.
 CONE_MARGIN = float(np.radians(0.5))
+# Rounding of angles that are compared with the cone [rad].
+ROUNDING = 1e-9
 
 
 @final
@@ -111,7 +113,8 @@ class Leaning:
 def candidate_leans(max_tilt: float) -> FloatArray:
     """Return (l, 2) leans about the tool's x and y axes [rad], none first."""
     turns = 2.0 * np.pi * np.arange(LEAN_DIRECTIONS) / LEAN_DIRECTIONS
-    rings = [share * max_tilt * np.column_stack([np.cos(turns), np.sin(turns)]) for share in LEAN_SHARES]
+    widest = max(max_tilt - CONE_MARGIN, 0.0)
+    rings = [share * widest * np.column_stack([np.cos(turns), np.sin(turns)]) for share in LEAN_SHARES]
     return np.concatenate([np.zeros((1, 2)), *rings])
 
 
@@ -157,7 +160,7 @@ def lean_costs(
         lacking[:, column] = leaning.room.lacking(leaned, deposit=laid)
         axes = transforms.rotation_of(poses.quaternions[rows]) @ turn[:3, 2]
         cosines = -np.einsum("ij,ij->i", axes, poses.normals[rows])
-        outside[:, column] = laid & (cosines < np.cos(max(leaning.max_tilt - CONE_MARGIN, 0.0)))
+        outside[:, column] = laid & (cosines < np.cos(max(leaning.max_tilt - CONE_MARGIN, 0.0) + ROUNDING))
     outside[:, 0] = False
     own = weight * LEAN_COST * (np.linalg.norm(leans, axis=1) / leaning.max_tilt) ** 2
     costs = np.empty((rungs.size, len(leans)))
