@@ -81,7 +81,7 @@ def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third:
     ahead, aside = cosine_1 * T[0, :3] + sine_1 * T[1, :3], cosine_1 * T[1, :3] - sine_1 * T[0, :3]
     over, along = cosine * ahead - sine * T[2, :3], sine * ahead[2] + cosine * T[2, 2]
     lean = math.hypot(aside[2], over[2])
-    # On the singularity of the wrist joint 4 is free: it stays at zero, and joint 6 follows from it there as everywhere.
+    # On the singularity of the wrist joint 4 is free: it stays at zero, and joint 6 follows from it as everywhere.
     singular = lean < SINGULAR
     sine_4, cosine_4 = (0.0, 1.0) if singular else (aside[2] / lean, over[2] / lean)
     fourth, fifth = math.atan2(sine_4, cosine_4), math.atan2(lean, along)

@@ -214,15 +214,21 @@ def _best_step(
     state: FloatArray,
     back: WayBack,
 ) -> float:
-    """Return the least cost of coming to a candidate, and note from which of the rung before."""
+    """Return the least cost of coming to a candidate, and note from which of the rung before.
+
+    The one that is numbered alike comes first: it mostly turns least, and what turns far is too dear then at a glance.
+    """
     least = np.inf
-    attitude = ladder.candidates[candidate]
-    for other in range(ladder.offsets[rung] - start):
+    attitude, length = ladder.candidates[candidate], ladder.steps[rung - 1]
+    count = ladder.offsets[rung] - start
+    alike = min(candidate - ladder.offsets[rung], count - 1)
+    for index in range(count):
+        other = (alike + index) % count
         cost = before[other, branch, 6]
+        cost += terms.turning * _squared_turn(attitude, ladder.candidates[start + other]) / length
         if cost >= least:
             continue
-        cost += terms.turning * _squared_turn(attitude, ladder.candidates[start + other]) / ladder.steps[rung - 1]
-        cost += _step_cost(before[other, branch], state[branch], ladder.steps[rung - 1], terms)
+        cost += _step_cost(before[other, branch], state[branch], length, terms)
         if cost < least:
             least = cost
             back[candidate, branch] = other
