@@ -2,8 +2,9 @@
 
 A nozzle on the flange's axis is turned by one angle for the whole stream: turning moves joint 6 only, and the angle is
 that which keeps joint 6 inside its range and nearest to home. Any other nozzle turns along the way: the best constant
-turn of a few keyframes is the middle of the range, a coarse ladder over the whole range finds branch and way, finer
-ladders around it follow. The range ends half a turn from its middle: the tool never winds up.
+turn of a few keyframes is the middle of the range, a coarse ladder on some keyframes ranks the branches, one on all of
+them finds the way of a branch, finer ladders around it follow. The range ends half a turn from its middle: the tool
+never winds up.
 
 The nozzle leans only near where the upright one was refused. There keyframes are denser, and each may lean any way
 within the cone that leaves it room.
@@ -26,11 +27,12 @@ from geoprint.motion.lean_room import Leaning, candidate_leans, laying, lean_cos
 from geoprint.motion.nozzle import is_axial
 from geoprint.motion.pose_samples import tool_poses
 
-# Turns of the coarse ladder, and rungs on which the middle of their range is judged.
-ROTATIONS = 24
+# Turns of the coarse ladder, rungs on which the middle of their range is judged, and those that rank the branches.
+ROTATIONS = 18
 JUDGED_RUNGS = 60
+RANKED_RUNGS = 120
 # Steps of the finer ladders [rad]; each looks two steps to either side.
-FINER_STEPS = tuple(np.radians([6.0, 2.4, 1.0]).tolist())
+FINER_STEPS = tuple(np.radians([8.0, 3.2, 1.3]).tolist())
 FINER_OFFSETS = np.arange(-2.0, 3.0)
 # Keyframes a millimetre where the nozzle lacks room or a way fails between them, and how far around these are denser
 # than usual [mm].
@@ -62,26 +64,44 @@ class Attitudes:
     holds: bool
 
 
-def upright_attitudes(
-    poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, terms: Terms, dense: BoolArray
-) -> Iterator[Attitudes]:
-    """Yield the best turns about the nozzle of each branch, the cheapest branch first.
+@final
+class UprightSearch:
+    """Turns about a nozzle that stays as upright as the path has it.
 
     Args:
         poses: p poses of the path.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
         terms: of the costs.
-        dense: (p,) poses around which keyframes shall be denser.
+
+    Attributes:
+        branches: those that hold at some keyframes, the cheapest first, or else the cheapest alone.
     """
-    frames = keyframes_of(poses, T_base_work=T_base_work, rates=_rates(poses, dense=dense))
-    leans = np.zeros((frames.count, 2))
-    coarse = _turning(frames, np.tile(_coarse_turns(frames, arm, terms), (frames.count, 1)), leans)
-    climbed = climb(coarse, terms, branches=np.ones(BRANCHES, dtype=np.bool_))
-    for branch in np.argsort(climbed.costs, kind="stable").tolist():
+
+    __slots__ = ("_T_base_work", "_arm", "_frames", "_poses", "_terms", "_turns", "branches")
+
+    def __init__(self, poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, terms: Terms) -> None:
+        self._poses = poses
+        self._arm = arm
+        self._T_base_work = T_base_work
+        self._terms = terms
+        usual = np.full(poses.count, keyframe_rate(poses))
+        self._frames = keyframes_of(poses, T_base_work=T_base_work, rates=usual)
+        self._turns = _coarse_turns(self._frames, arm, terms)
+        self.branches = _ranked_branches(self._frames, self._turns, terms)
+
+    def attitudes(self, branch: int, *, dense: BoolArray) -> Attitudes:
+        """Return the best turns on a branch; keyframes are denser around (p,) `dense` poses."""
+        frames = self._frames
+        if dense.any():
+            rates = _rates(self._poses, dense=dense)
+            frames = keyframes_of(self._poses, T_base_work=self._T_base_work, rates=rates)
+        leans = np.zeros((frames.count, 2))
+        coarse = _turning(frames, np.tile(self._turns, (frames.count, 1)), leans)
+        climbed = climb(coarse, self._terms, branches=np.arange(BRANCHES) == branch)
         rotations = coarse.candidates[coarse.offsets[:-1] + climbed.choices[branch], 0]
         holds = bool(climbed.holds[branch])
-        yield _attitudes(frames, rotations, leans, arm=arm, terms=terms, branch=branch, holds=holds)
+        return _attitudes(frames, rotations, leans, arm=self._arm, terms=self._terms, branch=branch, holds=holds)
 
 
 def leaning_attitudes(
@@ -184,16 +204,30 @@ def _coarse_turns(frames: Keyframes, arm: Arm, terms: Terms) -> FloatArray:
     if is_axial(arm.T_flange_tool):
         return np.zeros(1)
     turns = 2.0 * np.pi * (np.arange(ROTATIONS) / ROTATIONS - 0.5)
-    rows = np.unique(np.linspace(0, frames.count - 1, min(frames.count, JUDGED_RUNGS)).round().astype(np.int64))
-    few = replace(
+    few, every = _thinned(frames, count=JUDGED_RUNGS), np.ones(BRANCHES, dtype=np.bool_)
+    still = np.zeros((few.count, 2))
+    costs = [climb(_turning(few, np.full((few.count, 1), turn), still), terms, branches=every).costs for turn in turns]
+    return turns + turns[int(np.min(costs, axis=1).argmin())]
+
+
+def _ranked_branches(frames: Keyframes, turns: FloatArray, terms: Terms) -> list[int]:
+    """Return the branches that hold on a ladder of fewer rungs, the cheapest first, or else the cheapest alone."""
+    few = _thinned(frames, count=RANKED_RUNGS)
+    rungs = _turning(few, np.tile(turns, (few.count, 1)), np.zeros((few.count, 2)))
+    climbed = climb(rungs, terms, branches=np.ones(BRANCHES, dtype=np.bool_))
+    order = np.argsort(climbed.costs, kind="stable")
+    return order[: max(int(climbed.holds.sum()), 1)].tolist()
+
+
+def _thinned(frames: Keyframes, *, count: int) -> Keyframes:
+    """Return at most so many keyframes, evenly chosen, the first and the last among them."""
+    rows = np.unique(np.linspace(0, frames.count - 1, min(frames.count, count)).round().astype(np.int64))
+    return replace(
         frames,
         Ts_base_tool=frames.Ts_base_tool[rows],
         deposit=frames.deposit[rows],
-        steps=np.diff(np.append(0.0, np.cumsum(frames.steps))[rows]),
+        steps=np.diff(frames.lengths[rows]),
     )
-    still, every = np.zeros((rows.size, 2)), np.ones(BRANCHES, dtype=np.bool_)
-    costs = [climb(_turning(few, np.full((rows.size, 1), turn), still), terms, branches=every).costs for turn in turns]
-    return turns + turns[int(np.min(costs, axis=1).argmin())]
 
 
 def _rates(poses: PoseStream, *, dense: BoolArray) -> FloatArray:

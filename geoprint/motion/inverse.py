@@ -6,7 +6,7 @@ straight moves between them, and the first that holds everywhere is taken.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -15,11 +15,11 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchWeights
-from geoprint.motion.attitude_search import Attitudes, axial_rotation, leaning_attitudes, upright_attitudes
+from geoprint.motion.attitude_search import Attitudes, UprightSearch, axial_rotation, leaning_attitudes
 from geoprint.motion.configuration import configuration_data
 from geoprint.motion.following import Followed, follow
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
-from geoprint.motion.ladder import Terms, cost_terms
+from geoprint.motion.ladder import cost_terms
 from geoprint.motion.lean_room import Leaning, laying
 from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
 from geoprint.motion.nozzle import about_nozzle, is_axial, tilts, turned
@@ -194,7 +194,8 @@ def _best_way(
     def way_of(attitudes: Attitudes) -> _Way:
         return _followed(poses, arm, attitudes, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
 
-    upright = _upright(way_of, poses, arm, T_base_work=T_base_work, terms=terms)
+    search = UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms)
+    upright = _upright(way_of, search, count=poses.count)
     if leaning is None:
         return upright
     proposed = leaning_attitudes(
@@ -210,33 +211,21 @@ def _best_way(
     return min(ways, key=lambda way: (way.failures, _lacking(way, leaning, T_base_work=T_base_work)))
 
 
-def _upright(
-    way_of: Callable[[Attitudes], _Way], poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, terms: Terms
-) -> _Way:
-    """Return the first way without a lean that holds; where it fails between keyframes, they are set denser there."""
-    ways: list[_Way] = []
-    dense = np.zeros(poses.count, dtype=np.bool_)
-    for _ in range(DENSER_ATTEMPTS + 1):
-        proposed = upright_attitudes(poses, arm, T_base_work=T_base_work, terms=terms, dense=dense)
-        way = _first_whole(way_of, proposed)
-        ways.append(way)
-        if way.followed.complete or not way.attitudes.holds:
-            break
-        dense = dense | way.refused
-    return min(ways, key=lambda way: way.failures)
+def _upright(way_of: Callable[[Attitudes], _Way], search: UprightSearch, *, count: int) -> _Way:
+    """Return the first way without a lean that holds along all samples, or else the one that fails at fewest.
 
-
-def _first_whole(way_of: Callable[[Attitudes], _Way], proposed: Iterator[Attitudes]) -> _Way:
-    """Return the first proposal that holds along all samples; of those that do not, the one that fails at fewest.
-
-    Proposals that fail at keyframes already are only followed where there is no other.
+    Where a way of `count` poses fails between keyframes only, they are set denser there before another branch is tried.
     """
-    tried = [way_of(next(proposed))]
-    while not tried[-1].followed.complete and tried[0].attitudes.holds:
-        following = next(proposed, None)
-        if following is None or not following.holds:
-            break
-        tried.append(way_of(following))
+    tried: list[_Way] = []
+    for branch in search.branches:
+        dense = np.zeros(count, dtype=np.bool_)
+        for _ in range(DENSER_ATTEMPTS + 1):
+            tried.append(way_of(search.attitudes(branch, dense=dense)))
+            if tried[-1].followed.complete:
+                return tried[-1]
+            if not tried[-1].attitudes.holds:
+                break
+            dense = dense | tried[-1].refused
     return min(tried, key=lambda way: way.failures)
 
 

@@ -38,7 +38,7 @@ COMFORTABLE_WRIST = float(np.radians(15.0))
 COMFORTABLE_ELBOW = float(np.radians(15.0))
 COMFORTABLE_SHOULDER = 50.0
 # A margin is worth no less than this share of the comfortable one: on the singularity itself the cost stays finite.
-SMALLEST_SHARE = 0.1
+SMALLEST_SHARE = 0.03
 # What a millimetre costs where the arm cannot be: more than any way that it can take ...
 FAILURE = 1e9
 # ... and so many times that, where there is no solution at all; beyond a limit it grows with every radian.

@@ -13,6 +13,7 @@ from geoprint.backends import Flattening, diagnostics, distortion, predicted_spa
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.paths import largest_lean
+from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
@@ -48,7 +49,7 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan.robot),
+            "motion": _motion(plan, plan.robot),
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -76,12 +77,13 @@ def outcome_text(plan: Plan) -> str:
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
         )
     if plan.robot is not None:
-        motion, found = _motion(plan.robot), plan.robot.clearance
+        motion, found = _motion(plan, plan.robot), plan.robot.clearance
         lines += [
             (
                 f"motion: {motion['duration_s']:.0f} s, smallest wrist angle {motion['smallest_wrist_angle_deg']:.1f} "
                 f"degrees, {plan.robot.program.targets} targets"
             ),
+            attitude_text(plan.robot.joint_path, tool=plan.workpiece.cell.tool),
             (
                 f"clearance: {found.smallest:.2f} mm at the closest ({found.at}); "
                 f"not checked: {', '.join(found.not_checked)}"
@@ -140,6 +142,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "robot": plan.job.robot,
+        "max_tilt_deg": plan.job.max_tilt,
         "speed_mm_s": process.speed,
         "travel_speed_mm_s": process.travel_speed,
         "standoff_mm": process.standoff,
@@ -229,11 +232,12 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     }
 
 
-def _motion(robot: RobotPlan) -> dict[str, Json]:
+def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
     placement = robot.placement
     return {
         "duration_s": _rounded(robot.trajectory.duration),
         "branch": robot.joint_path.branch,
+        **attitude_summary(robot.joint_path, tool=plan.workpiece.cell.tool),
         "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
         "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
         "stretched_pieces": robot.trajectory.stretched,
