@@ -202,14 +202,14 @@ def _dense_cost(poses: PoseStream, terms: Terms, T_base_work: FloatArray) -> flo
 
 
 def _every_pose(poses: PoseStream, turns: FloatArray, *, T_base_work: FloatArray) -> Rungs:
-    count, each = turns.shape
+    each = turns.shape[1]
     return Rungs(
         Ts_base_tool=tool_poses(poses, T_base_work=T_base_work),
         deposit=poses.deposit,
         steps=np.diff(path_lengths(poses)),
-        candidates=np.column_stack([turns.reshape(-1), np.zeros((count * each, 2))]),
-        offsets=each * np.arange(count + 1, dtype=np.int64),
-        extra=np.zeros(count * each),
+        candidates=np.column_stack([turns.reshape(-1), np.zeros((turns.size, 2))]),
+        offsets=each * np.arange(poses.count + 1, dtype=np.int64),
+        extra=np.zeros(turns.size),
     )
 
 

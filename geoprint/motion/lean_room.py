@@ -32,7 +32,7 @@ LEAN_DIRECTIONS = 8
 SPLINE_REACH = 2.0
 # What a millimetre costs at full lean, and without room.
 LEAN_COST = 1.0
-LACKING_COST = 1e3
+LACKING_COST = 1e4
 # Candidates stay inside the cone by this [rad], because a blend of leans may lean a little more than each of them.
 CONE_MARGIN = float(np.radians(0.5))
 # Rounding of angles that are compared with the cone [rad].
