@@ -70,6 +70,9 @@ Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, 
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
 Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
+MaxTilt = Annotated[
+    float, typer.Option(help="How far the nozzle may lean from the surface normal while it prints, in degrees.")
+]
 NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
 Samples = Annotated[
     bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
@@ -112,6 +115,7 @@ def plan(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
+    max_tilt: MaxTilt = 15.0,
     flip: Flip = False,
     no_robot: NoRobot = False,
     overwrite: Overwrite = False,
@@ -126,6 +130,7 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        max_tilt=max_tilt,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
@@ -152,6 +157,7 @@ def compare(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
+    max_tilt: MaxTilt = 15.0,
     flip: Flip = False,
     no_robot: NoRobot = False,
     samples: Samples = False,
@@ -167,7 +173,7 @@ def compare(
     jobs = [
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
-            seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+            seed=seed, body=body, cell=cell, place=place, robot=not no_robot, max_tilt=max_tilt,
         )
         for surface in surfaces
     ]  # fmt: skip

@@ -13,7 +13,16 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import InputError, UsageError
@@ -26,6 +35,7 @@ from geoprint.model import (
     Material,
     Process,
     Robot,
+    SearchWeights,
     SignalMode,
     Signals,
     Tool,
@@ -70,6 +80,7 @@ class Job(_Table):
         cell: cell file; a packaged one if not given.
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
+        max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
     """
 
     surface: Path
@@ -84,6 +95,7 @@ class Job(_Table):
     cell: Path | None = None
     place: Literal["demo"] | None = None
     robot: bool = True
+    max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:
@@ -243,6 +255,13 @@ class _BoxTable(_Table):
     size_mm: Annotated[list[PositiveFloat], Field(min_length=3, max_length=3)]
 
 
+class _SearchTable(_Table):
+    motion: PositiveFloat = 1.0
+    limits: NonNegativeFloat = 1.0
+    singularities: NonNegativeFloat = 1.0
+    lean: NonNegativeFloat = 1.0
+
+
 class CellFile(_Table):
     """A cell file as it is written: lengths in mm, angles in degrees."""
 
@@ -257,6 +276,7 @@ class CellFile(_Table):
     process: _ProcessTable
     signals: _SignalsTable
     obstacles: list[_BoxTable] = []
+    search: _SearchTable = _SearchTable()
 
 
 def load_cell(path: Path | None) -> Cell:
@@ -328,6 +348,7 @@ def _cell(file: CellFile, *, name: str) -> Cell:
         demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
         material=None if file.material is None else _material(file.material),
+        search=SearchWeights(**file.search.model_dump()),
     )
 
 

@@ -221,6 +221,24 @@ class Placement:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class SearchWeights:
+    """What the choice of rotation, lean and branch counts, each against the others; 1 unless the cell says otherwise.
+
+    Attributes:
+        motion: of the joints along the way.
+        limits: nearness of joint limits.
+        singularities: nearness of wrist, elbow and shoulder singularity.
+        lean: of the nozzle from the attitude of the path.
+    """
+
+    motion: float = 1.0
+    limits: float = 1.0
+    singularities: float = 1.0
+    lean: float = 1.0
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
     """Everything about the machine that a plan needs.
@@ -236,6 +254,7 @@ class Cell:
         demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
         material: what the syringe holds, or None where nobody has measured it.
+        search: what the choice of rotation, lean and branch counts.
     """
 
     name: str
@@ -248,6 +267,7 @@ class Cell:
     demo_rotation: FloatArray
     fixture: TouchedPoints | None
     material: Material | None = None
+    search: SearchWeights = SearchWeights()
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")

@@ -18,7 +18,9 @@ from geoprint.motion.collision import collision_control
 from geoprint.motion.controller import controller_path
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.lean_room import Leaning, NozzleRoom, laying
 from geoprint.motion.margins import Margin
+from geoprint.motion.nozzle import is_axial, tilts
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
@@ -32,8 +34,10 @@ __all__ = [
     "Arm",
     "Candidate",
     "FixtureCalibration",
+    "Leaning",
     "Margin",
     "NextTouch",
+    "NozzleRoom",
     "ReachMap",
     "Reason",
     "Room",
@@ -49,6 +53,8 @@ __all__ = [
     "controller_path",
     "demo_placement",
     "fit_touched_points",
+    "is_axial",
+    "laying",
     "lost_shares",
     "next_touch",
     "normal_uncertainty",
@@ -59,6 +65,7 @@ __all__ = [
     "refuse_uncertain",
     "retime",
     "search_placement",
+    "tilts",
     "turn_uncertainty",
     "written_targets",
 ]

@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint.backends import Backend, Flattening, Lscm
 from geoprint.config import Job
+from geoprint.errors import ClearanceError, ReachError
 from geoprint.export import rapid_program
 from geoprint.model import (
     Clearance,
@@ -24,7 +25,16 @@ from geoprint.model import (
     Toolpath,
     Trajectory,
 )
-from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
+from geoprint.motion import (
+    Arm,
+    Leaning,
+    NozzleRoom,
+    clearance,
+    controller_path,
+    reach,
+    retime,
+    written_targets,
+)
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.laying import Laid, lay
 from geoprint.pipeline.stages import Stages
@@ -142,13 +152,41 @@ def pose_stream(toolpath: Toolpath, workpiece: Workpiece) -> PoseStream:
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
+    The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
+
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
+    try:
+        return _with_robot(paths, placement, stage, leaning=None)
+    except (ReachError, ClearanceError):
+        if paths.job.max_tilt == 0.0:
+            raise
+    with stage("room to lean"):
+        leaning = _leaning(paths, placement)
+    return _with_robot(paths, placement, stage, leaning=leaning)
+
+
+def _leaning(paths: Plan, placement: Placement) -> Leaning:
+    """Return how far the nozzle may lean, and what it must not touch."""
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    room = NozzleRoom(
+        cell.tool,
+        process=cell.process,
+        standoff=paths.poses.standoff,
+        part=workpiece.part,
+        body=workpiece.body,
+        obstacles=cell.obstacles,
+        T_base_work=placement.T_base_work,
+    )
+    return Leaning(float(np.radians(paths.job.max_tilt)), room)
+
+
+def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work)
+        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
     with stage("timing"):
         trajectory = retime(joint_path, cell.robot, process=cell.process)
         targets = written_targets(joint_path, trajectory, process=cell.process)

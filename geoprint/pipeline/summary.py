@@ -14,6 +14,7 @@ from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.motion import NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean
+from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
@@ -52,7 +53,7 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan.robot) | _calibration(plan.workpiece.uncertainty),
+            "motion": _motion(plan, plan.robot) | _calibration(plan.workpiece.uncertainty),
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -82,12 +83,13 @@ def outcome_text(plan: Plan) -> str:
     if plan.laid is not None:
         lines.append(laid_text(plan.laid))
     if plan.robot is not None:
-        motion, found = _motion(plan.robot), plan.robot.clearance
+        motion, found = _motion(plan, plan.robot), plan.robot.clearance
         lines += [
             (
                 f"motion: {motion['duration_s']:.0f} s, smallest wrist angle {motion['smallest_wrist_angle_deg']:.1f} "
                 f"degrees, {plan.robot.program.targets} targets"
             ),
+            attitude_text(plan.robot.joint_path, tool=plan.workpiece.cell.tool),
             (
                 f"clearance: {found.smallest:.2f} mm at the closest ({found.at}); "
                 f"not checked: {', '.join(found.not_checked)}"
@@ -146,6 +148,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "robot": plan.job.robot,
+        "max_tilt_deg": plan.job.max_tilt,
         "speed_mm_s": process.speed,
         "travel_speed_mm_s": process.travel_speed,
         "standoff_mm": process.standoff,
@@ -235,12 +238,12 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     }
 
 
-def _motion(robot: RobotPlan) -> dict[str, Json]:
+def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
     placement = robot.placement
     return {
         "duration_s": _rounded(robot.trajectory.duration),
         "branch": robot.joint_path.branch,
-        "spin_deg": _rounded(np.degrees(robot.joint_path.spin)),
+        **attitude_summary(robot.joint_path, tool=plan.workpiece.cell.tool),
         "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
         "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
         "stretched_pieces": robot.trajectory.stretched,
