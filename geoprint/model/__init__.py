@@ -13,7 +13,16 @@ from geoprint.model.cell import (
     Tool,
     TouchedPoints,
 )
-from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
+from geoprint.model.motion import (
+    Clearance,
+    ControllerPath,
+    JointPath,
+    OnSlowdown,
+    Program,
+    Slowdown,
+    Targets,
+    Trajectory,
+)
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
@@ -28,6 +37,7 @@ __all__ = [
     "IntArray",
     "JointPath",
     "Lamp",
+    "OnSlowdown",
     "Placement",
     "PoseStream",
     "Process",
@@ -37,6 +47,7 @@ __all__ = [
     "Seed",
     "SignalMode",
     "Signals",
+    "Slowdown",
     "Surface",
     "SurfaceCurves",
     "SurfacePoints",
