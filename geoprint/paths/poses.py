@@ -14,10 +14,6 @@ from geoprint.paths.travel import crossing, over, sampled_polyline
 from geoprint.surfaces import arc_lengths, normals, positions
 from geoprint.transforms import rotation_of, same_sign
 
-# A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
-# stops there for an instant.
-CORNER_ANGLE = np.radians(30.0)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Stretch:
@@ -90,7 +86,7 @@ def _run_stretches(toolpath: Toolpath, surface: Surface, *, R_base_work: FloatAr
                 smoothed_axes(outward[piece], arc_lengths(places[piece]), closed=bool(closed)), R_base_work=R_base_work
             ),
             normals=outward[piece],
-            stops=_corners(tips[piece]),
+            stops=_ends(piece.stop - piece.start),
             deposit=True,
             run=run,
         )
@@ -98,12 +94,9 @@ def _run_stretches(toolpath: Toolpath, surface: Surface, *, R_base_work: FloatAr
     ]
 
 
-def _corners(points: FloatArray) -> BoolArray:
-    """Tell where a polyline bends sharply; its ends always count."""
-    directions = np.diff(points, axis=0)
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    bend = np.einsum("ij,ij->i", directions[1:], directions[:-1]) < np.cos(CORNER_ANGLE)
-    return np.concatenate([[True], bend, [True]])
+def _ends(count: int) -> BoolArray:
+    """Tell which of a run's poses are its ends, where the tool comes to rest."""
+    return np.isin(np.arange(count), [0, count - 1])
 
 
 def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:

@@ -114,7 +114,7 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         contours = backend.contours(workpiece.seed, spacing=spacing)
         flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
     with stage("path"):
-        toolpath = arrange(contours, surface)
+        toolpath = arrange(contours, surface, speed=workpiece.cell.process.speed)
         stream = pose_stream(toolpath, workpiece)
     return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
 
