@@ -5,6 +5,8 @@
 - inverse: all eight closed-form branches of random reachable poses beside damped least squares with Pinocchio, which
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
 - agreement: Pinocchio's forward kinematics of all branches against the poses that were asked for.
+- speed: share of the deposit at its set speed on real patches while the normals tremble, and what else is slower, with
+  its joint.
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
 """
@@ -15,6 +17,8 @@ import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -22,7 +26,7 @@ import numpy as np
 from benchmarks.surfaces import make
 from benchmarks.tables import row
 from geoprint import transforms
-from geoprint.config import load_cell
+from geoprint.config import job_of, load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
 from geoprint.motion import (
     Arm,
@@ -33,6 +37,11 @@ from geoprint.motion import (
     written_targets,
 )
 from geoprint.motion.kinematics import read_urdf
+from geoprint.paths import largest_lean, mean_lean
+from geoprint.paths.attitude import smoothed_axes, tool_quaternions
+from geoprint.pipeline.planning import Plan, cover
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
 
 Result = TypeVar("Result")
 
@@ -44,10 +53,13 @@ POSITION_ERROR = 1e-10  # at which the iteration has converged [m, rad]
 MOST_ITERATIONS = 100
 ITERATED = 2_000  # poses for the iteration, which takes longest
 REPEATS = 5
+PATCH_FOLDER = Path(__file__).parents[2] / "shared" / "data" / "patches"
+PATCHES = ("lv_lateral_disc_r15", "lv_anterior_disc_r30")
+MAX_TILT = float(np.radians(15.0))
 
 
 def main() -> None:
-    """Print the three comparisons."""
+    """Print the comparisons."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--smoke", action="store_true", help="the smallest cases only, to see that the script runs")
     smoke = parser.parse_args().smoke
@@ -57,6 +69,8 @@ def main() -> None:
         print(line)
     for line in agreement(arm, count=1000 if smoke else 100_000):
         print(line)
+    for line in even_speed(cell, arm, noises=(0.05,) if smoke else (0.0, 0.05, 0.1)):
+        print(line, flush=True)
     for line in stages(cell, arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
 
@@ -89,6 +103,29 @@ def agreement(arm: Arm, *, count: int) -> Iterator[str]:
     # For small angles the difference of the rotations is sqrt(2) times the angle; their traces would lose it.
     turned = np.linalg.norm(reached[:, :3, :3] - wanted[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2.0)
     yield row("Arm.solutions", str(int(exists.sum())), f"{off:.1e}", f"{turned:.1e}")
+
+
+def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...]) -> Iterator[str]:
+    """Yield a table of the deposit within 1 % of the set speed, for noise [degrees] on the normals of real patches."""
+    columns = ("noise", "on slowdown", "at speed", "on ramps", "lean largest, mean", "not at speed")
+    yield from _table(f"patch at {cell.process.speed:g} mm/s", *columns)
+    for name in PATCHES:
+        path = PATCH_FOLDER / f"{name}.ply"
+        if not path.exists():
+            yield row(name, *("not here" for _ in columns))
+            continue
+        stage, job = Stages(lambda _: None), job_of(surface=path, unit="mm", spacing=1.0, place="demo")
+        paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
+        for noise in noises:
+            joint_path, lean = _trembling(paths, arm, noise=noise)
+            for on_slowdown in ("lower", "follow"):
+                found = retime(joint_path, cell.robot, process=cell.process, on_slowdown=on_slowdown)
+                told = [
+                    f"run {slow.run} at {slow.arc:.1f} mm, {slow.held_speed:.1f} mm/s, joint {slow.joint} {slow.limit}"
+                    for slow in found.slowdowns
+                ]
+                shares = f"{found.share_at_speed:.2%}", f"{found.share_on_ramps:.2%}"
+                yield row(name, f"{noise:g} deg", on_slowdown, *shares, lean, "; ".join(told) or "nothing else")
 
 
 def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
@@ -132,6 +169,23 @@ def spiral(count: int, *, standoff: float) -> PoseStream:
         flow=np.full(count, 0.5),
         standoff=standoff,
     )
+
+
+def _trembling(paths: Plan, arm: Arm, *, noise: float) -> tuple[JointPath, str]:
+    """Return the joint path for normals with noise [degrees] before they are smoothed, and its leans from the true."""
+    stream, placement = paths.poses, paths.workpiece.placement
+    assert placement is not None
+    generator, quaternions = np.random.default_rng(0), stream.quaternions.copy()
+    for run, closed in enumerate(paths.toolpath.curves.closed):
+        rows = np.flatnonzero(stream.deposit & (stream.runs == run))
+        normals = stream.normals[rows] + generator.normal(scale=np.radians(noise), size=(rows.size, 3))
+        normals[-1] = normals[0] if closed else normals[-1]
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        axes = smoothed_axes(normals, stream.arcs[rows], closed=bool(closed), max_tilt=MAX_TILT)
+        quaternions[rows] = tool_quaternions(axes, R_base_work=placement.T_base_work[:3, :3])
+    poses = replace(stream, quaternions=transforms.same_sign(quaternions))
+    lean = f"{np.degrees(largest_lean(poses)):.2f}, {np.degrees(mean_lean(poses)):.2f} deg"
+    return reach(poses, arm, T_base_work=placement.T_base_work), lean
 
 
 def _chain(cell: Cell, arm: Arm, *, part: Surface, poses: PoseStream) -> list[float]:

@@ -22,6 +22,7 @@ from geoprint.model import (
     Cell,
     FloatArray,
     Lamp,
+    OnSlowdown,
     Process,
     Robot,
     SignalMode,
@@ -68,6 +69,8 @@ class Job(_Table):
         cell: cell file; a packaged one if not given.
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
+        max_tilt: how far the nozzle may lean from the surface normal on deposit [degrees].
+        on_slowdown: where joints cannot hold the speed, "lower" it for the whole run, or let the flow "follow" dips.
     """
 
     surface: Path
@@ -82,6 +85,8 @@ class Job(_Table):
     cell: Path | None = None
     place: Literal["demo"] | None = None
     robot: bool = True
+    max_tilt: Annotated[float, Field(ge=0.0, le=60.0)] = 15.0
+    on_slowdown: OnSlowdown = "lower"
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:

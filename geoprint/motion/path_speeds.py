@@ -40,6 +40,15 @@ ROOM = 1e-6
 # TOPP-RA quietly lowers a start speed that it cannot hold; by more than this share the window is too narrow.
 LOWERED_START = 1e-6
 
+# A hole in the speed is below this share of what a constant speed could be there. The ceilings of so many grid points
+# on either side are lowered to that, at most so often.
+HOLE_SHARE = 0.5
+HOLE_REACH = 2
+CALMINGS = 3
+
+# TOPP-RA's tolerances are absolute. It gets a unit of time in which the highest ceiling is this speed [m/unit].
+UNIT_SPEED = 0.1
+
 Window = tuple[int, int]
 
 
@@ -64,9 +73,42 @@ def largest_speeds(
         UsageError: toppra is not installed.
     """
     strain = excess(path, grid, highest, robot=robot)
+    held = highest / np.maximum(1.0, np.maximum(np.append(strain, 0.0), np.append(0.0, strain)))
+    speeds, reached = _attempt(path, grid, strain, highest=highest, ramp=ramp, robot=robot)
+    for _ in range(CALMINGS):
+        near = _near_holes(speeds, held)
+        if not near.any():
+            break
+        highest = np.where(near, held, highest)
+        strain = excess(path, grid, highest, robot=robot)
+        speeds, reached = _attempt(path, grid, strain, highest=highest, ramp=ramp, robot=robot)
+    return speeds, reached
+
+
+def _near_holes(speeds: FloatArray, held: FloatArray) -> BoolArray:
+    """Tell which grid points are next to a hole: where speed falls to half of what holds there, and rises again.
+
+    TOPP-RA takes the highest speed at each point; on a coarse grid only a very low one may be left for the next.
+    """
+    holes = np.zeros(speeds.size, dtype=np.bool_)
+    inner = speeds[1:-1]
+    holes[1:-1] = (inner < HOLE_SHARE * held[1:-1]) & (inner < speeds[:-2]) & (inner < speeds[2:])
+    return np.convolve(holes, np.ones(2 * HOLE_REACH + 1), mode="same") > 0.0
+
+
+def _attempt(
+    path: CubicSpline[np.float64],
+    grid: FloatArray,
+    strain: FloatArray,
+    *,
+    highest: FloatArray,
+    ramp: float,
+    robot: Robot,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the speeds and their strain, given the (g - 1,) strain of the ceilings."""
     hard = strain > 1.0 - ROOM
     hard[[0, -1]] = True
-    speeds = highest.copy()
+    speeds, strain = highest.copy(), strain.copy()
     for (first, last), found in _solved_windows(path, grid, hard, highest=highest, ramp=ramp, robot=robot).items():
         speeds[first : last + 1] = found
         strain[first:last] = excess(path, grid[first : last + 1], found, robot=robot)
@@ -139,11 +181,12 @@ def _solve(
     """
     toppra = _toppra()
     points, ceilings = grid[first : last + 1], highest[first : last + 1]
+    unit = UNIT_SPEED / float(ceilings.max())
     constraint = _Constraint(
         toppra.constraint.ConstraintType.CanonicalLinear,
         *_rows(points, path(points, 1), path(points, 2)),
-        np.tile(accelerations, 4),
-        ceilings**2,
+        np.tile(accelerations, 4) * unit**2,
+        (ceilings * unit) ** 2,
     )
     problem = toppra.algorithm.TOPPRA(
         [constraint], _Interval((points[0], points[-1])), gridpoints=points, solver_wrapper="seidel",
@@ -151,10 +194,10 @@ def _solve(
     )  # fmt: skip
     start = 0.0 if first == 0 else float(ceilings[0])
     end = 0.0 if last == grid.size - 1 else float(ceilings[-1])
-    _, found, _ = problem.compute_parameterization(start, end)
+    _, found, _ = problem.compute_parameterization(start * unit, end * unit)
     if found is None or not np.isfinite(found).all() or found[1:-1].min(initial=1.0) <= 0.0:
         return None
-    return found if found[0] >= (1.0 - LOWERED_START) * start else None
+    return found / unit if found[0] >= (1.0 - LOWERED_START) * start * unit else None
 
 
 def _rows(grid: FloatArray, slopes: FloatArray, bends: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -188,9 +188,11 @@ def _held(pieces: list[_Hold]) -> tuple[float, _Hold, int]:
 
 
 def _inner(grid: FloatArray, *, ramps: tuple[float, float]) -> BoolArray:
-    """Return for each step whether it lies off the ramps."""
+    """Return for each step whether it lies off the ramps; the first and the last one never do."""
     start, end = (RAMP_FACTOR * ramp for ramp in ramps)
-    return (grid[:-1] >= start) & (grid[1:] <= grid[-1] - end)
+    inner = (grid[:-1] >= start) & (grid[1:] <= grid[-1] - end)
+    inner[[0, -1]] = False
+    return inner
 
 
 @final

@@ -24,6 +24,10 @@ from geoprint.motion.topp import Motion, fastest_motion, straight_motion
 from geoprint.motion.verification import SAMPLE_TIME, verify
 from geoprint.motion.waypoints import COINCIDENT_JOINTS, Waypoints, waypoints
 
+# A true ramp may be longer than twice the ideal one: a lower speed is reached sooner. A run that still dips after so
+# many lowerings keeps its dips, and they are reported.
+MOST_LOWERINGS = 5
+
 
 def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown: OnSlowdown = "lower") -> Trajectory:
     """Run through a joint path in the shortest time that joints and process allow.
@@ -90,17 +94,18 @@ def _timed(
     )
     ways = lowered(ways, tuple(slower.values()))
     pieces = [_piece(ways, first, last, robot=robot) for first, last in ways.pieces]
-    while True:
-        found = pace(ways, pieces, robot=robot, process=process)
-        if on_slowdown == "follow" or not found.dips:
-            return ways, pieces, tuple(slower.values()), found
-        # A true ramp may be longer than twice the ideal one: a lower speed is reached sooner.
+    found = pace(ways, pieces, robot=robot, process=process)
+    for _ in range(MOST_LOWERINGS if on_slowdown == "lower" else 0):
         again = {slow.run: slow for slow in held_after_dips(ways, found.dips)}
+        if not again:
+            break
         slower |= again
         ways = lowered(ways, tuple(again.values()))
         for piece, (first, last) in enumerate(ways.pieces):
             if int(ways.runs[last]) in again:
                 pieces[piece] = _piece(ways, first, last, robot=robot)
+        found = pace(ways, pieces, robot=robot, process=process)
+    return ways, pieces, tuple(slower.values()), found
 
 
 def _piece(ways: Waypoints, first: int, last: int, *, robot: Robot) -> Motion:

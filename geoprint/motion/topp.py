@@ -30,10 +30,8 @@ RAMP_SHARES = np.array([0.2, 0.5, 1.0, 1.2, 2.0])
 # A piece of few poses is divided until it has this many steps; its speed would be too coarse otherwise.
 SMALLEST_GRID = 8
 
-# Steps that break a limit between their ends are quartered this often, as long as they are few (share of all steps);
-# on a path that is rough everywhere finer steps only cost time.
-REFINEMENTS = 2
-REFINED_SHARE = 0.1
+# Steps that break a limit between their ends are quartered, with their neighbours, at most this often.
+REFINEMENTS = 4
 
 # Grid points that would lie closer to each other than this share of the ramp are left out.
 SMALLEST_STEP_SHARE = 0.02
@@ -128,7 +126,7 @@ def fastest_motion(joints: FloatArray, lengths: FloatArray, *, ceilings: FloatAr
     path_speeds, strain = _attempt(path, grid, at_grid(ceilings, lengths, grid), ramp=max(ramps), robot=robot)
     for _ in range(REFINEMENTS):
         broken = strain > 1.0 + STRETCH_TOLERANCE
-        if not 0.0 < broken.mean() <= REFINED_SHARE:
+        if not broken.any():
             break
         grid = _refined(grid, broken)
         path_speeds, strain = _attempt(path, grid, at_grid(ceilings, lengths, grid), ramp=max(ramps), robot=robot)

@@ -20,7 +20,7 @@ METRES_PER_RADIAN = 0.01
 
 # Where the tip's own way is at least this share of the length on every step of a piece that lays material, it alone is
 # the length. Then a tip at constant speed is a constant speed along the path, with no share to be off by.
-SMALLEST_TIP_SHARE = 0.1
+SMALLEST_TIP_SHARE = 0.01
 
 # Neighbouring poses closer than this [m] are one place, and their joints must agree to this [rad]; a larger difference
 # would show in the accelerations.

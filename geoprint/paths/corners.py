@@ -16,7 +16,7 @@ from geoprint.surfaces import PolylineDistance, arc_lengths, closest, positions
 
 # A run turns at a corner when its direction over this share of the spacing before a sample and after it differs by
 # more than the angle [rad].
-REACH_SHARE = 0.1
+REACH_SHARE = 0.25
 CORNER_ANGLE = np.radians(30.0)
 # Largest distance between a run and the arc that rounds its corner, as a share of the spacing: what is within 5 %
 # counts as even, and neighbouring beads cut their corners alike.
