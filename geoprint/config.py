@@ -1,7 +1,6 @@
 """Job and cell: TOML and command-line values in, validated model values out. Degrees end here.
 
-Unknown keys, wrong types, NaN and infinity are refused with the key's name, so that a typing error never becomes a
-default.
+Unknown keys, wrong types, NaN and infinity are refused by name, so that a typing error never becomes a default.
 """
 
 from __future__ import annotations
@@ -41,10 +40,9 @@ PAYLOAD_KG = 3.0
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
-SixRanges = Annotated[
-    list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
-]
-# From slower than any bead to the most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2].
+Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+SixRanges = Annotated[list[Range], Field(min_length=6, max_length=6)]
+# From slower than any bead to what is allowed beside a person [ISO 10218-1, 5.6.2].
 TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 
@@ -70,7 +68,7 @@ class Job(_Table):
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
         max_tilt: how far the nozzle may lean from the surface normal on deposit [degrees].
-        on_slowdown: where joints cannot hold the speed, "lower" it for the whole run, or let the flow "follow" dips.
+        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
     """
 
     surface: Path
