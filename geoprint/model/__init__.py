@@ -15,7 +15,16 @@ from geoprint.model.cell import (
     TouchedPoints,
 )
 from geoprint.model.material import Fluid, Material
-from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
+from geoprint.model.motion import (
+    Clearance,
+    ControllerPath,
+    JointPath,
+    OnSlowdown,
+    Program,
+    Slowdown,
+    Targets,
+    Trajectory,
+)
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
@@ -32,6 +41,7 @@ __all__ = [
     "JointPath",
     "Lamp",
     "Material",
+    "OnSlowdown",
     "Placement",
     "PoseStream",
     "Process",
@@ -42,6 +52,7 @@ __all__ = [
     "Seed",
     "SignalMode",
     "Signals",
+    "Slowdown",
     "Surface",
     "SurfaceCurves",
     "SurfacePoints",
