@@ -32,7 +32,7 @@ from geoprint.motion import (
     retime,
     written_targets,
 )
-from geoprint.motion.kinematics import read_urdf
+from geoprint.motion.urdf import read_urdf
 
 Result = TypeVar("Result")
 
@@ -176,7 +176,7 @@ def _iterated(arm: Arm, Ts_base_flange: FloatArray, joints: FloatArray) -> int:
     """Solve each pose by damped least squares from joints nearby; return how many converged."""
     pinocchio = importlib.import_module("pinocchio")
     model = pinocchio.buildModelFromXML(read_urdf(arm.robot.model))
-    data, frame = model.createData(), model.getFrameId("tool0")
+    data, frame = model.createData(), model.getFrameId("tool0", pinocchio.FrameType.BODY)
     starts = joints + START_ERROR * np.random.default_rng(1).uniform(-1.0, 1.0, joints.shape)
     damping = DAMPING * np.eye(6)
     converged = 0

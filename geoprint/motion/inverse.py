@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream
-from geoprint.motion.configuration import configuration_data, singularity_distances
+from geoprint.motion.configuration import configuration_data, singularity_distances, wrist_angles
 from geoprint.motion.following import Followed, about_nozzle, follow, whole_turns
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
 from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, Margin, limit_margins, smallest_margin, usable
@@ -177,7 +177,7 @@ def _servable(way: Followed, samples: PoseSamples, arm: Arm, *, minimum_wrist_an
     for first in range(0, failing.size, SAMPLES_AT_A_TIME):
         rows = failing[first : first + SAMPLES_AT_A_TIME]
         joints = _all_ways(samples.Ts_base_tool[rows], arm)
-        holds = usable(joints, arm.robot, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
+        holds = usable(joints, arm, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
         servable[rows] = holds.any(axis=0)
     return servable
 
@@ -199,7 +199,7 @@ def _rank_ways(
     """Return spins and branches to follow: those that hold at all keyframes, best first, or else the best one."""
     keys = keyframes(samples.Ts_base_tool, count=KEYFRAMES)
     joints = _all_ways(samples.Ts_base_tool[keys], arm)
-    holds = usable(joints, arm.robot, deposit=samples.deposit[keys], minimum_wrist_angle=minimum_wrist_angle)
+    holds = usable(joints, arm, deposit=samples.deposit[keys], minimum_wrist_angle=minimum_wrist_angle)
     comfort = np.where(holds, _comfort(joints, arm, preferred_wrist_angle=preferred_wrist_angle), 0.0).min(axis=1)
     from_home = np.linalg.norm(transforms.wrapped(joints - arm.robot.home), axis=2).mean(axis=1)
     share = holds.mean(axis=1)
@@ -215,7 +215,7 @@ def _comfort(joints: FloatArray, arm: Arm, *, preferred_wrist_angle: float) -> F
     shoulder, elbow, _ = np.abs(singularity_distances(joints.reshape(-1, JOINTS), arm=arm)).T
     margins = [
         limit_margins(joints, arm.robot).min(axis=-1) / COMFORTABLE_LIMIT,
-        np.abs(joints[..., 4]) / preferred_wrist_angle,
+        wrist_angles(joints, arm=arm) / preferred_wrist_angle,
         (np.minimum(elbow, np.pi - elbow) / COMFORTABLE_ELBOW).reshape(joints.shape[:-1]),
         (shoulder / COMFORTABLE_SHOULDER).reshape(joints.shape[:-1]),
     ]
