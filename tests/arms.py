@@ -105,3 +105,30 @@ def three_parallel_axes() -> Robot:
     directions = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0], [0, 0, -1], [0, 1, 0]])
     attitude = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
     return arm_of_lines(points, directions, transforms.rigid(attitude, np.array([817.3, 191.5, -5.5])), seed=2)
+
+
+def other_conventions(*, offsets: FloatArray, signs: FloatArray, T_base_foot: FloatArray, seed: int) -> Robot:
+    """Return an arm with a spherical wrist and every offset, whose URDF counts from elsewhere and stands elsewhere.
+
+    Args:
+        offsets: (6,) angle at which each joint is at zero, counted as ABB does [rad].
+        signs: (6,) 1, or -1 where a joint counts the other way.
+        T_base_foot: (4, 4) foot of axis 1 in the URDF's base frame [mm].
+        seed: of the random turns of its frames.
+    """
+    points = np.array([[0, 0, 0], [40, 0, 290], [40, 0, 560], [40, 15, 630], [342, 15, 630], [374, 15, 630]])
+    directions = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]])
+    attitude = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    usual = arm_of_lines(points, directions, transforms.rigid(attitude, np.array([414.0, 15.0, 630.0])), seed=seed)
+    screws = Arm(usual, T_flange_tool=np.eye(4)).screws()
+    turned, moved = np.eye(4), list[tuple[FloatArray, FloatArray]]()
+    for point, direction, angle in zip(screws.points, screws.directions, offsets, strict=True):
+        moved.append((transforms.apply(turned, point[None])[0], turned[:3, :3] @ direction))
+        rotation = Rotation.from_rotvec(angle * direction).as_matrix()
+        turned = turned @ transforms.rigid(rotation, point - rotation @ point)
+    places = transforms.apply(T_base_foot, np.array([place for place, _ in moved]))
+    axes = signs[:, None] * (np.array([axis for _, axis in moved]) @ T_base_foot[:3, :3].T)
+    flange = (
+        T_base_foot @ turned @ screws.T_base_flange @ transforms.rigid(spun(seed)[0][0], np.array([3.0, -2.0, 5.0]))
+    )
+    return arm_of_lines(places, axes, flange, seed=seed + 1)

@@ -135,9 +135,9 @@ class OrthoParallel:
 def ortho_parallel(screws: Screws) -> OrthoParallel:
     """Recognise an ortho-parallel base and a spherical wrist in the axes of an arm.
 
-    Where the axes leave a choice it falls on what is usual: z along axis 1 is up; axis 2 lies ahead of axis 1, or turns
-    as the URDF has it where both meet; the forearm points to the wrist; joint 4 is turned by 90 degrees at most; the
-    end's z axis is the flange's, or points from the wrist to the flange.
+    Where the axes leave a choice it falls on what is usual: z along axis 1 points from the base to axis 2; axis 2 lies
+    ahead of axis 1, or turns as the URDF has it where both meet; the forearm points to the wrist; joint 4 is turned by
+    90 degrees at most; the end's z axis is the flange's, or points from the wrist to the flange.
 
     Args:
         screws: the axes at zero angles.
@@ -148,7 +148,7 @@ def ortho_parallel(screws: Screws) -> OrthoParallel:
     _require_kind(screws)
     points, directions = screws.points, screws.directions
     wrist = screws.nearest(3, 4)
-    up = directions[0] * (-1.0 if directions[0, 2] < -ANGLE_ROUNDING else 1.0)
+    up = directions[0] * (-1.0 if points[1] @ directions[0] < -LENGTH_ROUNDING else 1.0)
     foot = points[0] - (points[0] @ up) * up
     side = directions[1]
     if (points[1] - foot) @ np.cross(side, up) < -LENGTH_ROUNDING:

@@ -48,5 +48,6 @@ class Screws:
         return float(np.linalg.norm(away - (away @ self.directions[axis]) * self.directions[axis]))
 
 
-# Sine of the angle below which two axes count as parallel when a common point is asked for.
-PARALLEL = 1e-7
+# Sine of the angle below which two axes count as parallel when a common point is asked for: it would lie far away, in a
+# place that says nothing about the arm.
+PARALLEL = 1e-3
