@@ -44,7 +44,7 @@ DISCS = (
     ("rodero01_lv_epicardium.ply", 25.0, 1),
     ("rodero01_epicardium_all_open.ply", 22.0, 2),
     ("rodero01_rv_septum.ply", 20.0, 3),
-    ("rodero01_ra_epicardium.ply", 20.0, 4),
+    ("rodero01_outer_skin_closed.ply", 20.0, 4),
     ("bivme_patient1_EPICARDIAL_000.obj", 25.0, 5),
     ("totalseg_heart_outer_closed.ply", 24.0, 6),
     ("sphinxsys_heart-new.stl", 20.0, 7),
@@ -210,10 +210,14 @@ def _planned(part: Path, *, cell: Path, spacing: float, out: Path) -> tuple[str,
         save_plan(plan(job_of(surface=part, unit="mm", spacing=spacing, cell=cell, place="demo")), out)
     except PlanError as error:
         shares = ", ".join(f"{name} {share:.1%}" for name, share in lost_shares(error))
-        return f"refused: {shares or error}", None
+        return f"refused: {shares or _first_phrase(error)}", None
     except GeoprintError as error:
-        return f"refused ({type(error).__name__}): {error}", None
+        return f"refused as {type(error).__name__}: {_first_phrase(error)}", None
     return "planned", judged(out / "trajectory.csv", limits_of(cell))
+
+
+def _first_phrase(error: GeoprintError) -> str:
+    return str(error).split(";", maxsplit=1)[0]
 
 
 if __name__ == "__main__":

@@ -3,10 +3,12 @@
 from geoprint.motion.arm_clearance import arm_control
 from geoprint.motion.clearance import clearance
 from geoprint.motion.collision import collision_control
+from geoprint.motion.configuration import require_abb_conventions
 from geoprint.motion.controller import controller_path
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.margins import Margin
+from geoprint.motion.payload import WristLoad, check_load, wrist_load
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
@@ -21,7 +23,9 @@ __all__ = [
     "Reason",
     "Room",
     "Stand",
+    "WristLoad",
     "arm_control",
+    "check_load",
     "clearance",
     "collision_control",
     "controller_path",
@@ -31,7 +35,9 @@ __all__ = [
     "reach",
     "reach_map",
     "reach_margin",
+    "require_abb_conventions",
     "retime",
     "search_placement",
+    "wrist_load",
     "written_targets",
 ]

@@ -24,7 +24,7 @@ from geoprint.model import (
     Toolpath,
     Trajectory,
 )
-from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
+from geoprint.motion import Arm, check_load, clearance, controller_path, reach, retime, written_targets
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import Workpiece, backend_factory, prepare_workpiece, require_raster, upright
@@ -166,7 +166,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
             placement=placement,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,
-            checked=found.checked,
+            checked=(*found.checked, check_load(cell.tool, arm).sentence),
             not_checked=found.not_checked,
         )
     robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, program)

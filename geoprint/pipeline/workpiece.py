@@ -15,7 +15,7 @@ from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import check_cell
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
-from geoprint.motion import demo_placement, fit_touched_points
+from geoprint.motion import Arm, check_load, demo_placement, fit_touched_points, require_abb_conventions
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
     PreparationReport,
@@ -139,6 +139,9 @@ def _require_placement(job: Job, cell: Cell) -> None:
         )
     if job.robot:
         check_cell(cell)
+        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        require_abb_conventions(arm)
+        check_load(cell.tool, arm)
 
 
 def _sha256(path: Path) -> str:
