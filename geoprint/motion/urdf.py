@@ -117,6 +117,11 @@ def chain_of(text: str, *, name: str, flange: str) -> Chain:
         if joint.get("type") != "fixed":
             moving.append(joint)
         base = _link(joint, "parent", name=name)
+    if base not in links or any(_link(joint, "child", name=name) == base for joint in moving):
+        raise UsageError(
+            f"the URDF {name} leads from '{flange}' to '{base}', which is no base: it must be a link that no joint "
+            "moves; correct the parents of its joints."
+        )
     moving.reverse()
     others = [joint for joint in parents.values() if joint.get("type") != "fixed"]
     _require_six(moving, others, name=name, flange=flange)
