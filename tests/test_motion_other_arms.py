@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.motion import spiral
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot
+from geoprint.motion import reach
 from geoprint.motion.configuration import branch_of, require_abb_conventions, singularity_distances, wrist_angles
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.numeric_inverse import NumericInverse
@@ -222,3 +224,14 @@ def test_rounded_angles_in_a_urdf_are_named_as_the_reason() -> None:
     arm = arm_of(replace(robot, urdf=text))
     assert arm.no_closed_form is not None
     assert "axes 2 and 3 are not parallel: they miss it by 3.7e-06 rad" in arm.no_closed_form
+
+
+def test_an_arm_without_a_closed_form_reaches_a_short_run() -> None:
+    cell = bent_cell()
+    limits = np.clip(cell.robot.limits, -2.0 * np.pi, 2.0 * np.pi)
+    arm = arm_of(replace(offset_wrist(), limits=limits, home=cell.robot.home))
+    # Six keyframes: 72 turns about the nozzle, each pose by iteration from 64 starts.
+    path = reach(spiral(6, standoff=0.3), arm, T_base_work=transforms.rigid(np.eye(3), np.array([300.0, 0.0, 50.0])))
+    assert np.abs(np.diff(path.joints, axis=0)).max() < 0.5
+    assert (path.joints >= limits[:, 0]).all()
+    assert (path.joints <= limits[:, 1]).all()
