@@ -200,7 +200,7 @@ def _forward(
 
 @numba.njit(cache=True)
 def _rotation(axis: FloatArray, angle: float) -> FloatArray:
-    """Return the (3, 3) rotation about a unit vector [Rodrigues]."""
+    """Return the (3, 3) rotation about a unit vector, by the formula of Rodrigues."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
