@@ -199,7 +199,7 @@ def test_the_hash_in_plan_json_is_that_of_the_file_as_it_was_read(tmp_path: Path
 def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_path: Path) -> None:
     text = packaged_cell_text("irb120-bent45")
     for old, new, reason in (
-        ('mode = "io"', 'mode = "analog"', "cannot be written"),
+        ('mode = "io"', 'mode = "analog"', "needs flow, the analog output"),
         ("cog_mm = [25, 0, 65]", "cog_mm = [0, 0, 0]", "refuses a load"),
         ('dispenser = "doValve"', 'dispenser = "geoValve"', "is a word of RAPID"),
     ):

@@ -1,8 +1,10 @@
 """From poses to a checked trajectory: placement, kinematics, timing and clearance. Metres stay inside."""
 
+from geoprint.motion.aloft import ALOFT_STEP, LIFT, aloft_path
 from geoprint.motion.arm_clearance import arm_control
 from geoprint.motion.clearance import clearance
 from geoprint.motion.collision import collision_control
+from geoprint.motion.configuration import configuration_data
 from geoprint.motion.controller import controller_path
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
@@ -12,8 +14,11 @@ from geoprint.motion.placement_search import Candidate, Room, Stand, search_plac
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
 from geoprint.motion.targets import written_targets
 from geoprint.motion.timing import retime
+from geoprint.motion.tips import joints_at, tips_at
 
 __all__ = [
+    "ALOFT_STEP",
+    "LIFT",
     "Arm",
     "Candidate",
     "Margin",
@@ -21,17 +26,21 @@ __all__ = [
     "Reason",
     "Room",
     "Stand",
+    "aloft_path",
     "arm_control",
     "clearance",
     "collision_control",
+    "configuration_data",
     "controller_path",
     "demo_placement",
     "fit_touched_points",
+    "joints_at",
     "lost_shares",
     "reach",
     "reach_map",
     "reach_margin",
     "retime",
     "search_placement",
+    "tips_at",
     "written_targets",
 ]

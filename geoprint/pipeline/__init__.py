@@ -1,5 +1,6 @@
 """Where the stages meet: plan, compare, place, and how their results land on disk."""
 
+from geoprint.pipeline.checking import Checked, Finding, check_bundle
 from geoprint.pipeline.comparison import (
     COMPARED,
     Comparison,
@@ -19,6 +20,7 @@ from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
+from geoprint.pipeline.run_sheet import check_summary, run_sheet
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -27,14 +29,18 @@ from geoprint.pipeline.workpiece import Workpiece
 
 __all__ = [
     "COMPARED",
+    "Checked",
     "Comparison",
     "FailedPart",
+    "Finding",
     "Plan",
     "Planned",
     "Proposal",
     "Refused",
     "RobotPlan",
     "Workpiece",
+    "check_bundle",
+    "check_summary",
     "compare",
     "compare_parts",
     "comparison_picture",
@@ -47,6 +53,7 @@ __all__ = [
     "proposal_summary",
     "proposal_text",
     "propose_placement",
+    "run_sheet",
     "save_comparisons",
     "save_plan",
     "summary",

@@ -10,7 +10,17 @@ import numpy as np
 
 from geoprint.backends import Backend, Flattening, Lscm
 from geoprint.config import Job
-from geoprint.export import rapid_program
+from geoprint.export import (
+    Event,
+    Orders,
+    Timeline,
+    check_timeline,
+    orders_of,
+    rapid_program,
+    read_back,
+    switching_events,
+    timeline,
+)
 from geoprint.model import (
     Clearance,
     Contours,
@@ -24,7 +34,17 @@ from geoprint.model import (
     Toolpath,
     Trajectory,
 )
-from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
+from geoprint.motion import (
+    ALOFT_STEP,
+    Arm,
+    aloft_path,
+    clearance,
+    controller_path,
+    reach,
+    retime,
+    tips_at,
+    written_targets,
+)
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import Workpiece, backend_factory, prepare_workpiece, require_raster, upright
@@ -34,7 +54,21 @@ from geoprint.quality import Uniformity, uniformity
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotPlan:
-    """The robot's part of a plan; it exists only where every check was passed."""
+    """The robot's part of a plan; it exists only where every check was passed.
+
+    Attributes:
+        placement: where the part stands.
+        joint_path: poses, joints and configurations.
+        trajectory: when the arm is where.
+        targets: poses that the program names.
+        controller_path: the motion as the controller interpolates it.
+        clearance: what the collision check of that motion found.
+        dry_clearance: what that of the dry run found.
+        orders: what the program carries out.
+        events: where its outputs switch.
+        program: its text.
+        switching: what flows when, simulated from that text.
+    """
 
     placement: Placement
     joint_path: JointPath
@@ -42,7 +76,11 @@ class RobotPlan:
     targets: Targets
     controller_path: ControllerPath
     clearance: Clearance
+    dry_clearance: Clearance
+    orders: Orders
+    events: tuple[Event, ...]
     program: Program
+    switching: Timeline
 
 
 @final
@@ -147,30 +185,46 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
         targets = written_targets(joint_path, trajectory, process=cell.process)
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
-        found = clearance(
-            path,
-            arm,
-            tool=cell.tool,
-            process=cell.process,
-            T_base_work=placement.T_base_work,
-            poses=joint_path.poses,
-            part=workpiece.part,
-            body=workpiece.body,
-            obstacles=cell.obstacles,
-        )
+        found = _clearance(path, joint_path, workpiece, placement, arm)
+        aloft, aloft_targets = aloft_path(joint_path, targets, arm)
+        dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
+        dry_found = _clearance(dry, aloft, workpiece, placement, arm)
     with stage("program"):
+        orders = orders_of(joint_path, targets, trajectory, placement=placement, aloft=aloft.joints[0])
+        tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
         program = rapid_program(
-            joint_path,
-            targets,
+            orders,
             cell=cell,
             placement=placement,
+            tips_at=tips,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,
             checked=found.checked,
             not_checked=found.not_checked,
         )
-    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, program)
+        events = switching_events(orders, signals=cell.signals, tips_at=tips)
+        switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
+        check_timeline(switching)
+    robot = RobotPlan(
+        placement, joint_path, trajectory, targets, path, found, dry_found, orders, events, program, switching
+    )
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
+
+
+def _clearance(
+    path: ControllerPath, joint_path: JointPath, workpiece: Workpiece, placement: Placement, arm: Arm
+) -> Clearance:
+    return clearance(
+        path,
+        arm,
+        tool=workpiece.cell.tool,
+        process=workpiece.cell.process,
+        T_base_work=placement.T_base_work,
+        poses=joint_path.poses,
+        part=workpiece.part,
+        body=workpiece.body,
+        obstacles=workpiece.cell.obstacles,
+    )
 
 
 def _backend(job: Job, surface: Surface) -> Backend:

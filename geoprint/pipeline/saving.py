@@ -10,8 +10,11 @@ import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export import (
+    Setup,
     json_bytes,
     poses_table,
+    setup_file,
+    targets_table,
     trajectory_table,
     verify_poses_table,
     verify_program,
@@ -52,7 +55,12 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
     if plan.flattening is not None:
         files["chart.png"] = chart_picture(plan, plan.flattening)
     if plan.robot is not None:
+        orders = plan.robot.orders
         files["trajectory.csv"] = trajectory_table(plan.robot.trajectory)
+        files["targets.csv"] = targets_table(orders)
+        files["setup.json"] = setup_file(
+            Setup(plan.workpiece.cell, plan.robot.placement, start=orders.start, aloft=orders.aloft)
+        )
         for name, text in plan.robot.program.modules:
             files[f"{RAPID_FOLDER}/{name}"] = text.encode("ascii")
     return files
@@ -75,10 +83,10 @@ def verify_files(plan: Plan, folder: Path) -> None:
     texts = tuple((name, _text(folder / RAPID_FOLDER / name)) for name, _ in robot.program.modules)
     verify_program(
         replace(robot.program, modules=texts),
-        robot.joint_path,
-        robot.targets,
+        robot.orders,
         cell=plan.workpiece.cell,
         placement=robot.placement,
+        events=robot.events,
     )
 
 
