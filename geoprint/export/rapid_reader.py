@@ -36,6 +36,7 @@ LINE_LENGTH = 250
 MODULE_LINES = 15000
 # A RAPID num is single precision.
 _LARGEST_NUM = 3.4e38
+_NUMERIC = {int, float}
 # The value that every trigger writes which switches on; the guard keeps it 0 in a dry run.
 _ON = "geoOn"
 
@@ -71,21 +72,46 @@ def read_modules(modules: tuple[tuple[str, str], ...]) -> RapidText:
     Raises:
         VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
     """
+    return joined(tuple(read_module(name, text) for name, text in modules))
+
+
+def read_module(name: str, text: str) -> RapidText:
+    """Read the text of one module.
+
+    Raises:
+        VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
+    """
+    reader = _ModuleReader(name, text)
+    declarations: dict[str, Declaration] = {}
+    procedures: dict[str, Procedure] = {}
+    for word, declaration in reader.declarations:
+        if word.lower() in declarations:
+            refuse(declaration.place, f"{word} is declared twice")
+        declarations[word.lower()] = declaration
+    for place, word, body in reader.procedures:
+        if word.lower() in declarations or word.lower() in procedures:
+            refuse(place, f"{word} is declared twice")
+        procedures[word.lower()] = Procedure(place, tuple(body))
+    return RapidText(declarations, procedures, {name: tuple(reader.comments)})
+
+
+def joined(modules: tuple[RapidText, ...]) -> RapidText:
+    """Return what several modules say together.
+
+    Raises:
+        VerificationError: a name is declared in two of them.
+    """
     declarations: dict[str, Declaration] = {}
     procedures: dict[str, Procedure] = {}
     comments: dict[str, tuple[str, ...]] = {}
-    for name, text in modules:
-        reader = _ModuleReader(name, text)
-        comments[name] = tuple(reader.comments)
-        for word, declaration in reader.declarations:
-            if word.lower() in declarations or word.lower() in procedures:
-                refuse(declaration.place, f"{word} is declared twice")
-            declarations[word.lower()] = declaration
-        for place, word, body in reader.procedures:
-            if word.lower() in declarations or word.lower() in procedures:
-                refuse(place, f"{word} is declared twice")
-            procedures[word.lower()] = Procedure(place, tuple(body))
-    return RapidText(declarations=declarations, procedures=procedures, comments=comments)
+    for module in modules:
+        for word, item in (*module.declarations.items(), *module.procedures.items()):
+            if word in declarations or word in procedures:
+                refuse(item.place, f"{word} is declared twice")
+        declarations |= module.declarations
+        procedures |= module.procedures
+        comments |= module.comments
+    return RapidText(declarations, procedures, comments)
 
 
 def read_program_file(name: str, text: str) -> tuple[str, ...]:
@@ -246,14 +272,12 @@ def _robtarget(literal: str, place: Place) -> tuple[float, ...]:
     shape = [len(part) if isinstance(part, list) else 0 for part in parts]
     if shape != _ROBTARGET_SHAPE:
         refuse(place, f"a robtarget has groups of {_ROBTARGET_SHAPE} numbers, found {shape}")
-    numbers = [number for part in parts for number in cast("list[Value]", part)]
-    return tuple(_number(number, place) for number in numbers)
-
-
-def _number(value: Value, place: Place) -> float:
-    if type(value) not in {float, int} or abs(cast("float", value)) > _LARGEST_NUM:
-        refuse(place, f"{value!r} is no number that a controller can hold")
-    return cast("float", value)
+    position, quaternion, configuration, axes = cast("list[list[Value]]", parts)
+    numbers = [*position, *quaternion, *configuration, *axes]
+    # All at once: this is done for every target.
+    if not {*map(type, numbers)} <= _NUMERIC or max(map(abs, cast("list[float]", numbers))) > _LARGEST_NUM:
+        refuse(place, f"{literal[:60]!r} holds something that is no number that a controller can hold")
+    return tuple(cast("list[float]", numbers))
 
 
 def _refuse_constant(word: str) -> NoReturn:

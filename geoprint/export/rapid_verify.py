@@ -11,7 +11,7 @@ from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid_compare import UNIT_TOLERANCE, compare, declared
 from geoprint.export.rapid_guard import GUARD, check_guard
-from geoprint.export.rapid_reader import read_modules, read_program_file
+from geoprint.export.rapid_reader import joined, read_module, read_modules, read_program_file
 from geoprint.export.rapid_run import Step, run_program
 from geoprint.export.rapid_text import FlowAt, Place, RapidText, SwitchAt, Value, refuse
 from geoprint.export.rapid_verify_cell import verify_data, verify_names
@@ -30,8 +30,8 @@ _SMALLEST_ZONE = 0.001
 _NO_EXCESS = 1e-6
 # Distance of a switching from where the plan has it [mm].
 _PLACE_TOLERANCE = 1e-3
-# A flow is written anew where it has changed by 1 %.
-_FLOW_SHARE = 0.0101
+# A flow is written anew where it has changed by 1 % of what was written last, and to six digits.
+_FLOW_SHARE = 0.0102
 _NO_AXES = 9e9
 _LIST = "GeoPrint.pgf"
 # Modules that are there from the start; the others a program loads on its way.
@@ -85,11 +85,13 @@ def program_findings(
     yield from _failing(lambda: _verify_list(texts, loading=loading))
     yield from _failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))
     read: list[RapidText] = []
-    for path in paths:
-        yield from _failing(lambda path=path: _ignore(read_modules((path,))))
-    for _ in _failing(lambda: read.append(read_modules(paths))):
-        return
-    yield from _text_findings(read[0], orders, cell=cell, placement=placement, events=events)
+    for name, text in paths:
+        yield from _failing(lambda name=name, text=text: read.append(read_module(name, text)))
+    whole: list[RapidText] = []
+    if len(read) == len(paths):
+        yield from _failing(lambda: whole.append(joined(tuple(read))))
+    for text in whole:
+        yield from _text_findings(text, orders, cell=cell, placement=placement, events=events)
 
 
 def read_back(modules: tuple[tuple[str, str], ...]) -> tuple[Step, ...]:
@@ -125,10 +127,6 @@ def _failing(check: Callable[[], None]) -> Iterator[VerificationError]:
         check()
     except VerificationError as error:
         yield error
-
-
-def _ignore(_: RapidText) -> None:
-    """Reading alone was asked for."""
 
 
 def _verify_list(texts: dict[str, str], *, loading: bool) -> None:

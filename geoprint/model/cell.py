@@ -279,3 +279,9 @@ class Cell:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")
+        limits = self.robot.limits
+        if self.purge is not None and ((self.purge.joints < limits[:, 0]) | (self.purge.joints > limits[:, 1])).any():
+            raise InputError(
+                f"purge: the joints {np.degrees(self.purge.joints).round(1).tolist()} degrees are outside the limits "
+                "of the robot; jog the arm over the cup and read them there."
+            )

@@ -5,7 +5,7 @@ from geoprint.motion.arm_clearance import arm_control
 from geoprint.motion.clearance import clearance
 from geoprint.motion.collision import collision_control
 from geoprint.motion.configuration import configuration_data
-from geoprint.motion.controller import controller_path
+from geoprint.motion.controller import controller_path, there_and_back
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.margins import Margin
@@ -41,6 +41,7 @@ __all__ = [
     "reach_margin",
     "retime",
     "search_placement",
+    "there_and_back",
     "tips_at",
     "written_targets",
 ]

@@ -42,6 +42,7 @@ from geoprint.motion import (
     controller_path,
     reach,
     retime,
+    there_and_back,
     tips_at,
     written_targets,
 )
@@ -189,6 +190,9 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
         aloft, aloft_targets = aloft_path(joint_path, targets, arm)
         dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
         dry_found = _clearance(dry, aloft, workpiece, placement, arm)
+        if cell.purge is not None:
+            priming = there_and_back(cell.purge.joints, arm, step=ALOFT_STEP)
+            _clearance(priming, aloft, workpiece, placement, arm)
     with stage("program"):
         orders = orders_of(joint_path, targets, trajectory, placement=placement, aloft=aloft.joints[0])
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
