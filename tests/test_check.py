@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from random import Random
 
 import pytest
 
+from geoprint import cli
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError
 from geoprint.pipeline import Checked, Finding, check_bundle, check_summary, plan, run_sheet, save_plan
@@ -26,7 +27,7 @@ LAGS = {"valve_open_s": 0.05, "valve_close_s": 0.08, "uv_lead_s": 0.02, "uv_tail
 MUTATIONS = 200
 
 
-def cell_text(*, source: str = CALIBRATED, lags: dict[str, float] = LAGS, mode: str = "io") -> str:
+def cell_text(*, source: str = CALIBRATED, lags: Mapping[str, object] = LAGS, mode: str = "io") -> str:
     text = (
         packaged_cell_text("irb120-bent45")
         .replace('source = "demo"', source)
@@ -91,6 +92,43 @@ def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
         check_bundle(tmp_path)
 
 
+def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    return int(ended.value.code or 0)
+
+
+def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(
+    copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called(monkeypatch, "check", copy) == 0
+    assert "RUN SHEET  plate.ply" in capsys.readouterr().err
+    guard = copy / "rapid" / "GeoGuard.mod"
+    guard.write_text(guard.read_text().replace("    SetDO doUV,0;\n", "", 1))
+    assert called(monkeypatch, "check", copy, "--json") == 5
+    printed = capsys.readouterr()
+    line = guard.read_text().split("\n").index("  ENDPROC") + 1
+    assert f"rapid/GeoGuard.mod, line {line}: the guard must say 'SetDO doUV,0;'" in printed.err
+    assert json.loads(printed.out)["findings"][0]["line"] == line
+    assert "geoprint: " in printed.err.split("\n")[-2]
+
+
+def test_a_cell_with_a_following_flow_and_a_place_to_prime_plans_and_passes(tmp_path: Path) -> None:
+    cell = cell_text(lags={"flow": '"aoFlow"', "flow_per_mm3_s": 0.1, "flow_lag_s": 0.05}, mode="analog")
+    cell = cell.replace("# [purge]", "[purge]").replace("# joints_deg = [40", "joints_deg = [40")
+    cell = cell.replace("# duration_s = 2", "duration_s = 2")
+    out = write(tmp_path, cell=cell)
+    checked = check_bundle(out)
+    assert checked.findings == ()
+    assert "flow aoFlow (0.1 for 1 mm3/s)" in run_sheet(checked)
+    assert "    GeoPrime;\n" in (out / "rapid" / "GeoGuard.mod").read_text()
+    path = (out / "rapid" / "GeoPrint.mod").read_text()
+    assert path.count("TriggSpeed tGeoFlow,0\\Start,0.05,aoFlow,0.125*geoOn\\DipLag:=0.05;") == 2
+    (out / "rapid" / "GeoPrint.mod").write_text(path.replace("0.125*geoOn", "0.150*geoOn", 1))
+    assert any("the flow on the way here" in finding.reason for finding in check_bundle(out).findings)
+
+
 def without_rows(text: str) -> str:
     """Leave 40 milliseconds out."""
     lines = text.split("\n")
@@ -130,6 +168,17 @@ def test_missing_and_added_files_are_named(copy: Path) -> None:
     (copy / "rapid" / "More.mod").write_text("MODULE More\nENDMODULE\n")
     found = files_of(check_bundle(copy))
     assert {"rapid/GeoGuard.mod", "rapid/More.mod"} <= found
+
+
+def test_a_backend_of_a_comparison_is_checked_by_the_manifest_of_the_whole(bundle: Path, tmp_path: Path) -> None:
+    inner = Path(shutil.copytree(bundle, tmp_path / "compared" / "lscm"))
+    listed = json.loads((inner / "manifest.json").read_text())["sha256"]
+    (inner / "manifest.json").unlink()
+    whole = {f"lscm/{name}": digest for name, digest in listed.items()} | {"report.html": ""}
+    (tmp_path / "compared" / "manifest.json").write_text(json.dumps({"sha256": whole}))
+    assert check_bundle(inner).findings == ()
+    (inner / "surface.ply").write_text("")
+    assert files_of(check_bundle(inner)) == {"surface.ply"}
 
 
 # One mutation: the lines of a module, a source of randomness, the changed lines and the line to be named, or None

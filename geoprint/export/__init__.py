@@ -1,6 +1,6 @@
 """What leaves geoprint: RAPID modules, tables and the bundle on disk, each verified before it counts."""
 
-from geoprint.export.bundle import Json, check_writable, json_bytes, write_bundle
+from geoprint.export.bundle import MANIFEST, Json, check_writable, json_bytes, write_bundle
 from geoprint.export.orders import Orders, orders_of
 from geoprint.export.rapid import rapid_program
 from geoprint.export.rapid_cell import check_cell
@@ -22,6 +22,7 @@ from geoprint.export.targets_table import read_orders, targets_table
 from geoprint.export.timeline import Timeline, check_timeline, timeline
 
 __all__ = [
+    "MANIFEST",
     "Event",
     "Json",
     "Orders",

@@ -11,7 +11,7 @@ MODULE GeoGuard
 @analog|    SetAO <FLOW>,0;
   ENDPROC
   PROC GeoStopped()
-    geoStopped:=TRUE;
+    IF <VALVE>=1 geoStopped:=TRUE;
     GeoSafe;
   ENDPROC
   PROC GeoRefuse(string why)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 from typing import Any, cast, final
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
+    MANIFEST,
     Orders,
     PosesTable,
     Setup,
@@ -36,8 +37,9 @@ from geoprint.export import (
 )
 from geoprint.model import FloatArray
 from geoprint.motion import Arm, configuration_data, joints_at, tips_at
-from geoprint.pipeline.saving import RAPID_FOLDER
 
+# Where a bundle keeps the program.
+RAPID_FOLDER = "rapid"
 # The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
 TRAJECTORY_TOLERANCE = 0.01
 # Joints from the inverse agree with those of the trajectory between its rows to this [rad].
@@ -91,23 +93,38 @@ def check_bundle(folder: Path) -> Checked:
         InputError: the folder is no bundle with a program.
     """
     names = _listed(folder)
+    checked = check_program(folder, list(names))
+    said = {finding.file for finding in checked.findings}
+    changed = [Finding(name, 1, reason) for name, reason in _changes(folder, names) if name not in said]
+    return replace(checked, findings=(*checked.findings, *changed))
+
+
+def check_program(folder: Path, names: Sequence[str]) -> Checked:
+    """Check the program of a bundle against the bundle's own tables; hashes are left out.
+
+    Args:
+        folder: the bundle.
+        names: of its files.
+    """
     checking = _Checking(folder)
     checking.run(names)
-    changed = [Finding(name, 1, reason) for name, reason in _changes(folder, names)]
-    said = {finding.file for finding in checking.findings}
-    findings = [*checking.findings, *(finding for finding in changed if finding.file not in said)]
-    return Checked(folder, tuple(findings), checking.summary, checking.setup, checking.orders, checking.switching)
+    return Checked(
+        folder, tuple(checking.findings), checking.summary, checking.setup, checking.orders, checking.switching
+    )
 
 
 def _listed(folder: Path) -> dict[str, str]:
-    """Return the hash of each file that the manifest lists."""
+    """Return the hash of each file that the manifest lists: the bundle's own, or that of the comparison it is in."""
     try:
-        listed = json.loads((folder / "manifest.json").read_bytes())["sha256"]
-        names = {str(name): str(digest) for name, digest in dict(listed).items()}
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        place = next(place for place in (folder, *folder.absolute().parents[:2]) if (place / MANIFEST).is_file())
+        below = folder.absolute().relative_to(place.absolute())
+        listed = dict(json.loads((place / MANIFEST).read_bytes())["sha256"])
+        paths = {PurePosixPath(str(name)): str(digest) for name, digest in listed.items()}
+        names = {str(path.relative_to(below)): digest for path, digest in paths.items() if path.is_relative_to(below)}
+    except (StopIteration, OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
-            f"{folder} is no bundle of geoprint: its manifest.json cannot be read ({error}); give the folder that "
-            "`geoprint plan --out` wrote."
+            f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); give the folder that "
+            "`geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`."
         ) from error
     if not any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
         raise InputError(f"{folder} holds no program, because it was planned without the robot; plan it with one.")
@@ -138,7 +155,7 @@ class _Checking:
         self.switching: Timeline | None = None
         self._folder = folder
 
-    def run(self, names: dict[str, str]) -> None:
+    def run(self, names: Sequence[str]) -> None:
         with_file = self._collecting
         with_file("plan.json", self._read_summary)
         with_file("setup.json", self._read_setup)
@@ -169,7 +186,7 @@ class _Checking:
             aloft=setup.aloft, duration=float(table.times[-1]),
         )  # fmt: skip
 
-    def _check_program(self, names: dict[str, str], setup: Setup, orders: Orders, table: TrajectoryTable) -> None:
+    def _check_program(self, names: Sequence[str], setup: Setup, orders: Orders, table: TrajectoryTable) -> None:
         arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
         T_base_work = setup.placement.T_base_work
         tips = tips_at(table.times, table.joints, arm, T_base_work=T_base_work)
@@ -189,7 +206,7 @@ class _Checking:
         self.switching = timeline(steps, orders, signals=setup.cell.signals, tips_at=tips)
         check_timeline(self.switching)
 
-    def _modules(self, names: dict[str, str]) -> Iterator[tuple[str, str]]:
+    def _modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:
         """Yield name and text of the program's files that exist, in the order of the manifest."""
         for name in names:
             path = self._folder / name

@@ -11,14 +11,12 @@ import numpy as np
 from geoprint.backends import Backend, Flattening, Lscm
 from geoprint.config import Job
 from geoprint.export import (
-    Event,
     Orders,
     Timeline,
     check_timeline,
     orders_of,
     rapid_program,
     read_back,
-    switching_events,
     timeline,
 )
 from geoprint.model import (
@@ -66,7 +64,6 @@ class RobotPlan:
         clearance: what the collision check of that motion found.
         dry_clearance: what that of the dry run found.
         orders: what the program carries out.
-        events: where its outputs switch.
         program: its text.
         switching: what flows when, simulated from that text.
     """
@@ -79,7 +76,6 @@ class RobotPlan:
     clearance: Clearance
     dry_clearance: Clearance
     orders: Orders
-    events: tuple[Event, ...]
     program: Program
     switching: Timeline
 
@@ -206,12 +202,9 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
             checked=found.checked,
             not_checked=found.not_checked,
         )
-        events = switching_events(orders, signals=cell.signals, tips_at=tips)
         switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
         check_timeline(switching)
-    robot = RobotPlan(
-        placement, joint_path, trajectory, targets, path, found, dry_found, orders, events, program, switching
-    )
+    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
 
 

@@ -9,7 +9,7 @@ MODULE GeoGuard
     SetDO doUV,0;
   ENDPROC
   PROC GeoStopped()
-    geoStopped:=TRUE;
+    IF doValve=1 geoStopped:=TRUE;
     GeoSafe;
   ENDPROC
   PROC GeoRefuse(string why)
