@@ -19,6 +19,7 @@ from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export import rapid
 from geoprint.export.orders import orders_of
 from geoprint.export.rapid import rapid_program
+from geoprint.export.rapid_cell import guard_module
 from geoprint.export.rapid_verify import verify_program
 from geoprint.model import Cell, Placement, PoseStream, Program, Purge, Signals, Targets
 from tests.export_cases import (
@@ -123,6 +124,29 @@ def test_every_routine_that_moves_shuts_off_and_raises_on_an_error() -> None:
         for routine in re.findall(r"  PROC (.*?)  ENDPROC", text, re.DOTALL):
             moves = re.search(r"Move\w+ |TriggL |GeoRun\d+;", routine)
             assert not moves or routine.endswith("  ERROR\n    GeoSafe;\n    RAISE;\n"), routine
+
+
+@pytest.mark.parametrize("loading", [False, True])
+@pytest.mark.parametrize("primes", [False, True])
+@pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION])
+@pytest.mark.parametrize("signals", [CELL.signals, ANALOG.signals])
+def test_every_guard_is_whole_rapid_within_the_kernels_limits(
+    *, signals: Signals, placement: Placement, primes: bool, loading: bool
+) -> None:
+    text = guard_module(signals, placement=placement, primes=primes, loading=loading)
+    code = [line.strip() for line in text.split("\n") if not line.lstrip().startswith("!")]
+    assert text.startswith("MODULE GeoGuard\n")
+    assert text.endswith("ENDMODULE\n")
+    assert not re.search(r"[@<|](?!>)[A-Z]", text.replace("<>", ""))
+    assert sum(line.startswith("PROC ") for line in code) == code.count("ENDPROC")
+    assert sum(line.endswith(" THEN") for line in code) == code.count("ENDIF")
+    called = {line.split()[0].rstrip(";") for line in code if line.startswith("Geo")}
+    called |= set(re.findall(r"(?:\d|FALSE|TRUE|=|5) (Geo[A-Za-z]+)", text))
+    declared = {match[1] for line in code if (match := re.match(r"PROC (\w+)", line))}
+    assert called <= declared
+    assert max(len(word) for word in re.findall(r"\w+", text)) <= 32
+    assert max(len(string) for string in re.findall(r'"([^"]*)"', text)) <= 80
+    assert max(len(line) for line in text.split("\n")) <= 120
 
 
 def test_the_ways_from_and_to_home_take_the_planned_time() -> None:

@@ -29,7 +29,7 @@ _SMALLEST_ZONE = 0.001
 # Tables hold six decimals of speeds [mm/s] and zones [mm].
 _NO_EXCESS = 1e-6
 # Distance of a switching from where the plan has it [mm].
-_PLACE_TOLERANCE = 1e-3
+_PLACE_TOLERANCE = 2e-4
 # A flow is written anew where it has changed by 1 % of what was written last, and to six digits.
 _FLOW_SHARE = 0.0102
 _NO_AXES = 9e9
