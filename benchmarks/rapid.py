@@ -133,7 +133,8 @@ def _orders(poses: PoseStream, times: FloatArray, placement: Placement) -> Order
         joints=np.zeros((count, 6)),
         configuration=np.zeros((count, 4), dtype=np.int64),
         branch=0,
-        spin=0.0,
+        rotations=np.zeros(count),
+        leans=np.zeros((count, 2)),
         T_base_work=placement.T_base_work,
     )
     end = float(times[-1]) + 1.0

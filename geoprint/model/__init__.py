@@ -9,11 +9,13 @@ from geoprint.model.cell import (
     Process,
     Purge,
     Robot,
+    SearchWeights,
     SignalMode,
     Signals,
     Tool,
     TouchedPoints,
 )
+from geoprint.model.material import Fluid, Material
 from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
@@ -26,9 +28,11 @@ __all__ = [
     "Contours",
     "ControllerPath",
     "FloatArray",
+    "Fluid",
     "IntArray",
     "JointPath",
     "Lamp",
+    "Material",
     "Placement",
     "PoseStream",
     "Process",
@@ -36,6 +40,7 @@ __all__ = [
     "Purge",
     "Robot",
     "ScalarField",
+    "SearchWeights",
     "Seed",
     "SignalMode",
     "Signals",

@@ -18,11 +18,12 @@ class JointPath:
     """Joint angles of every pose, all on one branch of the inverse kinematics.
 
     Attributes:
-        poses: the stream as commanded: turned about the nozzle by `spin`.
+        poses: the stream as commanded: turned about the nozzle by `rotations`, and leaned by `leans`.
         joints: (p, 6) angles [rad], continuous from pose to pose, inside the limits.
         configuration: (p, 4) RAPID configuration data cf1, cf4, cf6, cfx of each pose.
         branch: index of the branch, 0 to 7.
-        spin: constant rotation about the nozzle's axis [rad] that was added to every pose.
+        rotations: (p,) turn about the nozzle's axis that was added to each pose [rad], continuous from pose to pose.
+        leans: (p, 2) lean that was added before that, about the tool's x and y axes [rad].
         T_base_work: (4, 4) where the part stands.
     """
 
@@ -30,11 +31,15 @@ class JointPath:
     joints: FloatArray
     configuration: IntArray
     branch: int
-    spin: float
+    rotations: FloatArray
+    leans: FloatArray
     T_base_work: FloatArray
 
     def __post_init__(self) -> None:
-        sizes = freeze_arrays(self, joints="float: p 6", configuration="int: p 4", T_base_work="float: 4 4")
+        sizes = freeze_arrays(
+            self, joints="float: p 6", configuration="int: p 4", rotations="float: p", leans="float: p 2",
+            T_base_work="float: 4 4",
+        )  # fmt: skip
         if sizes["p"] != self.poses.count:
             raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
 
@@ -42,6 +47,11 @@ class JointPath:
     def smallest_wrist_angle(self) -> float:
         """Smallest |q5| over all poses [rad]: the distance from the wrist singularity."""
         return float(np.abs(self.joints[:, 4]).min())
+
+    @property
+    def turns_of_joint_6(self) -> float:
+        """Turns between the lowest and the highest angle of joint 6, counted along the path."""
+        return float(np.ptp(self.joints[:, 5]) / (2.0 * np.pi))
 
 
 @final

@@ -56,7 +56,8 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
         joints=joints,
         configuration=configuration_data(joints, arm=arm),
         branch=joint_path.branch,
-        spin=joint_path.spin,
+        rotations=joint_path.rotations[picked],
+        leans=joint_path.leans[picked],
         T_base_work=joint_path.T_base_work,
     )
     every = np.arange(picked.size)

@@ -12,8 +12,10 @@ import numpy as np
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import Surface
-from geoprint.motion import LIFT
+from geoprint.motion import LIFT, NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean
+from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
+from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.quality import Uniformity
@@ -48,9 +50,11 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["chart"] = _chart(plan, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
+    if plan.laid is not None:
+        result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan.robot),
+            "motion": _motion(plan, plan.robot) | _calibration(plan.workpiece.uncertainty),
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -78,13 +82,16 @@ def outcome_text(plan: Plan) -> str:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
         )
+    if plan.laid is not None:
+        lines.append(laid_text(plan.laid))
     if plan.robot is not None:
-        motion, found = _motion(plan.robot), plan.robot.clearance
+        motion, found = _motion(plan, plan.robot), plan.robot.clearance
         lines += [
             (
                 f"motion: {motion['duration_s']:.0f} s, smallest wrist angle {motion['smallest_wrist_angle_deg']:.1f} "
                 f"degrees, {plan.robot.program.targets} targets"
             ),
+            attitude_text(plan.robot.joint_path, tool=plan.workpiece.cell.tool),
             (
                 f"clearance: {found.smallest:.2f} mm at the closest ({found.at}); "
                 f"not checked: {', '.join(found.not_checked)}"
@@ -143,6 +150,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "robot": plan.job.robot,
+        "max_tilt_deg": plan.job.max_tilt,
         "speed_mm_s": process.speed,
         "travel_speed_mm_s": process.travel_speed,
         "standoff_mm": process.standoff,
@@ -232,18 +240,29 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     }
 
 
-def _motion(robot: RobotPlan) -> dict[str, Json]:
+def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
     placement = robot.placement
     return {
         "duration_s": _rounded(robot.trajectory.duration),
         "branch": robot.joint_path.branch,
-        "spin_deg": _rounded(np.degrees(robot.joint_path.spin)),
+        **attitude_summary(robot.joint_path, tool=plan.workpiece.cell.tool),
         "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
         "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
         "stretched_pieces": robot.trajectory.stretched,
         "placement_calibrated": placement.calibrated,
         "largest_touch_miss_mm": _rounded(placement.misses.max()) if placement.calibrated else None,
         "T_base_work": [[_rounded(value) for value in row] for row in placement.T_base_work],
+    }
+
+
+def _calibration(uncertainty: Uncertainty | None) -> dict[str, Json]:
+    """Return how far the surface may lie off along its normal, where that is most; nothing where nobody calibrated."""
+    if uncertainty is None:
+        return {}
+    return {
+        "surface_uncertainty_mm": _rounded(uncertainty.deviation),
+        "surface_within_mm": _rounded(uncertainty.bound),
+        "surface_uncertain_at_mm": [_rounded(value) for value in uncertainty.place],
     }
 
 
@@ -271,6 +290,13 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     warnings: list[str] = []
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
+    uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff
+    if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
+        warnings.append(
+            f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
+            f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
+            "touch next."
+        )
     if plan.toolpath.dropped_runs:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
