@@ -7,6 +7,8 @@
 - agreement: Pinocchio's forward kinematics of all branches against the poses that were asked for.
 - rotation: the search for turn about the nozzle and branch with a nozzle bent by 45 degrees: microseconds a pose, what
   its way costs beside the cheapest way of a dense ladder (every pose a rung, 720 turns), and memory against poses.
+- speed: share of the deposit at its set speed on real patches while the normals tremble, and what else is slower, with
+  its joint.
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
 """
@@ -20,6 +22,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -27,7 +30,7 @@ import numpy as np
 from benchmarks.surfaces import make
 from benchmarks.tables import row
 from geoprint import transforms
-from geoprint.config import load_cell
+from geoprint.config import job_of, load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, SearchWeights, Surface
 from geoprint.motion import (
     Arm,
@@ -45,6 +48,11 @@ from geoprint.motion.kinematics import read_urdf
 from geoprint.motion.ladder import Rungs, Terms, climb, cost_terms
 from geoprint.motion.margins import MINIMUM_WRIST_ANGLE
 from geoprint.motion.pose_samples import tool_poses
+from geoprint.paths import largest_lean, mean_lean
+from geoprint.paths.attitude import smoothed_axes, tool_quaternions
+from geoprint.pipeline.planning import Plan, cover
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
 
 Result = TypeVar("Result")
 
@@ -61,6 +69,9 @@ ARC_RADIUS, ARC_ANGLE = 320.0, 1.5  # of the long arc about the base [mm, rad]
 DENSE_TURNS = 720  # of the dense ladder
 # Where the dome stands beside the dense ladder [mm]: where the part is put, near the base, aside, far and high.
 DENSE_PLACES = ((300.0, 0.0, 50.0), (220.0, 60.0, 50.0), (150.0, 280.0, 80.0), (420.0, -80.0, 120.0))
+PATCH_FOLDER = Path(__file__).parents[2] / "shared" / "data" / "patches"
+PATCHES = ("lv_lateral_disc_r15", "lv_anterior_disc_r30")
+MAX_TILT = float(np.radians(15.0))
 
 
 def main() -> None:
@@ -75,6 +86,8 @@ def main() -> None:
     for line in agreement(arm, count=1000 if smoke else 100_000):
         print(line)
     for line in rotation(arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000), dense=20 if smoke else 120):
+        print(line, flush=True)
+    for line in even_speed(cell, arm, noises=(0.05,) if smoke else (0.0, 0.05, 0.1)):
         print(line, flush=True)
     for line in stages(cell, arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
@@ -128,6 +141,29 @@ def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
         found = _cost_of(_searched(poses, arm, terms, T_base_work=T_base_work), poses, terms, T_base_work)
         least = _dense_cost(poses, terms, T_base_work)
         yield row(f"{name} at {place}", f"{found:.3f}", f"{least:.3f}", f"{found / least:.4f}")
+
+
+def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...]) -> Iterator[str]:
+    """Yield a table of the deposit within 1 % of the set speed, for noise [degrees] on the normals of real patches."""
+    columns = ("noise", "on slowdown", "at speed", "on ramps", "lean largest, mean", "not at speed")
+    yield from _table(f"patch at {cell.process.speed:g} mm/s", *columns)
+    for name in PATCHES:
+        path = PATCH_FOLDER / f"{name}.ply"
+        if not path.exists():
+            yield row(name, *("not here" for _ in columns))
+            continue
+        stage, job = Stages(lambda _: None), job_of(surface=path, unit="mm", spacing=1.0, place="demo")
+        paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
+        for noise in noises:
+            joint_path, lean = _trembling(paths, arm, noise=noise)
+            for on_slowdown in ("lower", "follow"):
+                found = retime(joint_path, cell.robot, process=cell.process, on_slowdown=on_slowdown)
+                told = [
+                    f"run {slow.run} at {slow.arc:.1f} mm, {slow.held_speed:.1f} mm/s, joint {slow.joint} {slow.limit}"
+                    for slow in found.slowdowns
+                ]
+                shares = f"{found.share_at_speed:.2%}", f"{found.share_on_ramps:.2%}"
+                yield row(name, f"{noise:g} deg", on_slowdown, *shares, lean, "; ".join(told) or "nothing else")
 
 
 def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
@@ -219,6 +255,23 @@ def _peak_bytes(work: Callable[[], object]) -> int:
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return peak
+
+
+def _trembling(paths: Plan, arm: Arm, *, noise: float) -> tuple[JointPath, str]:
+    """Return the joint path for normals with noise [degrees] before they are smoothed, and its leans from the true."""
+    stream, placement = paths.poses, paths.workpiece.placement
+    assert placement is not None
+    generator, quaternions = np.random.default_rng(0), stream.quaternions.copy()
+    for run, closed in enumerate(paths.toolpath.curves.closed):
+        rows = np.flatnonzero(stream.deposit & (stream.runs == run))
+        normals = stream.normals[rows] + generator.normal(scale=np.radians(noise), size=(rows.size, 3))
+        normals[-1] = normals[0] if closed else normals[-1]
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        axes = smoothed_axes(normals, stream.arcs[rows], closed=bool(closed), max_tilt=MAX_TILT)
+        quaternions[rows] = tool_quaternions(axes, R_base_work=placement.T_base_work[:3, :3])
+    poses = replace(stream, quaternions=transforms.same_sign(quaternions))
+    lean = f"{np.degrees(largest_lean(poses)):.2f}, {np.degrees(mean_lean(poses)):.2f} deg"
+    return reach(poses, arm, T_base_work=placement.T_base_work), lean
 
 
 def _chain(cell: Cell, arm: Arm, *, part: Surface, poses: PoseStream) -> list[float]:

@@ -84,7 +84,7 @@ def measure(count: int, mode: SignalMode) -> str:
     assert not findings, findings
     lines = _lines(program)
     return row(
-        str(count), mode, str(lines), str(len(program.modules)), f"{whole - reading:.2f}", f"{reading:.2f}",
+        str(count), mode, str(lines), str(len(program.modules)), f"{max(whole - reading, 0.0):.2f}", f"{reading:.2f}",
         f"{whole / lines * 1e5:.2f}", f"{_memory() - before:.0f}",
     )  # fmt: skip
 
@@ -146,6 +146,9 @@ def _orders(poses: PoseStream, times: FloatArray, placement: Placement) -> Order
         pose_times=times,
         stretched=0,
         slowest_deposit=SPEED,
+        slowdowns=(),
+        share_at_speed=1.0,
+        share_on_ramps=0.0,
     )
     zones = np.where(poses.stops, 0.0, STEP / 2.0)
     speeds = np.where(poses.deposit, SPEED - 0.1 * (np.arange(count) % 50), 60.0)

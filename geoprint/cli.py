@@ -69,10 +69,11 @@ SeedPoint = Annotated[
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
-Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
-MaxTilt = Annotated[
-    float, typer.Option(help="How far the nozzle may lean from the surface normal while it prints, in degrees.")
+MaxTilt = Annotated[float, typer.Option(help="How far the nozzle may lean from the surface normal, in degrees.")]
+Slow = Annotated[
+    str, typer.Option(help="Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.")
 ]
+Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
 NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
 Samples = Annotated[
     bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
@@ -116,6 +117,7 @@ def plan(
     cell: CellPath = None,
     place: Place = None,
     max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
     flip: Flip = False,
     no_robot: NoRobot = False,
     overwrite: Overwrite = False,
@@ -130,7 +132,7 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
-        max_tilt=max_tilt,
+        max_tilt=max_tilt, on_slowdown=on_slowdown,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
@@ -158,6 +160,7 @@ def compare(
     cell: CellPath = None,
     place: Place = None,
     max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
     flip: Flip = False,
     no_robot: NoRobot = False,
     samples: Samples = False,
@@ -174,6 +177,7 @@ def compare(
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
             seed=seed, body=body, cell=cell, place=place, robot=not no_robot, max_tilt=max_tilt,
+            on_slowdown=on_slowdown,
         )
         for surface in surfaces
     ]  # fmt: skip

@@ -1,7 +1,6 @@
 """Job and cell: TOML and command-line values in, validated model values out. Degrees end here.
 
-Unknown keys, wrong types, NaN and infinity are refused with the key's name, so that a typing error never becomes a
-default.
+Unknown keys, wrong types, NaN and infinity are refused by name, so that a typing error never becomes a default.
 """
 
 from __future__ import annotations
@@ -33,6 +32,7 @@ from geoprint.model import (
     Fluid,
     Lamp,
     Material,
+    OnSlowdown,
     Process,
     Purge,
     Robot,
@@ -53,10 +53,9 @@ PAYLOAD_KG = 3.0
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
-SixRanges = Annotated[
-    list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
-]
-# From slower than any bead to the most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2].
+Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+SixRanges = Annotated[list[Range], Field(min_length=6, max_length=6)]
+# From slower than any bead to what is allowed beside a person [ISO 10218-1, 5.6.2].
 TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 # Equipment that follows later than this is not switched in step with a tip; nobody waits that long by design.
@@ -84,6 +83,7 @@ class Job(_Table):
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
         max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
+        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
     """
 
     surface: Path
@@ -99,6 +99,7 @@ class Job(_Table):
     place: Literal["demo"] | None = None
     robot: bool = True
     max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
+    on_slowdown: OnSlowdown = "lower"
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:

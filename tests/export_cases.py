@@ -158,6 +158,9 @@ def trajectory(poses: PoseStream) -> Trajectory:
         pose_times=pose_times,
         stretched=0,
         slowest_deposit=20.0,
+        slowdowns=(),
+        share_at_speed=1.0,
+        share_on_ramps=0.0,
     )
 
 

@@ -13,7 +13,7 @@ import pytest
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
-from geoprint.model import Surface
+from geoprint.model import Slowdown, Surface
 from geoprint.motion import Arm
 from geoprint.pipeline import (
     Plan,
@@ -253,13 +253,42 @@ def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_pa
             plan(job_of(surface="absent.ply", unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"))
 
 
-def test_stops_at_corners_while_material_flows_are_counted_and_said(tmp_path: Path) -> None:
+def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_placed(tmp_path: Path) -> None:
     part = saved(tmp_path, plate(divisions=(40, 30)))
     planned = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False))
-    stops = planned.poses.stops_while_laying
-    # Five rectangles, each started on a side and closed there, turn four corners each; near the start or not.
-    assert 12 <= stops <= 20
-    assert f"comes to rest {stops} times at sharp corners" in outcome_text(planned)
+    paths = summary(planned)["paths"]
+    assert isinstance(paths, dict)
+    assert paths["stops_while_laying"] == 0
+    # Five rectangles turn four corners each, one of them perhaps at the seam.
+    assert 12 <= len(planned.toolpath.fillets) <= 20
+    assert paths["corners_rounded"] == len(planned.toolpath.fillets)
+    assert paths["corners_split_mm"] == []
+    split = replace(planned, toolpath=replace(planned.toolpath, splits=np.zeros((2, 3))))
+    assert "split at 2 corners" in outcome_text(split)
+
+
+def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate(divisions=(40, 30)))
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, place="demo"))
+    assert planned.robot is not None
+    assert "% of the deposit within 1 % of the set speed" in outcome_text(planned)
+    slow = Slowdown(
+        run=3, kind="dip", place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
+        limit="acceleration",
+    )  # fmt: skip
+    trajectory = replace(planned.robot.trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
+    slower = replace(planned, robot=replace(planned.robot, trajectory=trajectory))
+    assert "run 3 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 other runs" in outcome_text(
+        slower
+    )
+    motion = summary(slower)["motion"]
+    assert isinstance(motion, dict)
+    listed = motion["slowdowns"]
+    assert isinstance(listed, list)
+    assert listed[1] == {
+        "run": 3, "kind": "dip", "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,
+        "held_mm_s": 7.25, "joint": 5, "limit": "acceleration",
+    }  # fmt: skip
 
 
 def test_a_misspelt_backend_is_refused_before_the_others_plan(tmp_path: Path) -> None:

@@ -16,7 +16,16 @@ from geoprint.model.cell import (
     TouchedPoints,
 )
 from geoprint.model.material import Fluid, Material
-from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
+from geoprint.model.motion import (
+    Clearance,
+    ControllerPath,
+    JointPath,
+    OnSlowdown,
+    Program,
+    Slowdown,
+    Targets,
+    Trajectory,
+)
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
@@ -33,6 +42,7 @@ __all__ = [
     "JointPath",
     "Lamp",
     "Material",
+    "OnSlowdown",
     "Placement",
     "PoseStream",
     "Process",
@@ -44,6 +54,7 @@ __all__ = [
     "Seed",
     "SignalMode",
     "Signals",
+    "Slowdown",
     "Surface",
     "SurfaceCurves",
     "SurfacePoints",

@@ -159,13 +159,13 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         contours = backend.contours(workpiece.seed, spacing=spacing)
         flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
     with stage("path"):
-        toolpath = arrange(contours, surface)
-        stream = pose_stream(toolpath, workpiece)
+        toolpath = arrange(contours, surface, speed=workpiece.cell.process.speed)
+        stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
 
 
-def pose_stream(toolpath: Toolpath, workpiece: Workpiece) -> PoseStream:
-    """Return the poses of a toolpath on a workpiece, as it stands."""
+def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float) -> PoseStream:
+    """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees."""
     process = workpiece.cell.process
     return poses(
         toolpath,
@@ -174,6 +174,7 @@ def pose_stream(toolpath: Toolpath, workpiece: Workpiece) -> PoseStream:
         standoff=process.standoff,
         retract=process.retract,
         layer_height=process.layer_height,
+        max_tilt=float(np.radians(max_tilt_deg)),
     )
 
 
@@ -216,7 +217,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
         joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
     with stage("timing"):
-        trajectory = retime(joint_path, cell.robot, process=cell.process)
+        trajectory = retime(joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown)
         targets = written_targets(joint_path, trajectory, process=cell.process)
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
