@@ -4,6 +4,7 @@ from geoprint.report.chart_figure import FlattenedPart, chart_figure
 from geoprint.report.figures import Coverage, coverage_figure
 from geoprint.report.page import html_report
 from geoprint.report.paper_figures import paper_figures
+from geoprint.report.switching_figure import switching_figure
 from geoprint.report.values import (
     COVERED,
     GAP,
@@ -36,5 +37,6 @@ __all__ = [
     "coverage_figure",
     "html_report",
     "paper_figures",
+    "switching_figure",
     "view_surface",
 ]
