@@ -9,6 +9,7 @@ import numpy as np
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.formats import read_mesh
+from geoprint.surfaces.topology import used_vertices
 
 # Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
 UNITS = {"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001}
@@ -47,7 +48,7 @@ def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
     vertices, faces = read_mesh(path)
     # Vertices that no face uses do not belong to the part.
-    used = vertices[np.unique(faces)]
+    used = vertices[used_vertices(faces)]
     extents = used.max(axis=0) - used.min(axis=0)
     if unit is None:
         raise UsageError(_missing_unit(path.name, extents))
