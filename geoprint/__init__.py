@@ -17,6 +17,7 @@ stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKE
 
 Sources, by the keys that docstrings use:
 
+    [3MF]               3MF Consortium: 3D Manufacturing Format, core specification 1.3 and production extension 1.1.
     [Barequet1995]      Barequet, Sharir: Filling gaps in the boundary of a polyhedron. Comput. Aided Geom. Des. 12(2),
                         1995.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),

@@ -27,8 +27,7 @@ def cross_by_definition(a: FloatArray, b: FloatArray) -> bool:
         for i in range(3):
             start, end = corners[i], corners[(i + 1) % 3]
             system = np.column_stack([other[1] - other[0], other[2] - other[0], start - end])
-            solved: list[float] = np.linalg.solve(system, start - other[0]).tolist()
-            u, v, t = solved
+            u, v, t = np.asarray(np.linalg.inv(system) @ (start - other[0]), dtype=np.float64)
             if u > 0 and v > 0 and u + v < 1 and 0 < t < 1:
                 return True
     return False

@@ -10,7 +10,6 @@ from geoprint.errors import MeshError
 from geoprint.model import BoolArray, IntArray, Surface
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import (
-    component_labels,
     face_counts,
     half_edges,
     numbered_edges,
@@ -54,6 +53,8 @@ def turned_faces(surface: Surface) -> BoolArray:
     rising = np.less(*half_edges(surface.faces).T)
     # Half-edges of one edge agree when they run against each other.
     agree = rising[half] != rising[other[half]]
+    if agree.all():
+        return np.zeros(count, dtype=np.bool_)
     here, there = half // 3, other[half] // 3
     rows = np.concatenate([here, here + count])
     columns = np.concatenate([np.where(agree, there, there + count), np.where(agree, there + count, there)])
@@ -89,24 +90,29 @@ def split_vertices(surface: Surface) -> Surface:
     fans = _components(half, touching, nodes=3 * len(surface.faces))
     vertex_of_fan = np.empty(int(fans.max()) + 1, dtype=np.int64)
     vertex_of_fan[fans] = surface.faces.ravel()
-    _, first = np.unique(vertex_of_fan, return_index=True)
-    extra = np.setdiff1d(np.arange(vertex_of_fan.size), first)
+    first = np.zeros(len(surface.vertices), dtype=np.int64)
+    # The last of several assignments stands: backwards, the first fan of each vertex.
+    first[vertex_of_fan[::-1]] = np.arange(vertex_of_fan.size)[::-1]
+    extra = np.flatnonzero(first[vertex_of_fan] != np.arange(vertex_of_fan.size))
     own = vertex_of_fan.copy()
     own[extra] = len(surface.vertices) + np.arange(extra.size)
     vertices = np.concatenate([surface.vertices, surface.vertices[vertex_of_fan[extra]]])
     return Surface(vertices=vertices, faces=own[fans].reshape(-1, 3), name=surface.name)
 
 
-def check_connected(surface: Surface) -> None:
+def check_connected(surface: Surface, labels: IntArray) -> None:
     """Refuse a surface in several pieces; those that touch in a vertex alone are separate.
+
+    Args:
+        surface: in as many pieces as there are labels.
+        labels: (m,) piece of each face, as `topology.component_labels` numbers them; numbers may be left out.
 
     Raises:
         MeshError: how many, and a vertex of the smallest.
     """
-    labels = component_labels(surface)
-    sizes = np.bincount(labels)
+    pieces, sizes = np.unique(labels, return_counts=True)
     if sizes.size > 1:
-        smallest = int(np.argmin(sizes))
+        smallest = pieces[np.argmin(sizes)]
         place = surface.vertices[surface.faces[np.argmax(labels == smallest), 0]]
         raise MeshError(
             f"{surface.name} consists of {sizes.size} pieces that no edge joins, the largest with {sizes.max()} faces "

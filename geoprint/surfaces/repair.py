@@ -32,6 +32,28 @@ DEBRIS_SHARE = 1e-3
 
 
 @final
+@dataclass(frozen=True, slots=True, eq=False)
+class Joined:
+    """A mesh whose coincident rim vertices are one, without faces that have no area or are there twice.
+
+    Attributes:
+        surface: with all vertices of the file.
+        tolerance: distance below which vertices count as one [mm].
+        welded_vertices: as in `PreparationReport`, and so the others.
+        dropped_degenerate_faces: see there.
+        dropped_duplicate_faces: see there.
+        dropped_unreferenced_vertices: see there.
+    """
+
+    surface: Surface
+    tolerance: float
+    welded_vertices: int
+    dropped_degenerate_faces: int
+    dropped_duplicate_faces: int
+    dropped_unreferenced_vertices: int
+
+
+@final
 @dataclass(frozen=True, slots=True)
 class PreparationReport:
     """What `prepare` changed, and what it found.
@@ -114,30 +136,50 @@ def prepare(surface: Surface, *, longest_hole: float | None = None) -> tuple[Sur
             (those that touch in a vertex alone are separate), or passes through itself; the message says how many and
             where.
     """
+    return repair(join(surface), longest_hole=longest_hole)
+
+
+def join(surface: Surface) -> Joined:
+    """Join rim vertices that coincide, and drop faces without area and duplicate ones: the first steps of `prepare`.
+
+    Raises:
+        MeshError: nothing is left.
+    """
     solid = surface.faces[~_degenerate(surface.vertices, surface.faces)]
     joined = welded(surface.vertices, solid)
     whole = joined[~_degenerate(surface.vertices, joined)]
     single = whole[_first_of_each(whole)]
     if len(single) == 0:
         raise MeshError(f"{surface.name}: none of its {len(surface.faces)} faces has an area; export the mesh again.")
-    tolerance = weld_tolerance(surface.vertices, single)
-    cut, junction_faces = split_junctions(replace(surface, faces=single), tolerance=tolerance)
-    part, debris_faces, debris_places = _without_debris(cut)
-    turned, fans = _wound(part)
+    return Joined(
+        surface=replace(surface, faces=single),
+        tolerance=weld_tolerance(surface.vertices, single),
+        welded_vertices=int(used_vertices(solid).size - used_vertices(joined).size),
+        dropped_degenerate_faces=len(surface.faces) - len(whole),
+        dropped_duplicate_faces=len(whole) - len(single),
+        dropped_unreferenced_vertices=int(len(surface.vertices) - used_vertices(surface.faces).size),
+    )
+
+
+def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surface, PreparationReport]:
+    """Return what `prepare` returns, from its first steps on."""
+    cut, junction_faces = split_junctions(joined.surface, tolerance=joined.tolerance)
+    part, labels, debris_places = _without_debris(cut)
+    turned, fans = _wound(part, labels)
     filled, holes = fill_holes(fans, longest=longest_hole)
     prepared, inverted = _outward(filled)
     report = PreparationReport(
-        welded_vertices=used_vertices(solid).size - used_vertices(joined).size,
-        dropped_degenerate_faces=len(surface.faces) - len(whole),
-        dropped_duplicate_faces=len(whole) - len(single),
-        dropped_unreferenced_vertices=len(surface.vertices) - used_vertices(surface.faces).size,
-        dropped_debris_faces=debris_faces,
+        welded_vertices=joined.welded_vertices,
+        dropped_degenerate_faces=joined.dropped_degenerate_faces,
+        dropped_duplicate_faces=joined.dropped_duplicate_faces,
+        dropped_unreferenced_vertices=joined.dropped_unreferenced_vertices,
+        dropped_debris_faces=len(cut.faces) - len(part.faces),
         debris_places=debris_places,
         junction_faces=junction_faces,
         flipped_faces=int((~turned if inverted else turned).sum()),
         split_vertices=len(fans.vertices) - len(part.vertices),
         filled_holes=holes,
-        crossings_checked=_check_crossings(prepared, depth=tolerance),
+        crossings_checked=_check_crossings(prepared, depth=joined.tolerance),
         vertices=len(prepared.vertices),
         faces=len(prepared.faces),
         topology=describe(prepared),
@@ -154,27 +196,28 @@ def signed_volume(surface: Surface) -> float:
     return float(np.einsum("mx,mx->", a, np.cross(b, c)) / 6)
 
 
-def _without_debris(surface: Surface) -> tuple[Surface, int, tuple[tuple[float, ...], ...]]:
-    """Return the surface without specks and unused vertices, how many faces went, and a corner of each speck."""
+def _without_debris(surface: Surface) -> tuple[Surface, IntArray, tuple[tuple[float, ...], ...]]:
+    """Return the surface without specks and unused vertices, the piece of each face, and a corner of each speck."""
     labels = component_labels(surface)
     areas = np.bincount(labels, face_areas(surface))
     specks = np.flatnonzero(areas < DEBRIS_SHARE * areas.max())
     _, first = np.unique(labels, return_index=True)
     places = tuple(triple(surface.vertices[surface.faces[first[speck], 0]]) for speck in specks)
-    kept = surface.faces[~np.isin(labels, specks)]
-    used = used_vertices(kept)
+    kept = ~np.isin(labels, specks)
+    faces = surface.faces[kept]
+    used = used_vertices(faces)
     names = np.zeros(len(surface.vertices), dtype=np.int64)
     names[used] = np.arange(used.size)
-    part = Surface(vertices=surface.vertices[used], faces=names[kept], name=surface.name)
-    return part, len(surface.faces) - len(kept), places
+    part = Surface(vertices=surface.vertices[used], faces=names[faces], name=surface.name)
+    return part, labels[kept], places
 
 
-def _wound(surface: Surface) -> tuple[BoolArray, Surface]:
+def _wound(surface: Surface, labels: IntArray) -> tuple[BoolArray, Surface]:
     """Return which faces were turned for a consistent winding, and the surface so wound, each fan apart."""
     check_edges(surface)
     turned = turned_faces(surface)
+    check_connected(surface, labels)
     wound = replace(surface, faces=np.where(turned[:, None], surface.faces[:, ::-1], surface.faces))
-    check_connected(wound)
     return turned, split_vertices(wound)
 
 
