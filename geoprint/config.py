@@ -57,7 +57,7 @@ class Job(_Table):
 
     Attributes:
         surface: mesh file of the part.
-        unit: length unit of the file, for formats that carry none.
+        unit: length unit of the file, None where the file carries it.
         flip: whether the file's winding is turned, so that the other side is printed.
         backend: name of the planning backend.
         resolution: pixels along the longer side of the raster of a backend that has one.
@@ -68,6 +68,7 @@ class Job(_Table):
         cell: cell file; a packaged one if not given.
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
+        fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
     """
 
     surface: Path
@@ -82,6 +83,7 @@ class Job(_Table):
     cell: Path | None = None
     place: Literal["demo"] | None = None
     robot: bool = True
+    fill_holes: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:

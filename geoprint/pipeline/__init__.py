@@ -16,6 +16,7 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
@@ -29,6 +30,7 @@ __all__ = [
     "COMPARED",
     "Comparison",
     "FailedPart",
+    "FileInspection",
     "Plan",
     "Planned",
     "Proposal",
@@ -42,6 +44,9 @@ __all__ = [
     "comparison_summary",
     "comparison_table",
     "examine",
+    "inspect_file",
+    "inspection_summary",
+    "inspection_text",
     "outcome_text",
     "plan",
     "proposal_summary",

@@ -15,7 +15,7 @@ from geoprint.model import Surface
 from geoprint.paths import largest_lean
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
-from geoprint.surfaces import describe, edge_lengths, face_areas
+from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
@@ -137,6 +137,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
+        "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "robot": plan.job.robot,
@@ -151,7 +152,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
 
 def _input(plan: Plan) -> dict[str, Json]:
     def of(path: Path, digest: str) -> dict[str, Json]:
-        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
+        return {"name": path.name, "sha256": digest, "unit": plan.workpiece.unit}
 
     digests = plan.workpiece.digests
     result = of(plan.job.surface, digests[0])
@@ -175,6 +176,7 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
+        "side": asdict(plan.workpiece.side),
     }
 
 
@@ -260,7 +262,14 @@ def _clearance(robot: RobotPlan) -> dict[str, Json]:
 
 
 def _warnings(plan: Plan) -> tuple[str, ...]:
-    warnings: list[str] = []
+    workpiece, preparation = plan.workpiece, plan.workpiece.preparation
+    hint = unit_hint(workpiece.part, unit=workpiece.unit)
+    warnings: list[str] = [hint] if hint else []
+    warnings.append(workpiece.side.sentence)
+    if preparation.changes():
+        warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
+    if not preparation.crossings_checked:
+        warnings.append("not checked: whether the surface passes through itself, because its triangles are so thin.")
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     if plan.toolpath.dropped_runs:
