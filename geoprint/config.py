@@ -1,7 +1,6 @@
 """Job and cell: TOML and command-line values in, validated model values out. Degrees end here.
 
-Unknown keys, wrong types, NaN and infinity are refused with the key's name, so that a typing error never becomes a
-default.
+Unknown keys, wrong types, NaN and infinity are refused by name, so that a typing error never becomes a default.
 """
 
 from __future__ import annotations
@@ -13,7 +12,16 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import InputError, UsageError
@@ -21,9 +29,13 @@ from geoprint.model import (
     Box,
     Cell,
     FloatArray,
+    Fluid,
     Lamp,
+    Material,
+    OnSlowdown,
     Process,
     Robot,
+    SearchWeights,
     SignalMode,
     Signals,
     Tool,
@@ -40,10 +52,9 @@ PAYLOAD_KG = 3.0
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
-SixRanges = Annotated[
-    list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
-]
-# From slower than any bead to the most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2].
+Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+SixRanges = Annotated[list[Range], Field(min_length=6, max_length=6)]
+# From slower than any bead to what is allowed beside a person [ISO 10218-1, 5.6.2].
 TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 
@@ -68,6 +79,8 @@ class Job(_Table):
         cell: cell file; a packaged one if not given.
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
+        max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
+        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
         fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
     """
 
@@ -83,6 +96,8 @@ class Job(_Table):
     cell: Path | None = None
     place: Literal["demo"] | None = None
     robot: bool = True
+    max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
+    on_slowdown: OnSlowdown = "lower"
     fill_holes: PositiveFloat | None = None
 
     @model_validator(mode="after")
@@ -173,6 +188,7 @@ class _WorkTable(_Table):
     demo_rpy_deg: Triple = [0.0, 0.0, 0.0]
     model_mm: list[Triple] = []
     touched_mm: list[Triple] = []
+    noise_mm: PositiveFloat | None = None
     part_mm: Triple = [0.0, 0.0, 0.0]
     part_rpy_deg: Triple = [0.0, 0.0, 0.0]
 
@@ -207,6 +223,23 @@ class _ProcessTable(_Table):
         return self
 
 
+class _MaterialTable(_Table):
+    density_g_cm3: PositiveFloat
+    consistency_pa_sn: PositiveFloat
+    flow_index: PositiveFloat
+    yield_stress_pa: Annotated[float, Field(ge=0.0)]
+    uv_irradiance_mw_cm2: PositiveFloat | None = None
+    uv_spot_mm: PositiveFloat | None = None
+    uv_dose_mj_cm2: PositiveFloat | None = None
+    flood_s: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _knows_the_whole_spot(self) -> Self:
+        if (self.uv_irradiance_mw_cm2 is None) != (self.uv_spot_mm is None):
+            raise ValueError("uv_irradiance_mw_cm2 and uv_spot_mm describe one spot: give both or neither")
+        return self
+
+
 class _SignalsTable(_Table):
     mode: SignalMode
     dispenser: SignalName
@@ -225,6 +258,13 @@ class _BoxTable(_Table):
     size_mm: Annotated[list[PositiveFloat], Field(min_length=3, max_length=3)]
 
 
+class _SearchTable(_Table):
+    motion: PositiveFloat = 1.0
+    limits: NonNegativeFloat = 1.0
+    singularities: NonNegativeFloat = 1.0
+    lean: NonNegativeFloat = 1.0
+
+
 class CellFile(_Table):
     """A cell file as it is written: lengths in mm, angles in degrees."""
 
@@ -234,10 +274,12 @@ class CellFile(_Table):
     nozzle: _NozzleTable
     bracket: _BracketTable
     lamp: _LampTable | None = None
+    material: _MaterialTable | None = None
     work: _WorkTable
     process: _ProcessTable
     signals: _SignalsTable
     obstacles: list[_BoxTable] = []
+    search: _SearchTable = _SearchTable()
 
 
 def load_cell(path: Path | None) -> Cell:
@@ -308,6 +350,8 @@ def _cell(file: CellFile, *, name: str) -> Cell:
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
         demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
+        material=None if file.material is None else _material(file.material),
+        search=SearchWeights(**file.search.model_dump()),
     )
 
 
@@ -333,6 +377,17 @@ def _lamp(lamp: _LampTable) -> Lamp:
     return Lamp(_pose(lamp.position_mm, lamp.rpy_deg), length=lamp.length_mm, diameter=lamp.diameter_mm)
 
 
+def _material(table: _MaterialTable) -> Material:
+    return Material(
+        density=table.density_g_cm3,
+        fluid=Fluid(table.consistency_pa_sn, table.flow_index, table.yield_stress_pa),
+        irradiance=table.uv_irradiance_mw_cm2,
+        spot_diameter=table.uv_spot_mm,
+        dose=table.uv_dose_mj_cm2,
+        flood=table.flood_s,
+    )
+
+
 def _fixture(work: _WorkTable) -> TouchedPoints | None:
     if work.source == "demo":
         return None
@@ -340,6 +395,7 @@ def _fixture(work: _WorkTable) -> TouchedPoints | None:
         model=np.array(work.model_mm),
         touched=np.array(work.touched_mm),
         T_fixture_work=_pose(work.part_mm, work.part_rpy_deg),
+        noise=work.noise_mm,
     )
 
 

@@ -8,12 +8,23 @@ from geoprint.model.cell import (
     Placement,
     Process,
     Robot,
+    SearchWeights,
     SignalMode,
     Signals,
     Tool,
     TouchedPoints,
 )
-from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
+from geoprint.model.material import Fluid, Material
+from geoprint.model.motion import (
+    Clearance,
+    ControllerPath,
+    JointPath,
+    OnSlowdown,
+    Program,
+    Slowdown,
+    Targets,
+    Trajectory,
+)
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
@@ -25,18 +36,23 @@ __all__ = [
     "Contours",
     "ControllerPath",
     "FloatArray",
+    "Fluid",
     "IntArray",
     "JointPath",
     "Lamp",
+    "Material",
+    "OnSlowdown",
     "Placement",
     "PoseStream",
     "Process",
     "Program",
     "Robot",
     "ScalarField",
+    "SearchWeights",
     "Seed",
     "SignalMode",
     "Signals",
+    "Slowdown",
     "Surface",
     "SurfaceCurves",
     "SurfacePoints",

@@ -1,37 +1,71 @@
 """From poses to a checked trajectory: placement, kinematics, timing and clearance. Metres stay inside."""
 
 from geoprint.motion.arm_clearance import arm_control
+from geoprint.motion.calibration import (
+    NOTABLE_SHARE,
+    FixtureCalibration,
+    NextTouch,
+    Uncertainty,
+    calibrate_fixture,
+    next_touch,
+    normal_uncertainty,
+    position_uncertainty,
+    refuse_uncertain,
+    turn_uncertainty,
+)
 from geoprint.motion.clearance import clearance
 from geoprint.motion.collision import collision_control
 from geoprint.motion.controller import controller_path
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.lean_room import Leaning, NozzleRoom, laying
 from geoprint.motion.margins import Margin
+from geoprint.motion.nozzle import is_axial, tilts
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
 from geoprint.motion.targets import written_targets
 from geoprint.motion.timing import retime
+from geoprint.motion.tip_calibration import TipCalibration, calibrate_tip
+from geoprint.motion.touch_statistics import TouchStatistics
 
 __all__ = [
+    "NOTABLE_SHARE",
     "Arm",
     "Candidate",
+    "FixtureCalibration",
+    "Leaning",
     "Margin",
+    "NextTouch",
+    "NozzleRoom",
     "ReachMap",
     "Reason",
     "Room",
     "Stand",
+    "TipCalibration",
+    "TouchStatistics",
+    "Uncertainty",
     "arm_control",
+    "calibrate_fixture",
+    "calibrate_tip",
     "clearance",
     "collision_control",
     "controller_path",
     "demo_placement",
     "fit_touched_points",
+    "is_axial",
+    "laying",
     "lost_shares",
+    "next_touch",
+    "normal_uncertainty",
+    "position_uncertainty",
     "reach",
     "reach_map",
     "reach_margin",
+    "refuse_uncertain",
     "retime",
     "search_placement",
+    "tilts",
+    "turn_uncertainty",
     "written_targets",
 ]

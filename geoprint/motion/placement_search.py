@@ -21,9 +21,9 @@ from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, IntArray, PoseStream
 from geoprint.model.arrays import freeze_arrays
-from geoprint.motion.following import about_nozzle
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
 from geoprint.motion.margins import angle_margins
+from geoprint.motion.nozzle import about_nozzle
 from geoprint.motion.pose_samples import PoseSamples, keyframes, sample_poses
 
 # Poses on which placements are judged, besides those that reach farthest and lean most.
