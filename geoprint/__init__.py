@@ -52,6 +52,8 @@ Sources, by the keys that docstrings use:
     [Mitchell1987]      Mitchell, Mount, Papadimitriou: The discrete geodesic problem. SIAM J. Comput. 16(4), 1987.
     [Mullen2008]        Mullen, Tong, Alliez, Desbrun: Spectral conformal parameterization. Comput. Graph. Forum 27(5),
                         2008.
+    [Nakamura1986]      Nakamura, Hanafusa: Inverse kinematic solutions with singularity robustness for robot
+                        manipulator control. J. Dyn. Syst. Meas. Control 108(3), 1986.
     [Pham2018]          Pham, Pham: A new approach to time-optimal path parameterization based on reachability analysis.
                         IEEE Trans. Robotics 34(3), 2018.
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,

@@ -31,6 +31,7 @@ from geoprint.model import (
     FloatArray,
     Fluid,
     Lamp,
+    LoadLimits,
     Material,
     OnSlowdown,
     Process,
@@ -41,13 +42,11 @@ from geoprint.model import (
     Tool,
     TouchedPoints,
 )
+from geoprint.motion.urdf import FLANGE_FRAME, read_urdf_file
 from geoprint.transforms import rigid
 
 # The cells that come with geoprint, the default first.
 PACKAGED_CELLS = ("irb120-bent45", "irb120-straight160")
-
-# What the IRB 120 carries, by its maker.
-PAYLOAD_KG = 3.0
 
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
@@ -129,10 +128,29 @@ def job_of(**values: object) -> Job:
 
 
 class _RobotTable(_Table):
-    model: Literal["irb120"]
+    model: Literal["irb120"] | None = None
+    urdf: str | None = None
+    flange: str = FLANGE_FRAME
     limits_deg: SixRanges
     speeds_deg_s: SixPositive
     accelerations_deg_s2: SixPositive
+    payload_kg: PositiveFloat | None = None
+    wrist_inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)] | None = None
+
+    @model_validator(mode="after")
+    def _one_arm_with_its_load(self) -> Self:
+        if (self.model is None) == (self.urdf is None):
+            raise ValueError("give either model, an arm that geoprint brings, or urdf, the file of your own")
+        if (self.payload_kg is None) != (self.wrist_inertia_kg_m2 is None):
+            raise ValueError("payload_kg and wrist_inertia_kg_m2 (about axes 5 and 6) belong together: give both")
+        return self
+
+    @property
+    def load(self) -> LoadLimits | None:
+        """What the flange may carry, or None where the file leaves that to the maker of a packaged arm."""
+        if self.payload_kg is None or self.wrist_inertia_kg_m2 is None:
+            return None
+        return LoadLimits(self.payload_kg, *self.wrist_inertia_kg_m2)
 
 
 class _HomeTable(_Table):
@@ -142,9 +160,10 @@ class _HomeTable(_Table):
 class _ToolTable(_Table):
     tcp_mm: Triple
     rpy_deg: Triple
-    mass_kg: Annotated[float, Field(gt=0.0, le=PAYLOAD_KG)]
+    mass_kg: PositiveFloat
     cog_mm: Triple
-    inertia_kg_m2: Triple
+    inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=3, max_length=3)]
+    inertia_rpy_deg: Triple = [0.0, 0.0, 0.0]
 
 
 class _NozzleTable(_Table):
@@ -300,13 +319,14 @@ def load_cell(path: Path | None) -> Cell:
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
     try:
-        return _cell(CellFile.model_validate(tomllib.loads(text)), name=name)
+        folder = path.parent if path else Path()
+        return _cell(CellFile.model_validate(tomllib.loads(text)), name=name, folder=folder)
     except tomllib.TOMLDecodeError as error:
         raise UsageError(f"{name} is not valid TOML: {error}; compare with a cell from `geoprint init`.") from error
     except ValidationError as error:
         raise UsageError(f"{name}: {describe(error)}; `geoprint init` writes a cell with every key.") from error
-    except InputError as error:
-        raise UsageError(f"{name}: {error}") from error
+    except (InputError, UsageError) as error:
+        raise UsageError(f"{name}: {error}", **error.details) from error
 
 
 def packaged_cell_text(name: str) -> str:
@@ -325,15 +345,19 @@ def describe(error: ValidationError) -> str:
     return f"{where}: {message[0].lower()}{message[1:]}{found}{more}"
 
 
-def _cell(file: CellFile, *, name: str) -> Cell:
+def _cell(file: CellFile, *, name: str, folder: Path) -> Cell:
+    urdf = file.robot.urdf
     return Cell(
         name=name,
         robot=Robot(
-            model=file.robot.model,
+            model=file.robot.model or Path(file.robot.urdf or "").name,
             limits=np.radians(file.robot.limits_deg),
             speeds=np.radians(file.robot.speeds_deg_s),
             accelerations=np.radians(file.robot.accelerations_deg_s2),
             home=np.radians(file.home.joints_deg),
+            urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
+            flange=file.robot.flange,
+            load=file.robot.load,
         ),
         tool=_tool(file),
         process=Process(
@@ -369,6 +393,7 @@ def _tool(file: CellFile) -> Tool:
         mass_kg=file.tool.mass_kg,
         cog=np.array(file.tool.cog_mm),
         inertia_kg_m2=np.array(file.tool.inertia_kg_m2),
+        principal_axes=Rotation.from_euler("xyz", file.tool.inertia_rpy_deg, degrees=True).as_matrix(),
         lamp=None if file.lamp is None else _lamp(file.lamp),
     )
 

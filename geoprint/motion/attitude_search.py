@@ -24,7 +24,6 @@ from geoprint.motion.keyframes import Keyframes, keyframe_rate, keyframes_of, pa
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.ladder import Rungs, Terms, climb
 from geoprint.motion.lean_room import Leaning, candidate_leans, laying, lean_costs
-from geoprint.motion.nozzle import is_axial
 from geoprint.motion.pose_samples import tool_poses
 
 # Turns of the coarse ladder, rungs on which the middle of their range is judged, and those that rank the branches.
@@ -141,7 +140,7 @@ def leaning_attitudes(
         leans, poses=poses, Ts_base_tool=Ts_base_tool, places=frames.places, rungs=free, leaning=leaning, weight=weight
     )
     kept = np.interp(np.arange(frames.count), frames.places, upright.rotations)
-    turns = np.zeros(1) if is_axial(arm.T_flange_tool) else LEANING_TURNS
+    turns = np.zeros(1) if arm.sense_of_turn else LEANING_TURNS
     rungs = _leaning(frames, kept[:, None] + turns, leans=leans, costs=costs)
     order = [upright.branch, *(branch for branch in range(BRANCHES) if branch != upright.branch)]
     for branch in order[:LEANING_BRANCHES]:
@@ -176,7 +175,7 @@ def _attitudes(
 ) -> Attitudes:
     """Refine the turns of keyframes on one branch, and return the smooth attitudes of all poses."""
     only = np.arange(BRANCHES) == branch
-    if is_axial(arm.T_flange_tool):
+    if arm.sense_of_turn:
         rotations = np.zeros(frames.count)
     else:
         for step in FINER_STEPS:
@@ -201,7 +200,7 @@ def _turning(frames: Keyframes, rotations: FloatArray, leans: FloatArray) -> Run
 
 def _coarse_turns(frames: Keyframes, arm: Arm, terms: Terms) -> FloatArray:
     """Return the turns of the coarse ladder, around the best constant turn of a few keyframes; of an axial tool one."""
-    if is_axial(arm.T_flange_tool):
+    if arm.sense_of_turn:
         return np.zeros(1)
     turns = 2.0 * np.pi * (np.arange(ROTATIONS) / ROTATIONS - 0.5)
     few, every = _thinned(frames, count=JUDGED_RUNGS), np.ones(BRANCHES, dtype=np.bool_)

@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.model import FloatArray, IntArray, Robot
+from geoprint.motion.configuration import wrist_angles
 from geoprint.motion.kinematics import JOINTS, Arm
 from geoprint.motion.margins import limit_margins
 from geoprint.motion.pose_samples import PoseSamples
@@ -79,7 +80,7 @@ def _unusable(joints: FloatArray, samples: PoseSamples, arm: Arm, *, minimum_wri
     missing = np.isnan(margins.min(axis=1))
     worst = np.where(missing[:, None], 0.0, margins).argmin(axis=1)
     beyond = ~missing & (margins[rows, worst] < 0.0)
-    wrist = np.abs(joints[:, 4])
+    wrist = wrist_angles(joints, arm=arm)
     singular = ~missing & ~beyond & samples.deposit & (wrist < minimum_wrist_angle)
     distances, reach = wrist_distances(samples.Ts_base_tool, arm)
     middle = limits.mean(axis=1)[worst]

@@ -17,12 +17,13 @@ from geoprint.errors import InputError, VerificationError
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchWeights
 from geoprint.motion.attitude_search import Attitudes, UprightSearch, axial_rotation, leaning_attitudes
 from geoprint.motion.configuration import configuration_data
+from geoprint.motion.constant_turns import ConstantTurns
 from geoprint.motion.following import Followed, follow
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
 from geoprint.motion.ladder import cost_terms
 from geoprint.motion.lean_room import Leaning, laying
 from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
-from geoprint.motion.nozzle import about_nozzle, is_axial, tilts, turned
+from geoprint.motion.nozzle import about_nozzle, tilts, turned
 from geoprint.motion.pose_samples import PoseSamples, sample_poses, tool_poses
 from geoprint.motion.reach_map import ReachMap, mapped
 from geoprint.motion.steps import tip_ways
@@ -61,7 +62,8 @@ def reach(
     poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which can turn more than
     once, is unwound along the stream; of the whole turns that keep all of it inside the limits the nearest to home is
     taken. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the places where
-    the arm cannot follow or the nozzle lacks room, and nowhere else.
+    the arm cannot follow or the nozzle lacks room, and nowhere else. An arm whose inverse is iteration gets the best of
+    some constant turns, and no lean.
 
     Args:
         poses: p poses in the work frame.
@@ -189,13 +191,15 @@ def _best_way(
     """
     if poses.count == 0:
         raise InputError("the pose stream is empty; there is nothing to reach: plan at least one run.")
-    terms = cost_terms(arm, weights=weights, minimum_wrist_angle=minimum_wrist_angle)
 
     def way_of(attitudes: Attitudes) -> _Way:
         return _followed(poses, arm, attitudes, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
 
-    search = UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms)
-    upright = _upright(way_of, search, count=poses.count)
+    if arm.closed_form is None:
+        constant = ConstantTurns(poses, arm, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
+        return _upright(way_of, constant, count=poses.count)
+    terms = cost_terms(arm, weights=weights, minimum_wrist_angle=minimum_wrist_angle)
+    upright = _upright(way_of, UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms), count=poses.count)
     if leaning is None:
         return upright
     proposed = leaning_attitudes(
@@ -211,7 +215,7 @@ def _best_way(
     return min(ways, key=lambda way: (way.failures, _lacking(way, leaning, T_base_work=T_base_work)))
 
 
-def _upright(way_of: Callable[[Attitudes], _Way], search: UprightSearch, *, count: int) -> _Way:
+def _upright(way_of: Callable[[Attitudes], _Way], search: UprightSearch | ConstantTurns, *, count: int) -> _Way:
     """Return the first way without a lean that holds along all samples, or else the one that fails at fewest.
 
     Where a way of `count` poses fails between keyframes only, they are set denser there before another branch is tried.
@@ -234,9 +238,9 @@ def _followed(
 ) -> _Way:
     commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
     samples = sample_poses(commanded, T_base_work=T_base_work)
-    if is_axial(arm.T_flange_tool):
+    if arm.sense_of_turn:
         joint_6 = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch, 5]
-        turn = axial_rotation(np.unwrap(joint_6[np.isfinite(joint_6)]), arm.robot) * np.sign(arm.T_flange_tool[2, 2])
+        turn = axial_rotation(np.unwrap(joint_6[np.isfinite(joint_6)]), arm.robot) * arm.sense_of_turn
         attitudes = replace(attitudes, rotations=attitudes.rotations + turn)
         commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
         samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])
@@ -270,7 +274,7 @@ def _servable(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> BoolArray:
         rows = failing[first : first + SAMPLES_AT_A_TIME]
         joints = arm.solutions((samples.Ts_base_tool[rows] @ turns).reshape(-1, 4, 4))
         each = np.swapaxes(joints.reshape(TRIED_TURNS, rows.size, BRANCHES, JOINTS), 1, 2)
-        holds = usable(each, arm.robot, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
+        holds = usable(each, arm, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
         servable[rows] = holds.any(axis=(0, 1))
     return servable
 

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geoprint import transforms
+from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, SearchWeights
 from geoprint.motion.closed_form import BRANCHES, JOINTS, solve_pose
 from geoprint.motion.kinematics import Arm
@@ -87,9 +88,13 @@ class Rungs:
 
 
 class Terms(NamedTuple):
-    """What the costs are made of, as the kernels take it; the arm's lengths in mm, angles in rad."""
+    """What the costs are made of, as the kernels take it: lengths in mm, angles in rad.
 
-    T_tool_flange: FloatArray
+    Joints count as the closed form counts them, whatever the conventions of the arm's URDF are.
+    """
+
+    T_foot_base: FloatArray
+    T_tool_end: FloatArray
     lengths: FloatArray
     limits: FloatArray
     rates: FloatArray
@@ -120,11 +125,21 @@ class Climbed:
 
 
 def cost_terms(arm: Arm, *, weights: SearchWeights, minimum_wrist_angle: float) -> Terms:
-    """Return what the costs are made of for an arm with its tool."""
+    """Return what the costs are made of for an arm with its tool.
+
+    Raises:
+        UsageError: the arm's inverse has no closed form.
+    """
+    inverse = arm.closed_form
+    if inverse is None:
+        raise UsageError(
+            f"the ladder needs the closed form of the inverse, which the arm has not: {arm.no_closed_form}."
+        )
     return Terms(
-        T_tool_flange=np.ascontiguousarray(transforms.inverse(arm.T_flange_tool)),
-        lengths=np.array(astuple(arm.lengths)),
-        limits=arm.robot.limits,
+        T_foot_base=transforms.inverse(inverse.T_base_foot),
+        T_tool_end=np.ascontiguousarray(transforms.inverse(inverse.T_end_flange @ arm.T_flange_tool)),
+        lengths=np.array(astuple(inverse.lengths)),
+        limits=np.sort(inverse.offsets[:, None] + inverse.signs[:, None] * arm.robot.limits, axis=1),
         rates=math.sqrt(weights.motion) * REFERENCE_SPEED / arm.robot.speeds,
         wraps=np.ptp(arm.robot.limits, axis=1) >= 2.0 * np.pi,
         turning=weights.motion * TURNING,
@@ -146,7 +161,13 @@ def climb(rungs: Rungs, terms: Terms, *, branches: BoolArray) -> Climbed:
     costs = np.full(BRANCHES, np.inf)
     choices = np.zeros((BRANCHES, len(rungs.deposit)), dtype=np.int64)
     ladder = _Ladder(
-        rungs.Ts_base_tool, rungs.deposit, rungs.steps, rungs.lengths, rungs.candidates, rungs.offsets, rungs.extra
+        terms.T_foot_base @ rungs.Ts_base_tool,
+        rungs.deposit,
+        rungs.steps,
+        rungs.lengths,
+        rungs.candidates,
+        rungs.offsets,
+        rungs.extra,
     )
     widest = int(np.diff(rungs.offsets).max())
     _sweep(ladder, terms, branches, np.empty((2, widest, BRANCHES, JOINTS + 1)), back, costs, choices)
@@ -156,7 +177,7 @@ def climb(rungs: Rungs, terms: Terms, *, branches: BoolArray) -> Climbed:
 class _Ladder(NamedTuple):
     """`Rungs` as the kernels take them."""
 
-    Ts_base_tool: FloatArray
+    Ts_foot_tool: FloatArray
     deposit: BoolArray
     steps: FloatArray
     lengths: FloatArray
@@ -186,7 +207,7 @@ def _sweep(
             state[:, 6] = np.inf
             if ladder.extra[candidate] == np.inf:
                 continue
-            _flange_pose(ladder.Ts_base_tool[rung], ladder.candidates[candidate], terms.T_tool_flange, T)
+            _end_pose(ladder.Ts_foot_tool[rung], ladder.candidates[candidate], terms.T_tool_end, T)
             solve_pose(T, terms.lengths, state)
             for branch in range(BRANCHES):
                 if not branches[branch]:
@@ -289,8 +310,8 @@ def _step_cost(start: FloatArray, end: FloatArray, length: float, terms: Terms) 
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _flange_pose(T: FloatArray, candidate: FloatArray, T_tool_flange: FloatArray, out: FloatArray) -> None:
-    """Fill (4, 4) out with the flange of a tool that leans by (x, y) and turns about its nozzle, as `turned` does."""
+def _end_pose(T: FloatArray, candidate: FloatArray, T_tool_end: FloatArray, out: FloatArray) -> None:
+    """Fill (4, 4) out with the end of an arm whose tool leans by (x, y) and turns, as `turned` has it."""
     turn, x, y = candidate
     angle = math.hypot(x, y)
     sine = math.sin(angle) / angle if angle > 0.0 else 1.0
@@ -307,9 +328,7 @@ def _flange_pose(T: FloatArray, candidate: FloatArray, T_tool_flange: FloatArray
         )
         for column in range(4):
             out[row, column] = (
-                turned_x * T_tool_flange[0, column]
-                + turned_y * T_tool_flange[1, column]
-                + along * T_tool_flange[2, column]
+                turned_x * T_tool_end[0, column] + turned_y * T_tool_end[1, column] + along * T_tool_end[2, column]
             )
         out[row, 3] += T[row, 3]
 

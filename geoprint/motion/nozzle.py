@@ -18,9 +18,13 @@ AXIAL_OFFSET = 1e-3
 AXIAL_TILT = 1e-5
 
 
-def is_axial(T_flange_tool: FloatArray) -> bool:
-    """Say whether turning about the nozzle moves joint 6 only: the tool's z axis lies on the flange's."""
-    offset, axis = np.hypot(*T_flange_tool[:2, 3]), np.hypot(*T_flange_tool[:2, 2])
+def is_axial(T_end_tool: FloatArray) -> bool:
+    """Say whether turning about the nozzle moves joint 6 only: the tool's z axis lies on that of joint 6.
+
+    Args:
+        T_end_tool: (4, 4) tool in a frame whose z axis is that of joint 6: the flange's of any usual arm [mm].
+    """
+    offset, axis = np.hypot(*T_end_tool[:2, 3]), np.hypot(*T_end_tool[:2, 2])
     return bool(offset <= AXIAL_OFFSET and axis <= AXIAL_TILT)
 
 

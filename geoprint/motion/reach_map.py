@@ -130,7 +130,7 @@ class ReachMap:
         what = {
             Reason.REACHED: "is reached",
             Reason.OUT_OF_REACH: f"is out of reach: the wrist would be {found:.0f} mm from axis 2, allowed is "
-            f"{low:.0f} to {high:.0f} mm",
+            f"{low:.0f} to {high:.0f} mm{' in any attitude' if low <= found <= high else ''}",
             Reason.JOINT_LIMIT: f"needs joint {joint} at {angle:.2f} degrees, allowed is {least:.0f} to {most:.0f}",
             Reason.WRIST: f"is near the wrist singularity: joint 5 at {angle:.1f} degrees, at least {least:.1f} is "
             "needed on deposit",
@@ -233,12 +233,7 @@ def lost_shares(error: PlanError) -> tuple[tuple[str, float], ...]:
 
 def wrist_distances(Ts_base_tool: FloatArray, arm: Arm) -> tuple[FloatArray, FloatArray]:
     """Return the (k,) distances of the wrist centre from axis 2 with the arm facing it, and their (2,) bounds [mm]."""
-    lengths = arm.lengths
-    Ts_base_flange = Ts_base_tool @ transforms.inverse(arm.T_flange_tool)
-    x, y, z = (Ts_base_flange[:, :3, 3] - lengths.c4 * Ts_base_flange[:, :3, 2]).T
-    ahead = np.sqrt(np.maximum(x**2 + y**2 - lengths.b**2, 0.0)) - lengths.a1
-    forearm = float(np.hypot(lengths.a2, lengths.c3))
-    return np.hypot(ahead, z - lengths.c1), np.array([abs(lengths.c2 - forearm), lengths.c2 + forearm])
+    return arm.inverse.wrist_distances(Ts_base_tool @ transforms.inverse(arm.T_flange_tool))
 
 
 def _name(reason: int, joint: int) -> str:

@@ -29,6 +29,7 @@ from geoprint.motion import (
     Arm,
     Leaning,
     NozzleRoom,
+    check_load,
     clearance,
     controller_path,
     reach,
@@ -212,7 +213,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
             placement=placement,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,
-            checked=found.checked,
+            checked=(*found.checked, check_load(cell.tool, arm).sentence),
             not_checked=found.not_checked,
         )
     robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, program)

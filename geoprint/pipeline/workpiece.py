@@ -16,12 +16,15 @@ from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import check_cell
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
 from geoprint.motion import (
+    Arm,
     FixtureCalibration,
     Uncertainty,
     calibrate_fixture,
+    check_load,
     demo_placement,
     normal_uncertainty,
     refuse_uncertain,
+    require_abb_conventions,
 )
 from geoprint.pipeline.outside import Side, printed_side
 from geoprint.pipeline.stages import Stages
@@ -161,6 +164,9 @@ def _require_placement(job: Job, cell: Cell) -> None:
         )
     if job.robot:
         check_cell(cell)
+        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        require_abb_conventions(arm)
+        check_load(cell.tool, arm)
 
 
 def _sha256(path: Path) -> str:
