@@ -70,7 +70,7 @@ class Job(_Table):
 
     Attributes:
         surface: mesh file of the part.
-        unit: length unit of the file, for formats that carry none.
+        unit: length unit of the file, None where the file carries it.
         flip: whether the file's winding is turned, so that the other side is printed.
         backend: name of the planning backend.
         resolution: pixels along the longer side of the raster of a backend that has one.
@@ -83,6 +83,7 @@ class Job(_Table):
         robot: whether the robot's chain is planned too.
         max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
         on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
+        fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
     """
 
     surface: Path
@@ -99,6 +100,7 @@ class Job(_Table):
     robot: bool = True
     max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
     on_slowdown: OnSlowdown = "lower"
+    fill_holes: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:

@@ -28,6 +28,7 @@ from geoprint.pipeline.comparison_files import (
 )
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
+from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
@@ -46,6 +47,7 @@ __all__ = [
     "Checked",
     "Comparison",
     "FailedPart",
+    "FileInspection",
     "Finding",
     "Plan",
     "Planned",
@@ -70,6 +72,9 @@ __all__ = [
     "examine",
     "fit_flow",
     "fit_summary",
+    "inspect_file",
+    "inspection_summary",
+    "inspection_text",
     "material_table",
     "outcome_text",
     "plan",

@@ -19,7 +19,7 @@ from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.quality import Uniformity
-from geoprint.surfaces import describe, edge_lengths, face_areas
+from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
@@ -148,6 +148,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
+        "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "max_tilt_deg": plan.job.max_tilt,
@@ -164,7 +165,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
 
 def _input(plan: Plan) -> dict[str, Json]:
     def of(path: Path, digest: str) -> dict[str, Json]:
-        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
+        return {"name": path.name, "sha256": digest, "unit": plan.workpiece.unit}
 
     digests = plan.workpiece.digests
     result = of(plan.job.surface, digests[0])
@@ -188,6 +189,7 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
+        "side": asdict(plan.workpiece.side),
     }
 
 
@@ -327,7 +329,14 @@ def _clearance(robot: RobotPlan) -> dict[str, Json]:
 
 
 def _warnings(plan: Plan) -> tuple[str, ...]:
-    warnings: list[str] = []
+    workpiece, preparation = plan.workpiece, plan.workpiece.preparation
+    hint = unit_hint(workpiece.part, unit=workpiece.unit)
+    warnings: list[str] = [hint] if hint else []
+    warnings.append(workpiece.side.sentence)
+    if preparation.changes():
+        warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
+    if not preparation.crossings_checked:
+        warnings.append("not checked: whether the surface passes through itself, because its triangles are so thin.")
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff

@@ -26,12 +26,14 @@ from geoprint.motion import (
     refuse_uncertain,
     require_abb_conventions,
 )
+from geoprint.pipeline.outside import Side, printed_side
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
     PreparationReport,
     boundary_seed,
     closest,
     load,
+    load_with_unit,
     mean_normal,
     point_seed,
     prepare,
@@ -56,6 +58,8 @@ class Workpiece:
     Attributes:
         cell: the machine.
         part: the surface as prepared, before refinement.
+        unit: of the part's file.
+        side: which side of the part is printed on, and how that was found.
         body: what the part lies on, or None.
         digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read.
         preparation: what preparing changed.
@@ -69,6 +73,8 @@ class Workpiece:
 
     cell: Cell
     part: Surface
+    unit: str
+    side: Side
     body: Surface | None
     digests: tuple[str, ...]
     preparation: PreparationReport
@@ -98,15 +104,19 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         cell = load_cell(job.cell)
         _require_placement(job, cell)
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
-        part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
-        body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
+        loaded, unit = load_with_unit(job.surface, unit=job.unit, flip=job.flip)
+        prepared, preparation = prepare(loaded, longest_hole=job.fill_holes)
+        body = None if job.body is None else _body(prepared, load(job.body, unit=job.unit))
+        part, side = printed_side(prepared, body, flip=job.flip)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
         spacing = _wanted_spacing(job, part)
         edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
         surface = refine(part, edge_length=edge_length)
         seed = _seed(job, surface)
-    return Workpiece(cell, part, body, digests, preparation, edge_length, surface, seed, placement, uncertainty)
+    return Workpiece(
+        cell, part, unit, side, body, digests, preparation, edge_length, surface, seed, placement, uncertainty
+    )
 
 
 def backend_factory(name: str) -> BackendFactory:
