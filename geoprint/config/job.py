@@ -1,0 +1,78 @@
+"""What to plan, as the command line or a program asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+
+from geoprint.config.strict import Table, Triple, describe
+from geoprint.errors import UsageError
+from geoprint.model import OnSlowdown
+
+
+class Job(Table):
+    """What to plan, as the command line or a program asks for it.
+
+    Attributes:
+        surface: mesh file of the part.
+        unit: length unit of the file, None where the file carries it.
+        flip: whether the file's winding is turned, so that the other side is printed.
+        backend: name of the planning backend.
+        resolution: pixels along the longer side of the raster of a backend that has one.
+        spacing: distance between neighbouring paths [mm]; or
+        rounds: number of levels between the seed and the farthest point.
+        seed: point [mm] from which distance is measured, instead of the border.
+        body: mesh file of what the part lies on, in the same coordinates and unit.
+        cell: cell file; a packaged one if not given.
+        place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
+        robot: whether the robot's chain is planned too.
+        max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
+        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
+        fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
+    """
+
+    surface: Path
+    unit: Literal["mm", "cm", "m", "um", "in"] | None = None
+    flip: bool = False
+    backend: str = "heat"
+    resolution: PositiveInt | None = None
+    spacing: PositiveFloat | None = None
+    rounds: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    seed: Triple | None = None
+    body: Path | None = None
+    cell: Path | None = None
+    place: Literal["demo"] | None = None
+    robot: bool = True
+    max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
+    on_slowdown: OnSlowdown = "lower"
+    fill_holes: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _one_of_spacing_and_rounds(self) -> Self:
+        if self.spacing is not None and self.rounds is not None:
+            raise ValueError("give either spacing or rounds, not both: each follows from the other")
+        return self
+
+
+def job_of(**values: object) -> Job:
+    """Return the job with the given values.
+
+    Args:
+        **values: attributes of `Job`; files as text or paths, the seed as any sequence of three numbers.
+
+    Raises:
+        UsageError: a value is unknown, missing or meaningless; the sentence names it.
+    """
+    given = dict(values)
+    for name, value in values.items():
+        if name in {"surface", "body", "cell"} and isinstance(value, str):
+            given[name] = Path(value)
+        if name == "seed" and isinstance(value, Sequence):
+            given[name] = [*value]
+    try:
+        return Job.model_validate(given)
+    except ValidationError as error:
+        raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error
