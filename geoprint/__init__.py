@@ -17,6 +17,9 @@ stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKE
 
 Sources, by the keys that docstrings use:
 
+    [3MF]               3MF Consortium: 3D Manufacturing Format, core specification 1.3 and production extension 1.1.
+    [Barequet1995]      Barequet, Sharir: Filling gaps in the boundary of a polyhedron. Comput. Aided Geom. Des. 12(2),
+                        1995.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete
@@ -38,6 +41,8 @@ Sources, by the keys that docstrings use:
     [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
     [Kahan2014]         Kahan: Miscalculating area and angles of a needle-like triangle. Lecture notes, Berkeley, 2014.
     [Kimmel1998]        Kimmel, Sethian: Computing geodesic paths on manifolds. Proc. Natl. Acad. Sci. 95(15), 1998.
+    [Lauterbach2009]    Lauterbach, Garland, Sengupta, Luebke, Manocha: Fast BVH construction on GPUs. Comput. Graph.
+                        Forum 28(2), 2009.
     [Levy2002]          Lévy, Petitjean, Ray, Maillot: Least squares conformal maps. ACM Trans. Graph. 21(3), 2002.
     [Lorensen1987]      Lorensen, Cline: Marching cubes. Computer Graphics 21(4), 1987; here its planar form.
     [Mitchell1987]      Mitchell, Mount, Papadimitriou: The discrete geodesic problem. SIAM J. Comput. 16(4), 1987.

@@ -1,6 +1,16 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
-from geoprint.surfaces.io import UNITS, load, ply_bytes, save_ply
+from geoprint.surfaces.inspection import Finding, Inspection, inspect
+from geoprint.surfaces.io import (
+    UNITS,
+    likely_unit,
+    load,
+    load_with_unit,
+    ply_bytes,
+    save_ply,
+    suggested_unit,
+    unit_hint,
+)
 from geoprint.surfaces.operators import (
     cotangent_laplacian,
     divergence,
@@ -32,6 +42,8 @@ from geoprint.surfaces.topology import (
 
 __all__ = [
     "UNITS",
+    "Finding",
+    "Inspection",
     "PolylineDistance",
     "PreparationReport",
     "arc_lengths",
@@ -52,7 +64,10 @@ __all__ = [
     "face_normals",
     "gradient",
     "half_edges",
+    "inspect",
+    "likely_unit",
     "load",
+    "load_with_unit",
     "lumped_mass",
     "mean_normal",
     "normals",
@@ -63,7 +78,9 @@ __all__ = [
     "prepare",
     "refine",
     "save_ply",
+    "suggested_unit",
     "twins",
+    "unit_hint",
     "vertex_normals",
     "vertex_points",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.formats import read_mesh
+from geoprint.surfaces.topology import used_vertices
 
 # Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
 UNITS = {"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001}
@@ -22,22 +23,27 @@ RESOLUTION_SHARE = 1e-4
 
 
 def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
+    """Return the surface of `load_with_unit`."""
+    return load_with_unit(path, unit=unit, flip=flip)[0]
+
+
+def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple[Surface, str]:
     """Read a mesh file and turn its coordinates into mm.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
     that.
 
     Args:
-        path: of a .stl (ASCII or binary), .ply, .obj or .off file.
-        unit: of the file's coordinates, a key of UNITS; None, since these formats carry no unit, is answered by an
-            error that shows what the size would be in each.
+        path: of a .stl (ASCII or binary), .ply, .obj, .off or .3mf file, or of a .zip file with one of these.
+        unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
+            carry no unit, None is answered by an error that shows what the size would be in each.
         flip: whether to turn the winding, where the file's says inside what is outside.
 
     Returns:
-        The surface in mm, named after the file.
+        The surface in mm, named after the file, and the unit of the file.
 
     Raises:
-        UsageError: the unit is missing or unknown.
+        UsageError: the unit is missing, unknown, or another one than the file says.
         InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
             implausible, or the part lies so far from the origin that single precision does not resolve it.
     """
@@ -45,16 +51,20 @@ def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    vertices, faces = read_mesh(path)
+    file = read_mesh(path)
+    vertices, faces = file.vertices, file.faces
+    if file.unit is not None and unit not in {None, file.unit}:
+        raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
+    unit = unit or file.unit
     # Vertices that no face uses do not belong to the part.
-    used = vertices[np.unique(faces)]
+    used = vertices[used_vertices(faces)]
     extents = used.max(axis=0) - used.min(axis=0)
     if unit is None:
         raise UsageError(_missing_unit(path.name, extents))
     _check_size(path.name, extents * UNITS[unit], unit=unit)
     _check_resolution(path.name, used * UNITS[unit])
     wound = faces[:, ::-1] if flip else faces
-    return Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name)
+    return Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit
 
 
 def ply_bytes(surface: Surface) -> bytes:
@@ -97,6 +107,35 @@ def likely_unit(size: float) -> str | None:
             if smallest <= size * scale <= largest:
                 return unit
     return None
+
+
+def suggested_unit(path: Path) -> str:
+    """Return the unit that a file carries, or else the one in which it most likely is.
+
+    Raises:
+        InputError: as `load`.
+    """
+    file = read_mesh(path)
+    used = file.vertices[used_vertices(file.faces)]
+    return file.unit or likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
+
+
+def unit_hint(surface: Surface, *, unit: str) -> str | None:
+    """Return a sentence where a part is so small or large that its unit may be wrong, else None.
+
+    Args:
+        surface: in mm.
+        unit: that its file was read in.
+    """
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    likely = likely_unit(size / UNITS[unit])
+    smallest, largest = USUAL_SIZE
+    if smallest <= size <= largest or likely in {None, unit}:
+        return None
+    return (
+        f"{surface.name} is {_in_words(size)} large in {unit}, most parts have {smallest:g} to {largest:g} mm; in "
+        f"{likely} it would be {_in_words(size / UNITS[unit] * UNITS[str(likely)])}: check `--unit`."
+    )
 
 
 def _missing_unit(name: str, extents: FloatArray) -> str:

@@ -26,6 +26,16 @@ def half_edges(faces: IntArray) -> IntArray:
     return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
+def used_vertices(indices: IntArray) -> IntArray:
+    """Return the vertices that faces or edges refer to, each once, ascending.
+
+    Args:
+        indices: vertex indices of any shape.
+    """
+    # Sorting millions of indices takes half a second, counting them does not.
+    return np.flatnonzero(np.bincount(indices.ravel()))
+
+
 def edges(faces: IntArray) -> IntArray:
     """Return every undirected edge once.
 
@@ -175,7 +185,7 @@ def component_labels(surface: Surface) -> IntArray:
 
 def euler_characteristic(surface: Surface) -> int:
     """Return vertices - edges + faces, counting only vertices that a face uses: disc 1, annulus 0, sphere 2."""
-    return int(np.unique(surface.faces).size - len(edges(surface.faces)) + len(surface.faces))
+    return int(used_vertices(surface.faces).size - len(edges(surface.faces)) + len(surface.faces))
 
 
 def describe(surface: Surface) -> str:
