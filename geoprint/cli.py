@@ -66,6 +66,16 @@ SeedPoint = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
 ]
+At = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Cut the part out of the file: the piece about the point X Y Z (mm) ..."),
+]
+Radius = Annotated[float | None, typer.Option(help="... up to this far along the surface in mm ...")]
+Cone = Annotated[float | None, typer.Option(help="... and where its normal turns at most this far, in degrees.")]
+PatchBox = Annotated[
+    tuple[float, float, float, float, float, float] | None,
+    typer.Option("--box", help="Cut the part out of the file by a box: lowest and highest X Y Z in mm."),
+]
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
@@ -109,6 +119,10 @@ def plan(
     step: Step = None,
     resolution: Resolution = None,
     seed: SeedPoint = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -126,6 +140,7 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        at=at, radius=radius, cone_deg=cone, box=box,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
@@ -149,6 +164,10 @@ def compare(
     step: Step = None,
     resolution: Resolution = None,
     seed: SeedPoint = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -168,6 +187,7 @@ def compare(
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
             seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+            at=at, radius=radius, cone_deg=cone, box=box,
         )
         for surface in surfaces
     ]  # fmt: skip
@@ -210,6 +230,38 @@ def place(
     if as_json:
         typer.echo(json.dumps(proposal_summary(proposal), indent=2))
     _say(proposal_text(proposal))
+
+
+@app.command()
+def patch(
+    body: Part,
+    *,
+    out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
+    unit: Unit = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
+    flip: Flip = False,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Cut a patch out of a body, through its triangles, so that its rim is smooth."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import patch_of, patch_summary, patch_text
+    from geoprint.surfaces import save_ply
+
+    if out.exists() and not overwrite:
+        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
+    if out.suffix.lower() != ".ply":
+        raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
+    cut = patch_of(job_of(surface=body, unit=unit, flip=flip, at=at, radius=radius, cone_deg=cone, box=box))
+    if cut is None:
+        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
+    save_ply(cut.surface, out)
+    if as_json:
+        typer.echo(json.dumps(patch_summary(cut), indent=2))
+    _say(f"{patch_text(cut)}\nwritten: {out} (in mm)")
 
 
 @app.command()

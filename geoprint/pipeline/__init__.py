@@ -26,6 +26,7 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_of, patch_summary, patch_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
@@ -41,6 +42,8 @@ __all__ = [
     "CalibratedTool",
     "Comparison",
     "FailedPart",
+    "Patch",
+    "PatchChoice",
     "Plan",
     "Planned",
     "Proposal",
@@ -59,8 +62,12 @@ __all__ = [
     "comparison_report",
     "comparison_summary",
     "comparison_table",
+    "cut_patch",
     "examine",
     "outcome_text",
+    "patch_of",
+    "patch_summary",
+    "patch_text",
     "plan",
     "proposal_summary",
     "proposal_text",

@@ -14,6 +14,7 @@ from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.motion import NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean
+from geoprint.pipeline.patches import patch_summary, patch_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
@@ -72,6 +73,8 @@ def outcome_text(plan: Plan) -> str:
             f"{plan.contours.spacing:.3g} mm spacing ({plan.job.backend})"
         )
     ]
+    if plan.workpiece.patch is not None:
+        lines.append(patch_text(plan.workpiece.patch))
     if plan.uniformity is not None:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
@@ -138,6 +141,10 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
+        "at_mm": plan.job.at,
+        "radius_mm": plan.job.radius,
+        "cone_deg": plan.job.cone_deg,
+        "box_mm": plan.job.box,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "robot": plan.job.robot,
@@ -176,6 +183,7 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
+        "patch": None if plan.workpiece.patch is None else patch_summary(plan.workpiece.patch),
     }
 
 

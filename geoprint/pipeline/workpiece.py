@@ -23,6 +23,7 @@ from geoprint.motion import (
     normal_uncertainty,
     refuse_uncertain,
 )
+from geoprint.pipeline.patches import Patch, patch_of
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
     PreparationReport,
@@ -53,8 +54,9 @@ class Workpiece:
     Attributes:
         cell: the machine.
         part: the surface as prepared, before refinement.
-        body: what the part lies on, or None.
+        body: what the part lies on, which is what it was cut from where the job names no other; or None.
         digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read.
+        patch: how the part was cut from its body, or None where the file is the part.
         preparation: what preparing changed.
         edge_length: that the part was refined to [mm].
         surface: the refined surface to plan on.
@@ -68,6 +70,7 @@ class Workpiece:
     part: Surface
     body: Surface | None
     digests: tuple[str, ...]
+    patch: Patch | None
     preparation: PreparationReport
     edge_length: float
     surface: Surface
@@ -95,15 +98,21 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         cell = load_cell(job.cell)
         _require_placement(job, cell)
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
-        part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
-        body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
+        patch = patch_of(job)
+        if patch is None:
+            part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
+            body = None
+        else:
+            part, preparation, body = patch.surface, patch.preparation, patch.body
+        if job.body is not None:
+            body = _body(part, load(job.body, unit=job.unit))
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
         spacing = _wanted_spacing(job, part)
         edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
         surface = refine(part, edge_length=edge_length)
         seed = _seed(job, surface)
-    return Workpiece(cell, part, body, digests, preparation, edge_length, surface, seed, placement, uncertainty)
+    return Workpiece(cell, part, body, digests, patch, preparation, edge_length, surface, seed, placement, uncertainty)
 
 
 def backend_factory(name: str) -> BackendFactory:

@@ -1,5 +1,6 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
+from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
     UNITS,
@@ -25,7 +26,7 @@ from geoprint.surfaces.operators import (
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
-from geoprint.surfaces.repair import PreparationReport, prepare
+from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare, signed_volume
 from geoprint.surfaces.seeds import boundary_seed, point_seed
 from geoprint.surfaces.topology import (
     boundary_half_edges,
@@ -44,12 +45,14 @@ __all__ = [
     "UNITS",
     "Finding",
     "Inspection",
+    "Joined",
     "PolylineDistance",
     "PreparationReport",
     "arc_lengths",
     "boundary_half_edges",
     "boundary_loops",
     "boundary_seed",
+    "clipped",
     "closest",
     "component_labels",
     "cotangent_laplacian",
@@ -62,9 +65,11 @@ __all__ = [
     "even_points",
     "face_areas",
     "face_normals",
+    "faces_within",
     "gradient",
     "half_edges",
     "inspect",
+    "join",
     "likely_unit",
     "load",
     "load_with_unit",
@@ -72,12 +77,15 @@ __all__ = [
     "mean_normal",
     "normals",
     "numbered_edges",
+    "part_of",
+    "piece_at",
     "ply_bytes",
     "point_seed",
     "positions",
     "prepare",
     "refine",
     "save_ply",
+    "signed_volume",
     "suggested_unit",
     "twins",
     "unit_hint",
