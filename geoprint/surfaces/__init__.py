@@ -4,8 +4,10 @@ from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
     UNITS,
+    Loaded,
     likely_unit,
     load,
+    load_file,
     load_with_unit,
     ply_bytes,
     save_ply,
@@ -46,6 +48,7 @@ __all__ = [
     "Finding",
     "Inspection",
     "Joined",
+    "Loaded",
     "PolylineDistance",
     "PreparationReport",
     "arc_lengths",
@@ -72,6 +75,7 @@ __all__ = [
     "join",
     "likely_unit",
     "load",
+    "load_file",
     "load_with_unit",
     "lumped_mass",
     "mean_normal",

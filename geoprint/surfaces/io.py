@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 import numpy as np
 
@@ -22,25 +24,48 @@ USUAL_SIZE = (10.0, 500.0)
 RESOLUTION_SHARE = 1e-4
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """A surface as a file has it.
+
+    Attributes:
+        surface: in mm, named after the file.
+        unit: of the file's coordinates.
+        notes: names and values that say how the mesh was made, where the file holds something else.
+    """
+
+    surface: Surface
+    unit: str
+    notes: tuple[tuple[str, str | float | int], ...]
+
+
 def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
-    """Return the surface of `load_with_unit`."""
-    return load_with_unit(path, unit=unit, flip=flip)[0]
+    """Return the surface of `load_file`."""
+    return load_file(path, unit=unit, flip=flip).surface
 
 
 def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple[Surface, str]:
-    """Read a mesh file and turn its coordinates into mm.
+    """Return the surface of `load_file`, and the unit of the file."""
+    loaded = load_file(path, unit=unit, flip=flip)
+    return loaded.surface, loaded.unit
+
+
+def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | None = None) -> Loaded:
+    """Read a mesh file, or make a mesh of what it holds, and turn its coordinates into mm.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
     that.
 
     Args:
-        path: of a .stl (ASCII or binary), .ply, .obj, .off or .3mf file, or of a .zip file with one of these.
+        path: of one of `formats.SUFFIXES`.
         unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
             carry no unit, None is answered by an error that shows what the size would be in each.
         flip: whether to turn the winding, where the file's says inside what is outside.
+        label: of a label volume, which one is meant.
 
     Returns:
-        The surface in mm, named after the file, and the unit of the file.
+        The surface in mm, named after the file, and how it was read.
 
     Raises:
         UsageError: the unit is missing, unknown, or another one than the file says.
@@ -51,7 +76,7 @@ def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    file = read_mesh(path)
+    file = read_mesh(path, label=label)
     vertices, faces = file.vertices, file.faces
     if file.unit is not None and unit not in {None, file.unit}:
         raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
@@ -64,7 +89,7 @@ def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple
     _check_size(path.name, extents * UNITS[unit], unit=unit)
     _check_resolution(path.name, used * UNITS[unit])
     wound = faces[:, ::-1] if flip else faces
-    return Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit
+    return Loaded(Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit, file.notes)
 
 
 def ply_bytes(surface: Surface) -> bytes:

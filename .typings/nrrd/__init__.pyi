@@ -1,0 +1,7 @@
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+def read_header(file: BinaryIO) -> dict[str, object]: ...
+def write(file: str, data: NDArray[np.generic], header: dict[str, object] | None = None) -> None: ...
