@@ -30,6 +30,8 @@ app = typer.Typer(
 # Stages faster than this [s] are not worth a line.
 QUICK_STAGE = 1.0
 STOPPED_BY_USER = 130
+# Addresses that the libraries take before any work [GB].
+LEAST_MEMORY = 1.5
 
 
 def main() -> None:
@@ -52,8 +54,13 @@ def main() -> None:
         sys.exit(GeoprintError.exit_status)
 
 
-Part = Annotated[Path, typer.Argument(help="Mesh of the part: STL, OBJ, PLY or OFF.", show_default=False)]
-Parts = Annotated[list[Path], typer.Argument(help="Meshes of the parts: STL, OBJ, PLY or OFF.", show_default=False)]
+Part = Annotated[
+    Path,
+    typer.Argument(help="Mesh of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP.", show_default=False),
+]
+Parts = Annotated[
+    list[Path], typer.Argument(help="Meshes of the parts: STL, OBJ, PLY, OFF or 3MF.", show_default=False)
+]
 Out = Annotated[Path, typer.Option(help="Folder for the result.", show_default=False)]
 Unit = Annotated[str | None, typer.Option(help="Length unit of the file: mm, cm, m, um or in.")]
 Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouring paths in mm.")]
@@ -66,6 +73,7 @@ SeedPoint = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
 ]
+Label = Annotated[int | None, typer.Option(help="Which label of a label volume (.nii, .nii.gz, .nrrd).")]
 At = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Cut the part out of the file: the piece about the point X Y Z (mm) ..."),
@@ -85,6 +93,10 @@ Samples = Annotated[
     bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
 ]
 Figures = Annotated[bool, typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.")]
+FillHoles = Annotated[
+    float | None, typer.Option(help="Close holes whose border is up to this long in mm; by default missing triangles.")
+]
+MaxMemory = Annotated[float | None, typer.Option(help="Stop with status 6 beyond this much memory in GB.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
 
@@ -119,6 +131,7 @@ def plan(
     step: Step = None,
     resolution: Resolution = None,
     seed: SeedPoint = None,
+    label: Label = None,
     at: At = None,
     radius: Radius = None,
     cone: Cone = None,
@@ -128,6 +141,8 @@ def plan(
     place: Place = None,
     flip: Flip = False,
     no_robot: NoRobot = False,
+    fill_holes: FillHoles = None,
+    max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
@@ -140,8 +155,9 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
-        at=at, radius=radius, cone_deg=cone, box=box,
+        fill_holes=fill_holes, label=label, at=at, radius=radius, cone_deg=cone, box=box,
     )  # fmt: skip
+    _limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
         planned = run(job, observe=observe)
@@ -164,6 +180,7 @@ def compare(
     step: Step = None,
     resolution: Resolution = None,
     seed: SeedPoint = None,
+    label: Label = None,
     at: At = None,
     radius: Radius = None,
     cone: Cone = None,
@@ -173,6 +190,8 @@ def compare(
     place: Place = None,
     flip: Flip = False,
     no_robot: NoRobot = False,
+    fill_holes: FillHoles = None,
+    max_memory: MaxMemory = None,
     samples: Samples = False,
     figures: Figures = False,
     overwrite: Overwrite = False,
@@ -186,11 +205,12 @@ def compare(
     jobs = [
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
-            seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
-            at=at, radius=radius, cone_deg=cone, box=box,
+            seed=seed, body=body, cell=cell, place=place, robot=not no_robot, fill_holes=fill_holes,
+            label=label, at=at, radius=radius, cone_deg=cone, box=box,
         )
         for surface in surfaces
     ]  # fmt: skip
+    _limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
         compared = compare_parts(jobs, backends=_backend_names(backends), observe=observe)
@@ -238,24 +258,25 @@ def patch(
     *,
     out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
     unit: Unit = None,
+    label: Label = None,
     at: At = None,
     radius: Radius = None,
     cone: Cone = None,
     box: PatchBox = None,
-    flip: Flip = False,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
     """Cut a patch out of a body, through its triangles, so that its rim is smooth."""
     from geoprint.config import job_of
     from geoprint.pipeline import patch_of, patch_summary, patch_text
-    from geoprint.surfaces import save_ply
+    from geoprint.surfaces import load_file, save_ply
 
     if out.exists() and not overwrite:
         raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
     if out.suffix.lower() != ".ply":
         raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
-    cut = patch_of(job_of(surface=body, unit=unit, flip=flip, at=at, radius=radius, cone_deg=cone, box=box))
+    job = job_of(surface=body, unit=unit, label=label, at=at, radius=radius, cone_deg=cone, box=box)
+    cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
     if cut is None:
         raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
     save_ply(cut.surface, out)
@@ -302,6 +323,33 @@ def calibrate(
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
         _say(f"written and read back: {out}")
+
+
+@app.command()
+def inspect(
+    surface: Part,
+    *,
+    unit: Unit = None,
+    fill_holes: FillHoles = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
+    max_memory: MaxMemory = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it."""
+    from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
+
+    _limit_memory(max_memory)
+    seen = inspect_file(surface, unit=unit, longest_hole=fill_holes)
+    if picture is not None:
+        from geoprint.report import inspection_figure
+
+        try:
+            picture.write_bytes(inspection_figure(seen.found, title=seen.name))
+        except OSError as error:
+            raise ExportError(f"`{picture}` cannot be written ({error}); choose another place.") from error
+    if as_json:
+        typer.echo(json.dumps(inspection_summary(seen), indent=2))
+    _say(inspection_text(seen))
 
 
 @app.command()
@@ -356,8 +404,26 @@ def _rounds(rounds: int | None, step: str | None) -> int | None:
     return count
 
 
+def _limit_memory(gigabytes: float | None) -> None:
+    """Let the system refuse memory beyond a limit, so that a large job ends in one sentence.
+
+    The limit is on addresses, of which libraries and their threads take about a gigabyte without using it.
+    """
+    if gigabytes is None:
+        return
+    if not gigabytes >= LEAST_MEMORY:
+        raise UsageError(f"`--max-memory {gigabytes:g}` is less than the {LEAST_MEMORY:g} GB that every run takes.")
+    import resource
+
+    limit = round(min(gigabytes, 2.0**32) * 2**30)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
 def _say(text: str) -> None:
-    typer.echo(text, err=True)
+    # What comes from files must not steer the terminal.
+    typer.echo(
+        "".join(sign if sign.isprintable() or sign == "\n" else "\N{REPLACEMENT CHARACTER}" for sign in text), err=True
+    )
 
 
 @contextmanager

@@ -57,7 +57,7 @@ class Job(_Table):
 
     Attributes:
         surface: mesh file of the part.
-        unit: length unit of the file, for formats that carry none.
+        unit: length unit of the file, None where the file carries it.
         flip: whether the file's winding is turned, so that the other side is printed.
         backend: name of the planning backend.
         resolution: pixels along the longer side of the raster of a backend that has one.
@@ -68,10 +68,12 @@ class Job(_Table):
         cell: cell file; a packaged one if not given.
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
+        label: of a label volume, which one is the part or its body.
         at: point [mm] on or near a body that the part is cut from; with it
         radius: greatest distance from the point along the surface [mm]; and
         cone_deg: greatest angle between the surface's normal and that at the point [degrees].
         box: lowest x, y, z and highest x, y, z [mm] that the part is cut out by.
+        fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
     """
 
     surface: Path
@@ -86,10 +88,12 @@ class Job(_Table):
     cell: Path | None = None
     place: Literal["demo"] | None = None
     robot: bool = True
+    label: PositiveInt | None = None
     at: Triple | None = None
     radius: PositiveFloat | None = None
     cone_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
     box: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
+    fill_holes: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:

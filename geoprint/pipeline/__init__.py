@@ -26,6 +26,7 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
 from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_of, patch_summary, patch_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
@@ -42,6 +43,7 @@ __all__ = [
     "CalibratedTool",
     "Comparison",
     "FailedPart",
+    "FileInspection",
     "Patch",
     "PatchChoice",
     "Plan",
@@ -64,6 +66,9 @@ __all__ = [
     "comparison_table",
     "cut_patch",
     "examine",
+    "inspect_file",
+    "inspection_summary",
+    "inspection_text",
     "outcome_text",
     "patch_of",
     "patch_summary",

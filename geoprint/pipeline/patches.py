@@ -20,7 +20,6 @@ from geoprint.surfaces import (
     closest,
     faces_within,
     join,
-    load,
     normals,
     part_of,
     piece_at,
@@ -79,11 +78,11 @@ class Patch:
     missed: float | None
 
 
-def patch_of(job: Job) -> Patch | None:
-    """Return the patch that a job cuts from its file, None where the whole file is the part.
+def patch_of(job: Job, body: Surface) -> Patch | None:
+    """Return the patch that a job cuts from its body, None where the whole body is the part.
 
     Raises:
-        InputError: as `load` and `cut_patch`, and so the other errors.
+        InputError: as `cut_patch`, and so the other errors.
     """
     if job.at is None and job.box is None:
         return None
@@ -93,14 +92,10 @@ def patch_of(job: Job) -> Patch | None:
         box=None if job.box is None else np.array(job.box).reshape(2, 3),
         cone=None if job.cone_deg is None else float(np.radians(job.cone_deg)),
     )
-    patch = cut_patch(load(job.surface, unit=job.unit), choice)
-    if not job.flip:
-        return patch
-    turned = replace(patch.surface, faces=patch.surface.faces[:, ::-1])
-    return replace(patch, surface=turned, outside=f"turned by --flip from {patch.outside}")
+    return cut_patch(body, choice, longest_hole=job.fill_holes)
 
 
-def cut_patch(body: Surface, choice: PatchChoice) -> Patch:
+def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None = None) -> Patch:
     """Cut a patch out of a body through its triangles.
 
     Distance is geodesic and measured by fast marching. Only the surroundings of the patch are prepared and, where
@@ -109,6 +104,7 @@ def cut_patch(body: Surface, choice: PatchChoice) -> Patch:
     Args:
         body: as loaded.
         choice: where.
+        longest_hole: as for `prepare` [mm].
 
     Raises:
         InputError: the body cannot be prepared around the patch, the point lies off it, or there is no surface in the
@@ -122,7 +118,7 @@ def cut_patch(body: Surface, choice: PatchChoice) -> Patch:
     else:
         centre, missed = _on_body(whole, choice.at, radius=choice.radius)
         near = _surroundings(whole, centre, radius=choice.radius)
-    part, before = prepare(near)
+    part, before = prepare(near, longest_hole=longest_hole)
     if choice.radius is not None:
         part = refine(part, edge_length=choice.radius / EDGES_PER_RADIUS)
     cut = clipped(part, _bounds(part, choice, centre=centre))
@@ -184,7 +180,9 @@ def _facing_outward(joined: Surface, *, at: FloatArray | None) -> tuple[Surface,
         return whole, "as the file winds it"
     if signed_volume(whole) > 0:
         return whole, "away from the inside of the closed body"
-    return replace(whole, faces=whole.faces[:, ::-1]), "away from the inside of the closed body, which the file turns"
+    return replace(
+        whole, faces=whole.faces[:, ::-1]
+    ), "away from the inside of the closed body, against the file's winding"
 
 
 def _on_body(body: Surface, at: FloatArray, *, radius: float | None) -> tuple[FloatArray, float]:

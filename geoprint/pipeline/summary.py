@@ -14,10 +14,10 @@ from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.motion import NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean
-from geoprint.pipeline.patches import patch_summary, patch_text
+from geoprint.pipeline.patches import patch_summary
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
-from geoprint.surfaces import describe, edge_lengths, face_areas
+from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
@@ -73,8 +73,6 @@ def outcome_text(plan: Plan) -> str:
             f"{plan.contours.spacing:.3g} mm spacing ({plan.job.backend})"
         )
     ]
-    if plan.workpiece.patch is not None:
-        lines.append(patch_text(plan.workpiece.patch))
     if plan.uniformity is not None:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
@@ -141,10 +139,12 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
+        "label": plan.job.label,
         "at_mm": plan.job.at,
         "radius_mm": plan.job.radius,
         "cone_deg": plan.job.cone_deg,
         "box_mm": plan.job.box,
+        "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "robot": plan.job.robot,
@@ -159,10 +159,12 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
 
 def _input(plan: Plan) -> dict[str, Json]:
     def of(path: Path, digest: str) -> dict[str, Json]:
-        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
+        return {"name": path.name, "sha256": digest, "unit": plan.workpiece.unit}
 
     digests = plan.workpiece.digests
     result = of(plan.job.surface, digests[0])
+    if plan.workpiece.notes:
+        result["made"] = dict(plan.workpiece.notes)
     if plan.job.body is not None:
         result["body"] = of(plan.job.body, digests[1])
     return result
@@ -184,6 +186,7 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
         "patch": None if plan.workpiece.patch is None else patch_summary(plan.workpiece.patch),
+        "side": asdict(plan.workpiece.side),
     }
 
 
@@ -280,7 +283,14 @@ def _clearance(robot: RobotPlan) -> dict[str, Json]:
 
 
 def _warnings(plan: Plan) -> tuple[str, ...]:
-    warnings: list[str] = []
+    workpiece, preparation = plan.workpiece, plan.workpiece.preparation
+    hint = unit_hint(workpiece.part, unit=workpiece.unit)
+    warnings: list[str] = [hint] if hint else []
+    warnings.append(workpiece.side.sentence)
+    if preparation.changes():
+        warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
+    if not preparation.crossings_checked:
+        warnings.append("not checked: whether the surface passes through itself, because its triangles are so thin.")
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff

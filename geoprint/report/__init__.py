@@ -2,6 +2,7 @@
 
 from geoprint.report.chart_figure import FlattenedPart, chart_figure
 from geoprint.report.figures import Coverage, coverage_figure
+from geoprint.report.inspection_figure import inspection_figure
 from geoprint.report.page import html_report
 from geoprint.report.paper_figures import paper_figures
 from geoprint.report.values import (
@@ -35,6 +36,7 @@ __all__ = [
     "chart_figure",
     "coverage_figure",
     "html_report",
+    "inspection_figure",
     "paper_figures",
     "view_surface",
 ]

@@ -1,6 +1,7 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
+from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
     UNITS,
@@ -49,6 +50,7 @@ __all__ = [
     "Inspection",
     "Joined",
     "Loaded",
+    "Notes",
     "PolylineDistance",
     "PreparationReport",
     "arc_lengths",

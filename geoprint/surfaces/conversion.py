@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import TypeAlias, final
 
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray
+
+# Names and values that say how a mesh was made, as the plan's record keeps them.
+Notes: TypeAlias = tuple[tuple[str, str | float | int], ...]
 
 
 @final
@@ -18,13 +21,13 @@ class Conversion:
         vertices: (n, 3) positions in the file's unit.
         faces: (m, 3) vertex indices, counter-clockwise from outside.
         unit: of the positions, a key of `io.UNITS`; None where the file carries none.
-        notes: names and values that say how it was made, as the plan's record keeps them.
+        notes: how it was made.
     """
 
     vertices: FloatArray
     faces: IntArray
     unit: str | None
-    notes: tuple[tuple[str, str | float | int], ...]
+    notes: Notes
 
 
 def missing(package: str, *, extra: str, kind: str) -> UsageError:

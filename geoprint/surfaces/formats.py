@@ -20,6 +20,7 @@ import numpy as np
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.archives import only_mesh
+from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.label_volumes import read_volume
 from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
 from geoprint.surfaces.three_mf import read_3mf
@@ -49,13 +50,13 @@ class MeshFile:
         vertices: (n, 3) positions in the file's unit.
         faces: (m, 3) vertex indices; polygons are triangulated.
         unit: of the positions, a key of `io.UNITS`; None where the format carries none.
-        notes: names and values that say how the mesh was made, where the file holds something else.
+        notes: how the mesh was made, where the file holds something else.
     """
 
     vertices: FloatArray
     faces: IntArray
     unit: str | None
-    notes: tuple[tuple[str, str | float | int], ...] = ()
+    notes: Notes = ()
 
 
 def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:

@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
+from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.formats import read_mesh
 from geoprint.surfaces.topology import used_vertices
 
@@ -32,12 +33,12 @@ class Loaded:
     Attributes:
         surface: in mm, named after the file.
         unit: of the file's coordinates.
-        notes: names and values that say how the mesh was made, where the file holds something else.
+        notes: how the mesh was made, where the file holds something else.
     """
 
     surface: Surface
     unit: str
-    notes: tuple[tuple[str, str | float | int], ...]
+    notes: Notes
 
 
 def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
