@@ -20,6 +20,7 @@ import numpy as np
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.archives import only_mesh
+from geoprint.surfaces.cad import KINDS, read_cad
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.label_volumes import read_volume
 from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
@@ -106,6 +107,9 @@ def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile
         return MeshFile(*read_3mf(data, name=name))
     if suffix in VOLUMES:
         made = read_volume(data, suffix=suffix, label=label, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    if suffix in KINDS:
+        made = read_cad(data, suffix=suffix, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
     return MeshFile(*_READERS[suffix](data, name=name), None)
 
@@ -205,7 +209,7 @@ def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
 VOLUMES = (".nii", ".nii.gz", ".nrrd")
-SUFFIXES = (*_READERS, ".3mf", ".zip", *VOLUMES)
+SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES)
 
 
 def _content(path: Path) -> bytes:

@@ -87,7 +87,7 @@ def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | 
     extents = used.max(axis=0) - used.min(axis=0)
     if unit is None:
         raise UsageError(_missing_unit(path.name, extents))
-    _check_size(path.name, extents * UNITS[unit], unit=unit)
+    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
     _check_resolution(path.name, used * UNITS[unit])
     wound = faces[:, ::-1] if flip else faces
     return Loaded(Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit, file.notes)
@@ -173,12 +173,12 @@ def _missing_unit(name: str, extents: FloatArray) -> str:
     return f"`{name}` has no unit; it spans {spans}: {readings}; {advice}."
 
 
-def _check_size(name: str, extents: FloatArray, *, unit: str) -> None:
+def _check_size(name: str, extents: FloatArray, *, unit: str, carried: bool) -> None:
     size = float(extents.max())
     smallest, largest = PLAUSIBLE_SIZE
     if smallest <= size <= largest:
         return
-    likely = likely_unit(size / UNITS[unit])
+    likely = None if carried else likely_unit(size / UNITS[unit])
     advice = f"it would be {_in_words(size / UNITS[unit] * UNITS[likely])} with `--unit {likely}`" if likely else ""
     raise InputError(
         f"`{name}` is {_in_words(size)} large in {unit}, a part has {smallest:g} mm to {largest / 1000:g} m; "
