@@ -18,6 +18,7 @@ from geoprint.surfaces import (
     boundary_half_edges,
     clipped,
     closest,
+    contracted,
     faces_within,
     join,
     normals,
@@ -124,7 +125,7 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
     cut = clipped(part, _bounds(part, choice, centre=centre))
     if centre is not None:
         cut = piece_at(cut, centre)
-    surface, after = prepare(cut)
+    surface, after = prepare(contracted(cut))
     return Patch(surface, _all_changes(joined, before, after), whole, outside, missed)
 
 

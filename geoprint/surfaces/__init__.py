@@ -1,6 +1,7 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
+from geoprint.surfaces.contraction import contracted
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
@@ -60,6 +61,7 @@ __all__ = [
     "clipped",
     "closest",
     "component_labels",
+    "contracted",
     "cotangent_laplacian",
     "describe",
     "divergence",

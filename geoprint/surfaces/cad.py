@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import importlib.util
 import math
-import subprocess
-import sys
 import tempfile
 from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
-from geoprint.errors import InputError, ResourceError
+from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces import cad_worker
 from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.native import run_worker
 
 KINDS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
 # Largest distance between a face and its triangles [mm], and as a share of the part's size: the smaller counts.
@@ -29,9 +28,6 @@ ROUGH_CHORD = 0.05
 LARGEST_SIZE = 2000.0
 # cascadio writes the metres that GLB asks for from STEP, and from IGES the millimetres that its kernel works in.
 MILLIMETRES = {"step": 1000.0, "iges": 1.0}
-# Limits of the process that tessellates [s, bytes of addresses].
-LONGEST = 120.0
-MEMORY = 4 << 30
 
 
 def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
@@ -68,25 +64,8 @@ def _tessellated(data: bytes, *, kind: str, chord: float, relative: bool, name: 
     with tempfile.TemporaryDirectory(prefix="geoprint-cad-") as folder:
         source, target = Path(folder) / "input", Path(folder) / "output.glb"
         source.write_bytes(data)
-        settings = [repr(chord), repr(ANGLE), "relative" if relative else "absolute", str(MEMORY)]
-        command = [sys.executable, "-I", str(cad_worker.__file__), kind, str(source), str(target), *settings]
-        try:
-            ended = subprocess.run(command, capture_output=True, timeout=LONGEST, check=False)  # noqa: S603
-        except subprocess.TimeoutExpired as error:
-            raise ResourceError(
-                f"`{name}` could not be tessellated within {LONGEST:.0f} s; export fewer or simpler faces, or a mesh.",
-                seconds=LONGEST,
-            ) from error
-        content = target.read_bytes() if target.exists() else b""
-    if b"MemoryError" in ended.stderr or b"bad_alloc" in ended.stderr:
-        raise ResourceError(
-            f"`{name}` could not be tessellated within {MEMORY >> 30} GiB of memory; export fewer or simpler faces."
-        )
-    if ended.returncode != 0 or not content:
-        raise InputError(
-            f"`{name}` cannot be read as {kind.upper()} (the tessellator ended with status {ended.returncode} and "
-            f"{len(content)} bytes); it is damaged or not what its suffix says, so export it again."
-        )
+        settings = [kind, str(source), str(target), repr(chord), repr(ANGLE), "relative" if relative else "absolute"]
+        content = run_worker(Path(cad_worker.__file__), settings, output=target, work="tessellated", name=name)
     return _triangles(content, scale=MILLIMETRES[kind], name=name)
 
 

@@ -23,6 +23,7 @@ from geoprint.surfaces.archives import only_mesh
 from geoprint.surfaces.cad import KINDS, read_cad
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.label_volumes import read_volume
+from geoprint.surfaces.point_clouds import read_point_ply, read_point_text, reconstruct
 from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
 from geoprint.surfaces.three_mf import read_3mf
 
@@ -111,7 +112,18 @@ def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile
     if suffix in KINDS:
         made = read_cad(data, suffix=suffix, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    if suffix in CLOUDS or (suffix == ".ply" and _without_faces(data)):
+        cloud = (read_point_ply if suffix == ".ply" else read_point_text)(data, name=name)
+        made = reconstruct(cloud, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
     return MeshFile(*_READERS[suffix](data, name=name), None)
+
+
+def _without_faces(data: bytes) -> bool:
+    """Return whether a PLY file holds vertices alone."""
+    header = data[: data.find(b"end_header")].split(b"\n")
+    counts = {words[1]: words[2] for words in map(bytes.split, header) if len(words) == 3 and words[0] == b"element"}
+    return counts.get(b"vertex", b"0") != b"0" and counts.get(b"face", b"0") == b"0"
 
 
 def _check(file: MeshFile, *, name: str) -> None:
@@ -208,8 +220,9 @@ def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
 
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
+CLOUDS = (".xyz", ".pwn")
 VOLUMES = (".nii", ".nii.gz", ".nrrd")
-SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES)
+SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES, *CLOUDS)
 
 
 def _content(path: Path) -> bytes:
