@@ -29,6 +29,8 @@ Sources, by the keys that docstrings use:
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
     [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [Dey1999]           Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction. Publ. Inst. Math.
+                        (Beograd) 66, 1999.
     [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based
                         registration. IEEE Trans. Med. Imaging 20(9), 2001.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
@@ -40,6 +42,7 @@ Sources, by the keys that docstrings use:
                         numbers. ACM Trans. Graph. 32(4), 2013.
     [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
     [Kahan2014]         Kahan: Miscalculating area and angles of a needle-like triangle. Lecture notes, Berkeley, 2014.
+    [Kazhdan2013]       Kazhdan, Hoppe: Screened Poisson surface reconstruction. ACM Trans. Graph. 32(3), 2013.
     [Kimmel1998]        Kimmel, Sethian: Computing geodesic paths on manifolds. Proc. Natl. Acad. Sci. 95(15), 1998.
     [Lauterbach2009]    Lauterbach, Garland, Sengupta, Luebke, Manocha: Fast BVH construction on GPUs. Comput. Graph.
                         Forum 28(2), 2009.
@@ -52,6 +55,8 @@ Sources, by the keys that docstrings use:
                         IEEE Trans. Robotics 34(3), 2018.
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
+    [Raya1990]          Raya, Udupa: Shape-based interpolation of multidimensional objects. IEEE Trans. Med. Imaging
+                        9(1), 1990.
     [Satterthwaite1946] Satterthwaite: An approximate distribution of estimates of variance components. Biometrics
                         Bulletin 2(6), 1946.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.

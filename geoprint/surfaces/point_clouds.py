@@ -137,8 +137,8 @@ def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
     if stray > STRAY_SHARE:
         raise InputError(
             f"`{name}`: {stray:.0%} of its {len(points)} points lie farther than {CELL_SPACINGS * spacing:.3g} from "
-            f"the surface through them, at most {STRAY_SHARE:.0%} may; they are too sparse or no surface, so scan closer "
-            "or make the mesh in the scanner's program.",
+            f"the surface through them, at most {STRAY_SHARE:.0%} may; they are too sparse or no surface, so scan "
+            "closer or make the mesh in the scanner's program.",
             stray=stray,
         )
     notes = (
