@@ -55,14 +55,14 @@ def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Su
         return part, Side(source, flip, None, f"printed on {told}; {way}.")
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:
-        return part, Side(
-            "body", flip, agreeing, f"printed on the side that faces out of {name} ({agreeing:.0%} of it)."
-        )
+        sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it)."
+        return part, Side("body", flip, agreeing, sentence)
     share = f"{1 - agreeing:.0%} of it faces into {name}"
     if agreeing > 1 - TELLING_SHARE or flip:
         return part, Side(source, flip, agreeing, f"printed on {told}, but {share}: check the side.")
     turned = replace(part, faces=part.faces[:, ::-1])
-    return turned, Side("body", True, agreeing, f"turned: as the file is wound, {share}; printed on the other side.")
+    sentence = f"turned: as the file is wound, {share}; printed on the other side."
+    return turned, Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
 
 
 def _agreeing(part: Surface, body: Surface) -> float | None:
