@@ -36,6 +36,8 @@ Sources, by the keys that docstrings use:
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
     [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
                         1961.
+    [Hoppe1992]         Hoppe, DeRose, Duchamp, McDonald, Stuetzle: Surface reconstruction from unorganized points.
+                        SIGGRAPH 1992.
     [Huttenlocher1993]  Huttenlocher, Klanderman, Rucklidge: Comparing images using the Hausdorff distance. IEEE Trans.
                         Pattern Anal. Mach. Intell. 15(9), 1993.
     [Jacobson2013]      Jacobson, Kavan, Sorkine-Hornung: Robust inside-outside segmentation using generalized winding

@@ -8,6 +8,7 @@ distance is interpolated first: shape-based interpolation [Raya1990].
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, final
 
@@ -148,7 +149,7 @@ def _block(inside: BoolArray) -> tuple[BoolArray, IntArray]:
 def _distances(block: BoolArray, first: IntArray, *, sides: FloatArray, name: str) -> _Field:
     """Return the signed distance from the border of a block's voxels, on finer slices where they are thick."""
     finer = np.maximum(np.rint(sides / sides.min()), 1).astype(np.int64)
-    count = int((np.array(block.shape) * finer).prod())
+    count = math.prod(int(extent) for extent in block.shape) * math.prod(finer.tolist())
     if count > MOST_VOXELS:
         raise InputError(
             f"`{name}`: the label spans {' x '.join(map(str, block.shape))} voxels, {count} with even sides, and at "
@@ -171,7 +172,7 @@ def _smoothed(rough: _Field, affine: FloatArray, *, wanted: float) -> tuple[_Fie
         widths = smoothing * np.maximum(sides.min() / sides, SLICE_SHARE) * rough.finer
         values = np.asarray(ndimage.gaussian_filter(rough.values, widths), dtype=np.float32)
         smooth = _Field(values, rough.finer, rough.first)
-        loss = 1.0 - _enclosed(smooth, affine, level=0.0)[1] / wanted
+        loss = 1.0 if values.max() <= 0.0 else 1.0 - _enclosed(smooth, affine, level=0.0)[1] / wanted
         if abs(loss) <= LARGEST_LOSS:
             break
     return smooth, smoothing, loss
@@ -197,7 +198,10 @@ def _with_volume(smooth: _Field, affine: FloatArray, *, wanted: float, name: str
         if abs(volume / wanted - 1.0) <= VOLUME_TOLERANCE:
             return surface, volume
         before, last = level, volume
-        level += (wanted - volume) / slope
+        # Beyond the values of the field there is no surface at all.
+        level = float(np.clip(level + (wanted - volume) / slope, 0.9 * smooth.values.min(), 0.9 * smooth.values.max()))
+        if level == before:
+            break
         surface, volume = _enclosed(smooth, affine, level=level)
         slope = (volume - last) / (level - before)
     raise InputError(
@@ -212,8 +216,6 @@ def _enclosed(smooth: _Field, affine: FloatArray, *, level: float) -> tuple[Surf
         from skimage.measure import marching_cubes
     except ImportError as error:
         raise missing("scikit-image", extra="medical", kind="label volumes") from error
-    if not smooth.values.min() < level < smooth.values.max():
-        raise InputError("the label is smaller than a voxel once it is smoothed; use a finer volume.")
     found, faces, _, _ = marching_cubes(_kept_off(smooth, affine, level=level), level, allow_degenerate=False)
     voxels = found / smooth.finer + smooth.first
     vertices = voxels @ affine[:3, :3].T + affine[:3, 3]

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 from scipy.spatial import KDTree
 
 from geoprint.errors import InputError
@@ -26,10 +28,13 @@ from geoprint.surfaces.topology import boundary_half_edges, component_labels, ha
 LEAST_POINTS, MOST_POINTS = 200, 3_000_000
 # Neighbours from which normals are estimated where the file has none: enough to average noise, few enough to bend.
 NEIGHBOURS = 24
+# Of these the nearest carry the side from point to point.
+LINKS = 8
+LEAST_WEIGHT = 1e-9
 # The finest cells of the reconstruction in spacings of the points: each then averages about four of them.
 CELL_SPACINGS = 2.0
 DEPTHS = (4, 10)
-# Margin of the reconstruction around the points, as open3d sets it.
+# Margin of the reconstruction's cube around the points.
 SCALE = 1.1
 # The surface reaches this many spacings beyond the points first and is cut back as far, which closes gaps between
 # points that are up to twice as wide: scattered points leave circles of 1.8 spacings empty.
@@ -118,19 +123,20 @@ def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
 
     Returns:
         The largest piece of the surface; its notes tell the points' spacing and the residual: how far they lie from
-        it. Without normals in the file the two sides of an open surface are told apart by chance.
+        it. Without normals in the file the outside is the side that faces away from the points' middle.
 
     Raises:
         InputError: too few or many points, a coordinate that is not finite, or points that are on no surface.
         ResourceError: it takes too long or too much memory.
-        UsageError: open3d is not installed.
+        UsageError: adobe-lagrange is not installed.
     """
-    if importlib.util.find_spec("open3d") is None:
-        raise missing("open3d-cpu", extra="scan", kind="point clouds")
+    if importlib.util.find_spec("lagrange") is None:
+        raise missing("adobe-lagrange", extra="scan", kind="point clouds")
     points, normals = _checked(cloud, name=name)
     tree = KDTree(points)
     spacing = _spacing(points, tree)
-    rough = _poisson(points, normals, spacing=spacing, name=name)
+    known = estimated_normals(points, tree) if normals is None else normals
+    rough = _poisson(points, known, spacing=spacing, name=name)
     surface = _cut_back(rough, tree, reach=REACH_SPACINGS * spacing)
     _, residuals = closest(surface, points)
     stray = float((residuals > CELL_SPACINGS * spacing).mean())
@@ -150,6 +156,41 @@ def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
         ("residual_max", round(float(residuals.max()), 6)),
     )
     return Conversion(surface.vertices, surface.faces, None, notes)
+
+
+def estimated_normals(points: FloatArray, tree: KDTree) -> FloatArray:
+    """Return unit normals of the planes through the neighbours of each point, all on one side of the surface.
+
+    The side is carried from point to point along a tree of neighbours whose planes agree best [Hoppe1992]; each piece
+    of the cloud then faces away from its middle.
+
+    Args:
+        points: (k, 3).
+        tree: of these points.
+
+    Returns:
+        (k, 3) unit normals.
+    """
+    near = np.asarray(tree.query(points, k=NEIGHBOURS)[1])
+    offsets = points[near] - points[near].mean(axis=1, keepdims=True)
+    normals = np.linalg.eigh(np.einsum("knx,kny->kxy", offsets, offsets))[1][:, :, 0]
+    first = np.repeat(np.arange(len(points)), LINKS)
+    second = near[:, 1 : LINKS + 1].ravel()
+    # Weights of a sparse graph must not be 0.
+    weights = 1.0 + LEAST_WEIGHT - np.abs(np.einsum("kx,kx->k", normals[first], normals[second]))
+    links = coo_array((weights, (first, second)), shape=(len(points), len(points))).tocsr()
+    links = minimum_spanning_tree(links.minimum(links.T) + abs(links - links.T))
+    _, pieces = connected_components(links, directed=False)
+    for piece in range(int(pieces.max()) + 1):
+        members = np.flatnonzero(pieces == piece)
+        order, before = breadth_first_order(links, members[0], directed=False)
+        for point in order[1:].tolist():
+            if normals[point] @ normals[before[point]] < 0.0:
+                normals[point] *= -1.0
+        away = points[members] - points[members].mean(axis=0)
+        if np.einsum("kx,kx->", normals[members], away) < 0.0:
+            normals[members] *= -1.0
+    return normals
 
 
 def _checked(cloud: PointCloud, *, name: str) -> tuple[FloatArray, FloatArray | None]:
@@ -182,7 +223,7 @@ def _spacing(points: FloatArray, tree: KDTree) -> float:
     return float(np.median(distances)) * float(np.sqrt(np.pi / others))
 
 
-def _poisson(points: FloatArray, normals: FloatArray | None, *, spacing: float, name: str) -> Surface:
+def _poisson(points: FloatArray, normals: FloatArray, *, spacing: float, name: str) -> Surface:
     """Return the closed surface of the reconstruction, which runs on where there are no points."""
     centre, size = points.mean(axis=0), float(np.ptp(points, axis=0).max())
     depth = int(np.clip(np.ceil(np.log2(SCALE * size / (CELL_SPACINGS * spacing))), *DEPTHS))
@@ -190,8 +231,8 @@ def _poisson(points: FloatArray, normals: FloatArray | None, *, spacing: float, 
     unit = (points - centre) / size
     with tempfile.TemporaryDirectory(prefix="geoprint-cloud-") as folder:
         source, target = Path(folder) / "points.npy", Path(folder) / "mesh.npz"
-        np.save(source, unit if normals is None else np.column_stack([unit, normals]), allow_pickle=False)
-        settings = [str(source), str(target), str(NEIGHBOURS), str(depth)]
+        np.save(source, np.column_stack([unit, normals]), allow_pickle=False)
+        settings = [str(source), str(target), str(depth)]
         content = run_worker(
             Path(cloud_worker.__file__), settings, output=target, work="turned into a surface", name=name
         )

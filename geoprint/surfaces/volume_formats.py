@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # Largest volume that is unpacked [bytes]: 1024 x 1024 x 1024 labels of one byte.
 LARGEST_VOLUME = 1 << 30
+# Thickest slices, in sides of a voxel within them; beyond, nobody knows the shape between them.
+LONGEST_VOXEL = 20
 # NIfTI-1 headers are 348 bytes long, NIfTI-2 headers 540; either number is the first of the file.
 NIFTI1_HEADER, NIFTI2_HEADER = 348, 540
 # Headers of NRRD files are lines of text that end with an empty one.
@@ -155,6 +157,11 @@ def _checked_shape(
             bytes=needed,
         )
     sides = np.linalg.norm(affine[:3, :3], axis=0)
+    if np.isfinite(sides).all() and sides.max() > LONGEST_VOXEL * sides.min() > 0.0:
+        words = " x ".join(f"{side:.3g}" for side in sides)
+        raise InputError(
+            f"`{name}` has voxels of {words}; one side may be {LONGEST_VOXEL} times another at most: check the affine."
+        )
     if not np.isfinite(affine).all() or abs(np.linalg.det(affine[:3, :3])) <= 1e-6 * sides.prod():
         raise InputError(f"`{name}` has an affine that squeezes its voxels flat or is not finite; export it again.")
     return grid
