@@ -7,8 +7,8 @@ Data flows one way, through frozen values (`geoprint.model`):
 
 and imports run one way, to the right (braces: mutually independent; `lint-imports` checks it):
 
-    cli -> pipeline -> {config, export, quality, report} -> {backends, paths, motion, robots} -> surfaces
-        -> transforms -> model -> errors
+    cli -> pipeline -> {config, export, quality, report} -> {backends, deposition, paths, motion, robots}
+        -> surfaces -> transforms -> model -> errors
 
 `plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
 stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,
@@ -20,6 +20,7 @@ Sources, by the keys that docstrings use:
     [3MF]               3MF Consortium: 3D Manufacturing Format, core specification 1.3 and production extension 1.1.
     [Barequet1995]      Barequet, Sharir: Filling gaps in the boundary of a polyhedron. Comput. Aided Geom. Des. 12(2),
                         1995.
+    [Bates1988]         Bates, Watts: Nonlinear regression analysis and its applications. 1988.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete
@@ -27,10 +28,13 @@ Sources, by the keys that docstrings use:
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
+    [Chhabra2008]       Chhabra, Richardson: Non-Newtonian flow and applied rheology. 2nd edition, 2008.
     [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
     [Dey1999]           Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction. Publ. Inst. Math.
                         (Beograd) 66, 1999.
+    [Dowell1971]        Dowell, Jarratt: A modified regula falsi method for computing the root of an equation. BIT 11,
+                        1971.
     [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based
                         registration. IEEE Trans. Med. Imaging 20(9), 2001.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
@@ -53,10 +57,13 @@ Sources, by the keys that docstrings use:
     [Mitchell1987]      Mitchell, Mount, Papadimitriou: The discrete geodesic problem. SIAM J. Comput. 16(4), 1987.
     [Mullen2008]        Mullen, Tong, Alliez, Desbrun: Spectral conformal parameterization. Comput. Graph. Forum 27(5),
                         2008.
+    [Nakamura1986]      Nakamura, Hanafusa: Inverse kinematic solutions with singularity robustness for robot
+                        manipulator control. J. Dyn. Syst. Meas. Control 108(3), 1986.
     [Pham2018]          Pham, Pham: A new approach to time-optimal path parameterization based on reachability analysis.
                         IEEE Trans. Robotics 34(3), 2018.
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
+    [Rabinowitsch1929]  Rabinowitsch: Über die Viskosität und Elastizität von Solen. Z. Phys. Chem. A145, 1929.
     [Raya1990]          Raya, Udupa: Shape-based interpolation of multidimensional objects. IEEE Trans. Med. Imaging
                         9(1), 1990.
     [Satterthwaite1946] Satterthwaite: An approximate distribution of estimates of variance components. Biometrics

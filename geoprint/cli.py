@@ -87,6 +87,10 @@ PatchBox = Annotated[
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
+MaxTilt = Annotated[float, typer.Option(help="How far the nozzle may lean from the surface normal, in degrees.")]
+Slow = Annotated[
+    str, typer.Option(help="Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.")
+]
 Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
 NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
 Samples = Annotated[
@@ -139,6 +143,8 @@ def plan(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
+    max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
     flip: Flip = False,
     no_robot: NoRobot = False,
     fill_holes: FillHoles = None,
@@ -155,7 +161,9 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
-        fill_holes=fill_holes, label=label, at=at, radius=radius, cone_deg=cone, box=box,
+        fill_holes=fill_holes,
+        label=label, at=at, radius=radius, cone_deg=cone, box=box,
+        max_tilt=max_tilt, on_slowdown=on_slowdown,
     )  # fmt: skip
     _limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
@@ -188,6 +196,8 @@ def compare(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
+    max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
     flip: Flip = False,
     no_robot: NoRobot = False,
     fill_holes: FillHoles = None,
@@ -205,7 +215,8 @@ def compare(
     jobs = [
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
-            seed=seed, body=body, cell=cell, place=place, robot=not no_robot, fill_holes=fill_holes,
+            seed=seed, body=body, cell=cell, place=place, robot=not no_robot, max_tilt=max_tilt,
+            on_slowdown=on_slowdown, fill_holes=fill_holes,
             label=label, at=at, radius=radius, cone_deg=cone, box=box,
         )
         for surface in surfaces
@@ -286,6 +297,33 @@ def patch(
 
 
 @app.command()
+def inspect(
+    surface: Part,
+    *,
+    unit: Unit = None,
+    fill_holes: FillHoles = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
+    max_memory: MaxMemory = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it."""
+    from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
+
+    _limit_memory(max_memory)
+    seen = inspect_file(surface, unit=unit, longest_hole=fill_holes)
+    if picture is not None:
+        from geoprint.report import inspection_figure
+
+        try:
+            picture.write_bytes(inspection_figure(seen.found, title=seen.name))
+        except OSError as error:
+            raise ExportError(f"`{picture}` cannot be written ({error}); choose another place.") from error
+    if as_json:
+        typer.echo(json.dumps(inspection_summary(seen), indent=2))
+    _say(inspection_text(seen))
+
+
+@app.command()
 def calibrate(
     touched: Annotated[
         Path | None, typer.Argument(help="Table of touched points: name,x,y,z in mm, base frame.", show_default=False)
@@ -326,30 +364,56 @@ def calibrate(
 
 
 @app.command()
-def inspect(
-    surface: Part,
+def recommend(
+    surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
     *,
+    pressure: Annotated[float, typer.Option(help="Air pressure in kPa.", show_default=False)],
     unit: Unit = None,
-    fill_holes: FillHoles = None,
-    picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
-    max_memory: MaxMemory = None,
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    cell: CellPath = None,
+    good: Annotated[
+        tuple[float, int] | None,
+        typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:  # fmt: skip
+    """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import recommendation
+
+    job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=_rounds(rounds, step), cell=cell)
+    found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    if as_json:
+        typer.echo(json.dumps(found, indent=2))
+    _say(text)
+
+
+@app.command(name="fit-flow")
+def fit_flow(
+    measured: Annotated[
+        Path,
+        typer.Argument(
+            help="CSV with the columns pressure_kpa,duration_s,mass_g or pressure_kpa,speed_mm_s,width_mm,height_mm.",
+            show_default=False,
+        ),
+    ],
+    *,
+    density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
+    model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
+    cell: CellPath = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it."""
-    from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
+    """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
+    from geoprint.pipeline import fit_flow as run
+    from geoprint.pipeline import fit_summary, material_table
 
-    _limit_memory(max_memory)
-    seen = inspect_file(surface, unit=unit, longest_hole=fill_holes)
-    if picture is not None:
-        from geoprint.report import inspection_figure
-
-        try:
-            picture.write_bytes(inspection_figure(seen.found, title=seen.name))
-        except OSError as error:
-            raise ExportError(f"`{picture}` cannot be written ({error}); choose another place.") from error
+    fit = run(measured, cell=cell, density=density, model=model)
     if as_json:
-        typer.echo(json.dumps(inspection_summary(seen), indent=2))
-    _say(inspection_text(seen))
+        typer.echo(json.dumps(fit_summary(fit, density=density), indent=2))
+    else:
+        typer.echo(material_table(fit, density=density, source=measured.name))
 
 
 @app.command()

@@ -96,7 +96,8 @@ def test_a_size_that_is_unusual_is_hinted_at(tmp_path: Path) -> None:
     save_ply(meshes.plate((1.5, 1.1)), tmp_path / "plate.ply")
     hint = inspect_file(tmp_path / "plate.ply", unit="mm").hint
     assert hint == (
-        "plate.ply is 1.5 mm large in mm, most parts have 10 to 500 mm; in in it would be 38.1 mm: check `--unit`."
+        "plate.ply is 1.5 mm large in mm, most parts have 10 to 500 mm; with `--unit in` it would be 38.1 mm: check "
+        "the unit."
     )
 
 

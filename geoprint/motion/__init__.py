@@ -15,10 +15,14 @@ from geoprint.motion.calibration import (
 )
 from geoprint.motion.clearance import clearance
 from geoprint.motion.collision import collision_control
+from geoprint.motion.configuration import require_abb_conventions
 from geoprint.motion.controller import controller_path
 from geoprint.motion.inverse import reach, reach_map, reach_margin
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.lean_room import Leaning, NozzleRoom, laying
 from geoprint.motion.margins import Margin
+from geoprint.motion.nozzle import is_axial, tilts
+from geoprint.motion.payload import WristLoad, check_load, wrist_load
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
@@ -32,8 +36,10 @@ __all__ = [
     "Arm",
     "Candidate",
     "FixtureCalibration",
+    "Leaning",
     "Margin",
     "NextTouch",
+    "NozzleRoom",
     "ReachMap",
     "Reason",
     "Room",
@@ -41,14 +47,18 @@ __all__ = [
     "TipCalibration",
     "TouchStatistics",
     "Uncertainty",
+    "WristLoad",
     "arm_control",
     "calibrate_fixture",
     "calibrate_tip",
+    "check_load",
     "clearance",
     "collision_control",
     "controller_path",
     "demo_placement",
     "fit_touched_points",
+    "is_axial",
+    "laying",
     "lost_shares",
     "next_touch",
     "normal_uncertainty",
@@ -57,8 +67,11 @@ __all__ = [
     "reach_map",
     "reach_margin",
     "refuse_uncertain",
+    "require_abb_conventions",
     "retime",
     "search_placement",
+    "tilts",
     "turn_uncertainty",
+    "wrist_load",
     "written_targets",
 ]

@@ -83,7 +83,7 @@ def clearance(
     scene = _scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
     placements = _placements(path, arm, solids=scene.tool.solids, T_work_base=T_work_base)
     found = _check_tool(placements, scene, tool=tool, process=process, standoff=poses.standoff)
-    links = link_solids(arm.robot.model)
+    links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
     arm_found = check_arm(
         arm_motion(path, arm, tool=scene.tool.solids, links=links, T_work_base=T_work_base),
         links=links,

@@ -26,11 +26,13 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
 from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
 from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_of, patch_summary, patch_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
+from geoprint.pipeline.recommending import recommendation
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -66,9 +68,12 @@ __all__ = [
     "comparison_table",
     "cut_patch",
     "examine",
+    "fit_flow",
+    "fit_summary",
     "inspect_file",
     "inspection_summary",
     "inspection_text",
+    "material_table",
     "outcome_text",
     "patch_of",
     "patch_summary",
@@ -77,6 +82,7 @@ __all__ = [
     "proposal_summary",
     "proposal_text",
     "propose_placement",
+    "recommendation",
     "save_calibrated",
     "save_comparisons",
     "save_plan",

@@ -16,12 +16,15 @@ from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import check_cell
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
 from geoprint.motion import (
+    Arm,
     FixtureCalibration,
     Uncertainty,
     calibrate_fixture,
+    check_load,
     demo_placement,
     normal_uncertainty,
     refuse_uncertain,
+    require_abb_conventions,
 )
 from geoprint.pipeline.outside import Side, printed_side
 from geoprint.pipeline.patches import Patch, patch_of
@@ -182,6 +185,9 @@ def _require_placement(job: Job, cell: Cell) -> None:
         )
     if job.robot:
         check_cell(cell)
+        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        require_abb_conventions(arm)
+        check_load(cell.tool, arm)
 
 
 def _prepared(job: Job, loaded: Surface, patch: Patch | None) -> tuple[Surface, PreparationReport, Surface | None]:
@@ -240,6 +246,13 @@ def _seed(job: Job, surface: Surface) -> Seed:
     return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
 
 
+def largest_distance(job: Job, part: Surface) -> float:
+    """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
+    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
+    return backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+
+
 def _wanted_spacing(job: Job, part: Surface) -> float:
     """Return the spacing, or where rounds are given an estimate of it that is good enough to refine by.
 
@@ -254,8 +267,7 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
         )
     if job.spacing is not None:
         return job.spacing
-    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
-    depth = backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+    depth = largest_distance(job, part)
     if job.rounds is None:
         raise UsageError(
             f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "

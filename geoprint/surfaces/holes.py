@@ -6,25 +6,27 @@ import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces.operators import face_areas
-from geoprint.surfaces.topology import boundary_loops, loop_length
+from geoprint.surfaces.topology import loop_length
 
 # A hole that one triangle closes is a missing triangle if that triangle has at most this share of the area; the rim
 # of a small triangular part has more.
 MISSING_SHARE = 0.01
 
 
-def fill_holes(surface: Surface, *, longest: float | None) -> tuple[Surface, tuple[tuple[float, ...], ...]]:
+def fill_holes(
+    surface: Surface, loops: tuple[IntArray, ...], *, longest: float | None
+) -> tuple[Surface, tuple[tuple[float, ...], ...]]:
     """Close holes with triangles between the vertices of their rims; the longest rim of an open surface stays.
 
     Args:
         surface: manifold, consistently wound.
+        loops: as `topology.boundary_loops` gives them.
         longest: holes whose rim is up to this long [mm] are closed by the triangles of least area
             [Barequet1995]; None closes those alone that lack a single small triangle, where there is no choice.
 
     Returns:
         The surface with the new faces behind the others, and the middle of each hole that was closed [mm].
     """
-    loops = boundary_loops(surface)
     if longest is None:
         limit = MISSING_SHARE * float(face_areas(surface).sum())
         chosen = [loop for loop in loops if loop.size == 3 and _area(surface.vertices[loop]) <= limit]

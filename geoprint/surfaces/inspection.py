@@ -17,9 +17,7 @@ from geoprint.surfaces.operators import face_areas
 from geoprint.surfaces.places import triple
 from geoprint.surfaces.repair import PreparationReport, join, repair
 from geoprint.surfaces.topology import (
-    boundary_half_edges,
     component_labels,
-    euler_characteristic,
     face_counts,
     half_edges,
     numbered_edges,
@@ -117,8 +115,8 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
     except MeshError as error:
         refusal = str(error)
     sides, side_edge = numbered_edges(examined.faces)
-    rims, crowded = _rims(examined), np.flatnonzero(face_counts(side_edge) > 2)
-    components = _components(examined)
+    rims, crowded = _rims(examined, side_edge), np.flatnonzero(face_counts(side_edge) > 2)
+    labels = np.zeros(len(examined.faces), dtype=np.int64) if preparation is not None else component_labels(examined)
     if preparation is not None:
         vertices, flips = Finding(preparation.split_vertices), Finding(preparation.flipped_faces)
         crossing, complete = Finding(0), preparation.crossings_checked
@@ -127,9 +125,9 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
         crossing, complete = _crossings(examined, depth=joined.tolerance)
     return Inspection(
         examined=examined,
-        components=components,
+        components=_components(examined, labels),
         rims=rims,
-        genus=_genus(examined, rims) if preparation is not None else None,
+        genus=(2 - len(rims) - len(examined.vertices) + len(sides) - len(examined.faces)) // 2 if preparation else None,
         nonmanifold_edges=_finding(examined.vertices[sides[crowded]].mean(axis=1)),
         nonmanifold_vertices=vertices,
         flipped_faces=flips,
@@ -146,8 +144,8 @@ def _finding(places: FloatArray) -> Finding:
     return Finding(len(places), tuple(triple(place) for place in places[:MOST_PLACES]))
 
 
-def _components(surface: Surface) -> tuple[tuple[int, float, tuple[float, ...]], ...]:
-    labels = component_labels(surface)
+def _components(surface: Surface, labels: IntArray) -> tuple[tuple[int, float, tuple[float, ...]], ...]:
+    """Return faces, area and a place of each piece, the largest first."""
     counts, areas = np.bincount(labels), np.bincount(labels, face_areas(surface))
     _, first = np.unique(labels, return_index=True)
     order = np.argsort(-areas, kind="stable")
@@ -157,9 +155,9 @@ def _components(surface: Surface) -> tuple[tuple[int, float, tuple[float, ...]],
     )
 
 
-def _rims(surface: Surface) -> tuple[Rim, ...]:
+def _rims(surface: Surface, side_edge: IntArray) -> tuple[Rim, ...]:
     """Return the connected pieces of the border, which need not be loops."""
-    rim = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
+    rim = half_edges(surface.faces)[face_counts(side_edge)[side_edge.ravel()] == 1]
     if len(rim) == 0:
         return ()
     lengths = np.linalg.norm(surface.vertices[rim[:, 1]] - surface.vertices[rim[:, 0]], axis=1)
@@ -170,11 +168,6 @@ def _rims(surface: Surface) -> tuple[Rim, ...]:
         Rim(float(totals[i]), int(counts[i]), triple(surface.vertices[rim[first[i], 0]])) for i in range(first.size)
     ]
     return tuple(sorted(rims, key=lambda found: -found.length))
-
-
-def _genus(surface: Surface, rims: tuple[Rim, ...]) -> int:
-    """Return the number of handles of a connected manifold."""
-    return (2 - len(rims) - euler_characteristic(surface)) // 2
 
 
 def _touching_fans(surface: Surface, side_edge: IntArray) -> Finding:

@@ -159,8 +159,8 @@ def unit_hint(surface: Surface, *, unit: str) -> str | None:
     if smallest <= size <= largest or likely in {None, unit}:
         return None
     return (
-        f"{surface.name} is {_in_words(size)} large in {unit}, most parts have {smallest:g} to {largest:g} mm; in "
-        f"{likely} it would be {_in_words(size / UNITS[unit] * UNITS[str(likely)])}: check `--unit`."
+        f"{surface.name} is {_in_words(size)} large in {unit}, most parts have {smallest:g} to {largest:g} mm; "
+        f"with `--unit {likely}` it would be {_in_words(size / UNITS[unit] * UNITS[str(likely)])}: check the unit."
     )
 
 

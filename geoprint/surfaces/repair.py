@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -13,13 +13,13 @@ from geoprint.surfaces.crossings import crossings
 from geoprint.surfaces.holes import fill_holes
 from geoprint.surfaces.junctions import split_junctions
 from geoprint.surfaces.manifold import check_connected, check_edges, split_vertices, turned_faces
-from geoprint.surfaces.operators import edge_lengths, face_areas
+from geoprint.surfaces.operators import face_areas
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import (
-    boundary_half_edges,
     boundary_loops,
     component_labels,
-    describe,
+    half_edges,
+    kind_of,
     loop_length,
     used_vertices,
 )
@@ -166,8 +166,12 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
     cut, junction_faces = split_junctions(joined.surface, tolerance=joined.tolerance)
     part, labels, debris_places = _without_debris(cut)
     turned, fans = _wound(part, labels)
-    filled, holes = fill_holes(fans, longest=longest_hole)
-    prepared, inverted = _outward(filled)
+    loops = boundary_loops(fans)
+    filled, holes = fill_holes(fans, loops, longest=longest_hole)
+    loops = boundary_loops(filled) if holes else loops
+    inverted = not loops and signed_volume(filled) < 0
+    prepared = replace(filled, faces=filled.faces[:, ::-1]) if inverted else filled
+    sizes = _sizes(prepared, loops)
     report = PreparationReport(
         welded_vertices=joined.welded_vertices,
         dropped_degenerate_faces=joined.dropped_degenerate_faces,
@@ -182,10 +186,10 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
         crossings_checked=_check_crossings(prepared, depth=joined.tolerance),
         vertices=len(prepared.vertices),
         faces=len(prepared.faces),
-        topology=describe(prepared),
-        boundary_lengths=tuple(loop_length(prepared.vertices, loop) for loop in boundary_loops(prepared)),
+        topology=sizes.topology,
+        boundary_lengths=sizes.boundary_lengths,
         area=float(face_areas(prepared).sum()),
-        mean_edge=float(edge_lengths(prepared).mean()),
+        mean_edge=sizes.mean_edge,
     )
     return prepared, report
 
@@ -221,10 +225,22 @@ def _wound(surface: Surface, labels: IntArray) -> tuple[BoolArray, Surface]:
     return turned, split_vertices(wound)
 
 
-def _outward(surface: Surface) -> tuple[Surface, bool]:
-    """Turn a closed surface that is wound inward; return whether it was."""
-    inverted = boundary_half_edges(surface.faces).size == 0 and signed_volume(surface) < 0
-    return (replace(surface, faces=surface.faces[:, ::-1]) if inverted else surface), inverted
+class _Sizes(NamedTuple):
+    """What the loops of a prepared surface tell without numbering its edges again, which is slow on large ones."""
+
+    topology: str
+    boundary_lengths: tuple[float, ...]
+    mean_edge: float
+
+
+def _sizes(surface: Surface, loops: tuple[IntArray, ...]) -> _Sizes:
+    """Return the sizes of a connected manifold: each inner edge has two half-edges, each border edge one."""
+    lengths = tuple(loop_length(surface.vertices, loop) for loop in loops)
+    sides = surface.vertices[half_edges(surface.faces)]
+    edge_count = (3 * len(surface.faces) + sum(loop.size for loop in loops)) // 2
+    total = float(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum()) + sum(lengths)
+    euler = len(surface.vertices) - edge_count + len(surface.faces)
+    return _Sizes(kind_of(euler, loops=len(loops)), lengths, total / (2 * edge_count))
 
 
 def _check_crossings(surface: Surface, *, depth: float) -> bool:

@@ -201,8 +201,12 @@ def describe(surface: Surface) -> str:
     components = int(component_labels(surface).max()) + 1
     if components > 1:
         return f"{components} components"
-    loops = len(boundary_loops(surface))
-    genus = (2 - loops - euler_characteristic(surface)) // 2
+    return kind_of(euler_characteristic(surface), loops=len(boundary_loops(surface)))
+
+
+def kind_of(euler: int, *, loops: int) -> str:
+    """Return what `describe` returns for a surface in one piece, given its Euler characteristic and its loops."""
+    genus = (2 - loops - euler) // 2
     if loops == 0:
         return f"closed, genus {genus}"
     if genus > 0:
