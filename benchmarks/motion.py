@@ -75,7 +75,8 @@ MAX_TILT = float(np.radians(15.0))
 ADDED = (
     "\n(TOPP-RA alone times one spline through joints that are known; Pinocchio alone turns them back into poses. What "
     "geoprint adds: the joints themselves, by a search over eight branches and the turn about the nozzle; the cap on "
-    "the tip's speed from rest to rest, resampled each millisecond and verified; and tool and arm swept past the part on the way that the controller takes, with controls.)"
+    "the tip's speed from rest to rest, resampled each millisecond and verified; and "
+    "tool and arm swept past the part on the way that the controller takes, with controls.)"
 )
 
 

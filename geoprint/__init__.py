@@ -3,7 +3,7 @@
 Data flows one way, through frozen values (`geoprint.model`):
 
     file -> Surface -> [backend] -> Contours -> Toolpath -> PoseStream -> JointPath -> Trajectory
-         -> Targets -> ControllerPath -> Clearance -> Program
+         -> Targets -> ControllerPath -> Clearance -> Orders -> Program
 
 and imports run one way, to the right (braces: mutually independent; `lint-imports` checks it):
 
@@ -12,7 +12,7 @@ and imports run one way, to the right (braces: mutually independent; `lint-impor
 
 `plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
 stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,
-`motion.reach`, `retime`, `written_targets`, `controller_path` and `clearance`, `export.rapid_program`,
+`motion.reach`, `retime`, `written_targets`, `controller_path` and `clearance`, `export.orders_of`, `rapid_program`,
 `quality.uniformity`. Lengths are mm, times s, angles rad.
 
 Sources, by the keys that docstrings use:

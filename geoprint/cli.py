@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from geoprint.errors import ExportError, GeoprintError, ResourceError, UsageError
+from geoprint.errors import ExportError, GeoprintError, ResourceError, UsageError, VerificationError
 
 app = typer.Typer(
     name="geoprint",
@@ -261,6 +261,26 @@ def place(
     if as_json:
         typer.echo(json.dumps(proposal_summary(proposal), indent=2))
     _say(proposal_text(proposal))
+
+
+@app.command()
+def check(
+    bundle: Annotated[Path, typer.Argument(help="Folder that `geoprint plan` wrote.", show_default=False)],
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
+    from geoprint.pipeline import check_bundle, check_summary, run_sheet
+
+    checked = check_bundle(bundle)
+    if as_json:
+        typer.echo(json.dumps(check_summary(checked), indent=2))
+    _say(run_sheet(checked))
+    if checked.findings:
+        raise VerificationError(
+            f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
+            "program; write it again with `geoprint plan`."
+        )
 
 
 @app.command()

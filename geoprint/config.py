@@ -35,6 +35,7 @@ from geoprint.model import (
     Material,
     OnSlowdown,
     Process,
+    Purge,
     Robot,
     SearchWeights,
     SignalMode,
@@ -56,6 +57,8 @@ SixRanges = Annotated[list[Range], Field(min_length=6, max_length=6)]
 # From slower than any bead to what is allowed beside a person [ISO 10218-1, 5.6.2].
 TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
+# Equipment that follows later than this is not switched in step with a tip; nobody waits that long by design.
+Lag = Annotated[float, Field(ge=0.0, le=2.0)]
 
 
 class _Table(BaseModel):
@@ -283,12 +286,31 @@ class _SignalsTable(_Table):
     mode: SignalMode
     dispenser: SignalName
     uv_lamp: SignalName
+    valve_open_s: Lag = 0.0
+    valve_close_s: Lag = 0.0
+    uv_lead_s: Lag = 0.0
+    uv_tail_s: Lag = 0.0
+    flow: SignalName | None = None
+    flow_per_mm3_s: PositiveFloat | None = None
+    flow_lag_s: Lag = 0.0
 
     @model_validator(mode="after")
-    def _are_two(self) -> Self:
-        if self.dispenser.lower() == self.uv_lamp.lower():
-            raise ValueError(f"dispenser and uv_lamp are the same output {self.dispenser}: each needs its own")
+    def _are_different(self) -> Self:
+        names = [name.lower() for name in (self.dispenser, self.uv_lamp, self.flow) if name is not None]
+        if len(set(names)) < len(names):
+            raise ValueError("dispenser, uv_lamp and flow name the same output twice: each needs its own")
         return self
+
+    @model_validator(mode="after")
+    def _has_a_flow_to_follow(self) -> Self:
+        if self.mode == "analog" and (self.flow is None or self.flow_per_mm3_s is None):
+            raise ValueError('mode "analog" needs flow, the analog output, and flow_per_mm3_s, its value for 1 mm3/s')
+        return self
+
+
+class _PurgeTable(_Table):
+    joints_deg: SixJoints
+    duration_s: Annotated[float, Field(gt=0.0, le=60.0)]
 
 
 class _BoxTable(_Table):
@@ -317,6 +339,7 @@ class CellFile(_Table):
     work: _WorkTable
     process: _ProcessTable
     signals: _SignalsTable
+    purge: _PurgeTable | None = None
     obstacles: list[_BoxTable] = []
     search: _SearchTable = _SearchTable()
 
@@ -389,13 +412,31 @@ def _cell(file: CellFile, *, name: str, folder: Path) -> Cell:
             retract=file.process.retract_mm,
             layer_height=file.process.layer_height_mm,
         ),
-        signals=Signals(mode=file.signals.mode, dispenser=file.signals.dispenser, uv_lamp=file.signals.uv_lamp),
+        signals=_signals(file.signals),
+        purge=None
+        if file.purge is None
+        else Purge(joints=np.radians(file.purge.joints_deg), duration=file.purge.duration_s),
         obstacles=tuple(Box(box.name, np.array(box.centre_mm), np.array(box.size_mm)) for box in file.obstacles),
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
         demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
         material=None if file.material is None else _material(file.material),
         search=SearchWeights(**file.search.model_dump()),
+    )
+
+
+def _signals(table: _SignalsTable) -> Signals:
+    return Signals(
+        mode=table.mode,
+        dispenser=table.dispenser,
+        uv_lamp=table.uv_lamp,
+        valve_open=table.valve_open_s,
+        valve_close=table.valve_close_s,
+        uv_lead=table.uv_lead_s,
+        uv_tail=table.uv_tail_s,
+        flow=table.flow,
+        flow_per_mm3_s=table.flow_per_mm3_s or 0.0,
+        flow_lag=table.flow_lag_s,
     )
 
 

@@ -10,6 +10,7 @@ from geoprint.pipeline.calibrating import (
 )
 from geoprint.pipeline.calibration_text import calibration_summary, calibration_text
 from geoprint.pipeline.cell_writer import check_cell_writable
+from geoprint.pipeline.checking import Checked, Finding, check_bundle
 from geoprint.pipeline.comparison import (
     COMPARED,
     Comparison,
@@ -33,6 +34,7 @@ from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
 from geoprint.pipeline.recommending import recommendation
+from geoprint.pipeline.run_sheet import check_summary, run_sheet
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -43,9 +45,11 @@ __all__ = [
     "COMPARED",
     "CalibratedFixture",
     "CalibratedTool",
+    "Checked",
     "Comparison",
     "FailedPart",
     "FileInspection",
+    "Finding",
     "Patch",
     "PatchChoice",
     "Plan",
@@ -59,7 +63,9 @@ __all__ = [
     "calibrate_tool",
     "calibration_summary",
     "calibration_text",
+    "check_bundle",
     "check_cell_writable",
+    "check_summary",
     "compare",
     "compare_parts",
     "comparison_picture",
@@ -83,6 +89,7 @@ __all__ = [
     "proposal_text",
     "propose_placement",
     "recommendation",
+    "run_sheet",
     "save_calibrated",
     "save_comparisons",
     "save_plan",

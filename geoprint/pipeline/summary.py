@@ -12,12 +12,13 @@ import numpy as np
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import Slowdown, Surface
-from geoprint.motion import NOTABLE_SHARE, Uncertainty
+from geoprint.motion import LIFT, NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patches import patch_summary
 from geoprint.pipeline.planning import Plan, RobotPlan
+from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
@@ -60,6 +61,7 @@ def summary(plan: Plan) -> dict[str, Json]:
                 "modules": [name for name, _ in plan.robot.program.modules],
                 "targets": plan.robot.program.targets,
                 "dry_run_only": plan.robot.program.dry_run,
+                "switching": switching_summary(plan.robot.switching),
             },
         }
     result["timings_s"] = {name: round(seconds, 3) for name, seconds in plan.timings}
@@ -327,6 +329,11 @@ def _clearance(robot: RobotPlan) -> dict[str, Json]:
         "checks": found.checks,
         "checked": list(found.checked),
         "not_checked": list(found.not_checked),
+        "dry_run": {
+            "lift_mm": LIFT,
+            "smallest_mm": _rounded(robot.dry_clearance.smallest),
+            "at": robot.dry_clearance.at,
+        },
     }
 
 

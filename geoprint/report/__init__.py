@@ -5,6 +5,7 @@ from geoprint.report.figures import Coverage, coverage_figure
 from geoprint.report.inspection_figure import inspection_figure
 from geoprint.report.page import html_report
 from geoprint.report.paper_figures import paper_figures
+from geoprint.report.switching_figure import switching_figure
 from geoprint.report.values import (
     COVERED,
     GAP,
@@ -38,5 +39,6 @@ __all__ = [
     "html_report",
     "inspection_figure",
     "paper_figures",
+    "switching_figure",
     "view_surface",
 ]
