@@ -130,9 +130,9 @@ def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
         ResourceError: it takes too long or too much memory.
         UsageError: adobe-lagrange is not installed.
     """
+    points, normals = _checked(cloud, name=name)
     if importlib.util.find_spec("lagrange") is None:
         raise missing("adobe-lagrange", extra="scan", kind="point clouds")
-    points, normals = _checked(cloud, name=name)
     tree = KDTree(points)
     spacing = _spacing(points, tree)
     known = estimated_normals(points, tree) if normals is None else normals
