@@ -28,6 +28,17 @@ SeedPoint = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
 ]
+Label = Annotated[int | None, typer.Option(help="Which label of a label volume (.nii, .nii.gz, .nrrd).")]
+At = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Cut the part out of the file: the piece about the point X Y Z (mm) ..."),
+]
+Radius = Annotated[float | None, typer.Option(help="... up to this far along the surface in mm ...")]
+Cone = Annotated[float | None, typer.Option(help="... and where its normal turns at most this far, in degrees.")]
+PatchBox = Annotated[
+    tuple[float, float, float, float, float, float] | None,
+    typer.Option("--box", help="Cut the part out of the file by a box: lowest and highest X Y Z in mm."),
+]
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]

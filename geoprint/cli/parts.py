@@ -1,4 +1,4 @@
-"""Commands that look at files: inspect a part, check a bundle."""
+"""Commands about files: inspect a part, cut a patch from it, check a bundle."""
 
 from __future__ import annotations
 
@@ -10,13 +10,19 @@ import typer
 
 from geoprint.cli.options import (
     AsJson,
+    At,
+    Cone,
     FillHoles,
+    Label,
     MaxMemory,
+    Overwrite,
     Part,
+    PatchBox,
+    Radius,
     Unit,
 )
 from geoprint.cli.terminal import limit_memory, say
-from geoprint.errors import ExportError, VerificationError
+from geoprint.errors import ExportError, UsageError, VerificationError
 
 
 def inspect(
@@ -43,6 +49,38 @@ def inspect(
     if as_json:
         typer.echo(json.dumps(inspection_summary(seen), indent=2))
     say(inspection_text(seen))
+
+
+def patch(
+    body: Part,
+    *,
+    out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
+    unit: Unit = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Cut a patch out of a body, through its triangles, so that its rim is smooth."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import patch_of, patch_summary, patch_text
+    from geoprint.surfaces import load_file, save_ply
+
+    if out.exists() and not overwrite:
+        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
+    if out.suffix.lower() != ".ply":
+        raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
+    job = job_of(surface=body, unit=unit, label=label, at=at, radius=radius, cone_deg=cone, box=box)
+    cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
+    if cut is None:
+        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
+    save_ply(cut.surface, out)
+    if as_json:
+        typer.echo(json.dumps(patch_summary(cut), indent=2))
+    say(f"{patch_text(cut)}\nwritten: {out} (in mm)")
 
 
 def check(

@@ -10,11 +10,14 @@ import typer
 
 from geoprint.cli.options import (
     AsJson,
+    At,
     Body,
     CellPath,
+    Cone,
     Figures,
     FillHoles,
     Flip,
+    Label,
     MaxMemory,
     MaxTilt,
     NoRobot,
@@ -22,7 +25,9 @@ from geoprint.cli.options import (
     Overwrite,
     Part,
     Parts,
+    PatchBox,
     Place,
+    Radius,
     Resolution,
     Rounds,
     Samples,
@@ -48,6 +53,11 @@ def plan(
     step: Step = None,
     resolution: Resolution = None,
     seed: SeedPoint = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -70,6 +80,7 @@ def plan(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
         fill_holes=fill_holes,
+        label=label, at=at, radius=radius, cone_deg=cone, box=box,
         max_tilt=max_tilt, on_slowdown=on_slowdown,
     )  # fmt: skip
     limit_memory(max_memory)
@@ -94,6 +105,11 @@ def compare(
     step: Step = None,
     resolution: Resolution = None,
     seed: SeedPoint = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -118,6 +134,7 @@ def compare(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
             rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
             max_tilt=max_tilt, on_slowdown=on_slowdown, fill_holes=fill_holes,
+        label=label, at=at, radius=radius, cone_deg=cone, box=box,
         )
         for surface in surfaces
     ]  # fmt: skip

@@ -29,6 +29,7 @@ from geoprint.pipeline.comparison_files import (
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
 from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
+from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_of, patch_summary, patch_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
@@ -49,6 +50,8 @@ __all__ = [
     "FailedPart",
     "FileInspection",
     "Finding",
+    "Patch",
+    "PatchChoice",
     "Plan",
     "Planned",
     "Proposal",
@@ -69,6 +72,7 @@ __all__ = [
     "comparison_report",
     "comparison_summary",
     "comparison_table",
+    "cut_patch",
     "examine",
     "fit_flow",
     "fit_summary",
@@ -77,6 +81,9 @@ __all__ = [
     "inspection_text",
     "material_table",
     "outcome_text",
+    "patch_of",
+    "patch_summary",
+    "patch_text",
     "plan",
     "proposal_summary",
     "proposal_text",

@@ -16,6 +16,7 @@ from geoprint.motion import LIFT, NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.laying import laid_summary, laid_text
+from geoprint.pipeline.patches import patch_summary
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.quality import Uniformity
@@ -148,6 +149,11 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
+        "label": plan.job.label,
+        "at_mm": plan.job.at,
+        "radius_mm": plan.job.radius,
+        "cone_deg": plan.job.cone_deg,
+        "box_mm": plan.job.box,
         "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
@@ -169,6 +175,8 @@ def _input(plan: Plan) -> dict[str, Json]:
 
     digests = plan.workpiece.digests
     result = of(plan.job.surface, digests[0])
+    if plan.workpiece.notes:
+        result["made"] = dict(plan.workpiece.notes)
     if plan.job.body is not None:
         result["body"] = of(plan.job.body, digests[1])
     return result
@@ -189,6 +197,7 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
+        "patch": None if plan.workpiece.patch is None else patch_summary(plan.workpiece.patch),
         "side": asdict(plan.workpiece.side),
     }
 

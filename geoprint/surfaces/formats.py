@@ -17,9 +17,13 @@ from typing import Protocol, final
 
 import numpy as np
 
-from geoprint.errors import GeoprintError, InputError
+from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.archives import only_mesh
+from geoprint.surfaces.cad import KINDS, read_cad
+from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.label_volumes import read_volume
+from geoprint.surfaces.point_clouds import read_point_ply, read_point_text, reconstruct
 from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
 from geoprint.surfaces.three_mf import read_3mf
 
@@ -48,18 +52,22 @@ class MeshFile:
         vertices: (n, 3) positions in the file's unit.
         faces: (m, 3) vertex indices; polygons are triangulated.
         unit: of the positions, a key of `io.UNITS`; None where the format carries none.
+        notes: how the mesh was made, where the file holds something else.
     """
 
     vertices: FloatArray
     faces: IntArray
     unit: str | None
+    notes: Notes = ()
 
 
-def read_mesh(path: Path) -> MeshFile:
-    """Read a mesh file by its suffix.
+def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
+    """Read a mesh file by its suffix, or make a mesh of what else it holds.
 
     Args:
-        path: of a .stl, .ply, .obj, .off or .3mf file, or of a .zip file that holds one of these.
+        path: of a .stl, .ply, .obj, .off or .3mf file, of a .zip file that holds one of these, or of one of the
+            VOLUMES.
+        label: of a label volume, which one is meant.
 
     Returns:
         What the file holds.
@@ -68,22 +76,21 @@ def read_mesh(path: Path) -> MeshFile:
         InputError: the file is missing, unreadable, of another kind, damaged, or its length disagrees with what it
             promises; it holds no faces, a coordinate that is not finite, or a face that refers to a vertex that is
             not there; an archive holds no mesh, several, or one that is packed too tightly.
+        UsageError: a label is given for a file that has none or is missing, or an optional package is not installed.
     """
-    suffix = path.suffix.lower()
+    suffix = ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
             f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
             "export the mesh as one of these."
         )
+    if label is not None and suffix not in VOLUMES:
+        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `--label` out.")
     data = _content(path)
     if suffix == ".zip":
-        suffix, data = only_mesh(data, suffixes=[known for known in SUFFIXES if known != ".zip"], name=path.name)
-    unit: str | None = None
+        suffix, data = only_mesh(data, suffixes=[*_READERS, ".3mf"], name=path.name)
     try:
-        if suffix == ".3mf":
-            vertices, faces, unit = read_3mf(data, name=path.name)
-        else:
-            vertices, faces = _READERS[suffix](data, name=path.name)
+        file = _file(data, suffix=suffix, label=label, name=path.name)
     except (GeoprintError, MemoryError):
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
@@ -91,18 +98,47 @@ def read_mesh(path: Path) -> MeshFile:
             f"`{path.name}` cannot be read as {suffix} ({type(error).__name__}: {str(error)[:200]!r}); "
             "it is damaged or not what its suffix says, so export it again."
         ) from error
-    if len(faces) == 0:
-        raise InputError(f"`{path.name}` holds no faces; a surface needs triangles, so export it as a mesh.")
-    check_indices(faces, vertices=len(vertices), name=path.name)
-    broken = ~np.isfinite(vertices).all(axis=1)
+    _check(file, name=path.name)
+    return file
+
+
+def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile:
+    """Return what a file of a known kind holds, unchecked."""
+    if suffix == ".3mf":
+        return MeshFile(*read_3mf(data, name=name))
+    if suffix in VOLUMES:
+        made = read_volume(data, suffix=suffix, label=label, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    if suffix in KINDS:
+        made = read_cad(data, suffix=suffix, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    if suffix in CLOUDS or (suffix == ".ply" and _without_faces(data)):
+        cloud = (read_point_ply if suffix == ".ply" else read_point_text)(data, name=name)
+        made = reconstruct(cloud, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    return MeshFile(*_READERS[suffix](data, name=name), None)
+
+
+def _without_faces(data: bytes) -> bool:
+    """Return whether a PLY file holds vertices alone."""
+    header = data[: data.find(b"end_header")].split(b"\n")
+    counts = {words[1]: words[2] for words in map(bytes.split, header) if len(words) == 3 and words[0] == b"element"}
+    return counts.get(b"vertex", b"0") != b"0" and counts.get(b"face", b"0") == b"0"
+
+
+def _check(file: MeshFile, *, name: str) -> None:
+    """Refuse a mesh without faces, with faces that refer to nothing, or with coordinates that are not finite."""
+    if len(file.faces) == 0:
+        raise InputError(f"`{name}` holds no faces; a surface needs triangles, so export it as a mesh.")
+    check_indices(file.faces, vertices=len(file.vertices), name=name)
+    broken = ~np.isfinite(file.vertices).all(axis=1)
     if broken.any():
         raise InputError(
-            f"`{path.name}`: vertices with NaN or infinite coordinates: {int(broken.sum())}, the first is vertex "
+            f"`{name}`: vertices with NaN or infinite coordinates: {int(broken.sum())}, the first is vertex "
             f"{int(np.argmax(broken))}; repair the mesh where it was made.",
             vertices=int(broken.sum()),
             vertex=int(np.argmax(broken)),
         )
-    return MeshFile(vertices, faces, unit)
 
 
 def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
@@ -184,7 +220,9 @@ def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
 
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
-SUFFIXES = (*_READERS, ".3mf", ".zip")
+CLOUDS = (".xyz", ".pwn")
+VOLUMES = (".nii", ".nii.gz", ".nrrd")
+SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES, *CLOUDS)
 
 
 def _content(path: Path) -> bytes:

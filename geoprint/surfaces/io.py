@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 import numpy as np
 
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
+from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.formats import read_mesh
 from geoprint.surfaces.topology import used_vertices
 
@@ -22,25 +25,48 @@ USUAL_SIZE = (10.0, 500.0)
 RESOLUTION_SHARE = 1e-4
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """A surface as a file has it.
+
+    Attributes:
+        surface: in mm, named after the file.
+        unit: of the file's coordinates.
+        notes: how the mesh was made, where the file holds something else.
+    """
+
+    surface: Surface
+    unit: str
+    notes: Notes
+
+
 def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
-    """Return the surface of `load_with_unit`."""
-    return load_with_unit(path, unit=unit, flip=flip)[0]
+    """Return the surface of `load_file`."""
+    return load_file(path, unit=unit, flip=flip).surface
 
 
 def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple[Surface, str]:
-    """Read a mesh file and turn its coordinates into mm.
+    """Return the surface of `load_file`, and the unit of the file."""
+    loaded = load_file(path, unit=unit, flip=flip)
+    return loaded.surface, loaded.unit
+
+
+def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | None = None) -> Loaded:
+    """Read a mesh file, or make a mesh of what it holds, and turn its coordinates into mm.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
     that.
 
     Args:
-        path: of a .stl (ASCII or binary), .ply, .obj, .off or .3mf file, or of a .zip file with one of these.
+        path: of one of `formats.SUFFIXES`.
         unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
             carry no unit, None is answered by an error that shows what the size would be in each.
         flip: whether to turn the winding, where the file's says inside what is outside.
+        label: of a label volume, which one is meant.
 
     Returns:
-        The surface in mm, named after the file, and the unit of the file.
+        The surface in mm, named after the file, and how it was read.
 
     Raises:
         UsageError: the unit is missing, unknown, or another one than the file says.
@@ -51,7 +77,7 @@ def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    file = read_mesh(path)
+    file = read_mesh(path, label=label)
     vertices, faces = file.vertices, file.faces
     if file.unit is not None and unit not in {None, file.unit}:
         raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
@@ -61,10 +87,10 @@ def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple
     extents = used.max(axis=0) - used.min(axis=0)
     if unit is None:
         raise UsageError(_missing_unit(path.name, extents))
-    _check_size(path.name, extents * UNITS[unit], unit=unit)
+    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
     _check_resolution(path.name, used * UNITS[unit])
     wound = faces[:, ::-1] if flip else faces
-    return Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit
+    return Loaded(Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit, file.notes)
 
 
 def ply_bytes(surface: Surface) -> bytes:
@@ -147,12 +173,12 @@ def _missing_unit(name: str, extents: FloatArray) -> str:
     return f"`{name}` has no unit; it spans {spans}: {readings}; {advice}."
 
 
-def _check_size(name: str, extents: FloatArray, *, unit: str) -> None:
+def _check_size(name: str, extents: FloatArray, *, unit: str, carried: bool) -> None:
     size = float(extents.max())
     smallest, largest = PLAUSIBLE_SIZE
     if smallest <= size <= largest:
         return
-    likely = likely_unit(size / UNITS[unit])
+    likely = None if carried else likely_unit(size / UNITS[unit])
     advice = f"it would be {_in_words(size / UNITS[unit] * UNITS[likely])} with `--unit {likely}`" if likely else ""
     raise InputError(
         f"`{name}` is {_in_words(size)} large in {unit}, a part has {smallest:g} mm to {largest / 1000:g} m; "
