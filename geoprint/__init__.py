@@ -17,6 +17,8 @@ stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKE
 
 Sources, by the keys that docstrings use:
 
+    [ABBRapid]          ABB Robotics: RAPID reference manual. Data type zonedata; motion and I/O principles, positioning
+                        during program execution.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete

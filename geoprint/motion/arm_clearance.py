@@ -10,7 +10,7 @@ one another.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -25,7 +25,16 @@ from geoprint.motion.kinematics import Arm
 from geoprint.motion.link_solids import Link, link_solids
 from geoprint.motion.sides import inside
 from geoprint.motion.surroundings import Target, box_target, solid_target
-from geoprint.motion.sweep import ALLOWANCE, LARGEST_ARM_STEP, Hits, Placements, find_hits, refined, step_parts
+from geoprint.motion.sweep import (
+    ALLOWANCE,
+    LARGEST_ARM_STEP,
+    LARGEST_STEP,
+    Hits,
+    Placements,
+    find_hits,
+    refined,
+    step_parts,
+)
 from geoprint.motion.tool_solids import Solid, movements
 
 # The base and the links 1 to 4, which the tool must not touch.
@@ -39,18 +48,35 @@ class ArmMotion:
 
     Attributes:
         Ts_work_link: (k, 7, 4, 4) of the base and the links 1 to 6 [mm].
+        corners: (k, 7, 4, 4) where they are if the controller rounds nothing [mm].
         tool: where the tool is [mm].
     """
 
     Ts_work_link: FloatArray
+    corners: FloatArray
     tool: Placements
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, Ts_work_link="float: k 7 4 4")
+        freeze_arrays(self, Ts_work_link="float: k 7 4 4", corners="float: k 7 4 4")
 
-    def Ts_link_tool(self, link: Link) -> FloatArray:
-        """(k, 4, 4) the tool as a link sees it [mm]."""
-        return transforms.inverse(self.Ts_work_link[:, link.joint]) @ self.tool.poses
+    def link_way(self, link: Link) -> Placements:
+        """Where a link is in the work frame; of the base, which does not move, one step stands for all."""
+        count = self.tool.count if link.joint > 0 else 2
+        return replace(
+            self.tool,
+            poses=self.Ts_work_link[:count, link.joint],
+            corners=self.corners[:count, link.joint],
+            runs=self.tool.runs[:count],
+            deposit=self.tool.deposit[:count],
+        )
+
+    def tool_way(self, link: Link) -> Placements:
+        """Where the tool is as a link sees it."""
+        return replace(
+            self.tool,
+            poses=transforms.inverse(self.Ts_work_link[:, link.joint]) @ self.tool.poses,
+            corners=transforms.inverse(self.corners[:, link.joint]) @ self.tool.corners,
+        )
 
 
 @final
@@ -74,7 +100,10 @@ def arm_motion(
 ) -> ArmMotion:
     """Return the way of links and tool: the path's rows and, where something moves far, rows between them."""
     motion = _motion(path, arm, T_work_base=T_work_base)
-    parts = step_parts(_largest_movements(motion, tool=tool, links=links), largest=LARGEST_ARM_STEP)
+    parts = np.maximum(
+        step_parts(movements(tool, motion.tool.poses).max(axis=1), largest=LARGEST_STEP),
+        step_parts(_largest_movements(motion, tool=tool, links=links), largest=LARGEST_ARM_STEP),
+    )
     return motion if parts.max() == 1 else _motion(refined(path, parts=parts), arm, T_work_base=T_work_base)
 
 
@@ -108,13 +137,13 @@ def check_arm(
     ways: list[tuple[CollisionWorld, Placements]] = []
     for link in links:
         world = CollisionWorld(_inflated(link.solids, kept=kept), targets=targets if link.joint > 1 else base_targets)
-        ways.append((world, _moved(placements, motion.Ts_work_link[:, link.joint], moves=link.joint > 0)))
+        ways.append((world, motion.link_way(link)))
     carried_solids = _with_whole_needle(tool)
     carried_inflated = _inflated(carried_solids, kept=kept)
     carried: list[tuple[CollisionWorld, Placements]] = []
     for link in links[:LINKS_APART_FROM_TOOL]:
         world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
-        carried.append((world, _moved(placements, motion.Ts_link_tool(link), moves=True)))
+        carried.append((world, motion.tool_way(link)))
     _refuse_inside(ways)
     for world, way in (*ways, *carried):
         hits = find_hits(world, way, largest_step=LARGEST_ARM_STEP)
@@ -125,7 +154,7 @@ def check_arm(
         smallest=closest.distance,
         at=f"{placements.stretch(closest.row)} with the tip at {_place(placements, closest.row)}, "
         f"{closest.solid} to {closest.target}",
-        checked=_checked(carried_solids, targets=targets, base_targets=base_targets),
+        checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*ways, *carried])),
     )
 
 
@@ -136,7 +165,7 @@ def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tup
         (k - 1,) bounds from each placement to the next [mm].
     """
     bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
-    bounds += [movements(tool, motion.Ts_link_tool(link)) for link in links[:LINKS_APART_FROM_TOOL]]
+    bounds += [movements(tool, motion.tool_way(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
     return np.concatenate(bounds, axis=1).max(axis=1)
 
 
@@ -164,19 +193,17 @@ def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
 
 def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
     poses = T_work_base @ arm.link_poses(path.joints)
-    return ArmMotion(poses[:, :-1], Placements(poses[:, -1], runs=path.runs, deposit=path.deposit))
+    corners = poses.copy()
+    rounded = path.rounding.any(axis=1)
+    corners[rounded] = T_work_base @ arm.link_poses(path.joints[rounded] + path.rounding[rounded])
+    tool = Placements(poses[:, -1], runs=path.runs, deposit=path.deposit, corners=corners[:, -1])
+    return ArmMotion(poses[:, :-1], corners[:, :-1], tool)
 
 
 def _with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """Join the tip to the needle: it may come close to the part, but to no link."""
     tip, needle, *rest = tool
     return (Solid(needle.name, tip.start, needle.end, needle.start_radius, needle.end_radius), *rest)
-
-
-def _moved(placements: Placements, poses: FloatArray, *, moves: bool) -> Placements:
-    """Return the way of something else than the tool; of what does not move, one step stands for all."""
-    count = placements.count if moves else 2
-    return Placements(poses[:count], runs=placements.runs[:count], deposit=placements.deposit[:count])
 
 
 def _refuse_inside(ways: Sequence[tuple[CollisionWorld, Placements]]) -> None:
@@ -227,6 +254,11 @@ def _checked(
     pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
+
+
+def _rounded(ways: Sequence[tuple[CollisionWorld, Placements]]) -> str:
+    largest = max(float(way.rounding(world.solids).max()) for world, way in ways)
+    return f"arm where the controller rounds targets, at most {largest:.3f} mm off its way"
 
 
 def _place(placements: Placements, row: int) -> str:

@@ -7,6 +7,9 @@ steps beside the placement are cut into PARTS and the question is asked again, d
 then is called a hit, so that everything nearer than the kept distance is found, and nothing that is farther by more
 than ALLOWANCE.
 
+Where the controller rounds a corner, the way is off by a known *rounding* (`zones`), and so much more is inflated; what
+is nearer than the kept distance plus the rounding may then be called a hit.
+
 Before that, blocks of steps are asked at once, with a larger inflation; most links are free in most of them.
 
 The tip zone may come close, so that it is only tested on travel, where it must not touch. It is not inflated downwards,
@@ -25,8 +28,8 @@ from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
-from geoprint.motion.collision import NOT_TESTED, REACHES, CollisionWorld
-from geoprint.motion.tool_solids import EXCESS, movements
+from geoprint.motion.collision import NOT_TESTED, REACH_STEP, CollisionWorld
+from geoprint.motion.tool_solids import EXCESS, Solid, movements, ways
 
 # Steps that are tried at once where a solid is far from everything: first the many, then fewer where that failed.
 BLOCKS = (40, 8)
@@ -35,10 +38,10 @@ BLOCKS = (40, 8)
 STEP_MARGIN = 0.9
 # Parts into which a step is cut where the tool may be too close.
 PARTS = 6
-# Reach below which a step is not cut any more [mm].
-FINEST = REACHES[1]
-# A distance that is larger than the kept one by more than this is never called a hit [mm].
-ALLOWANCE = FINEST + EXCESS
+# Half movement below which a step is not cut any more [mm].
+FINEST = 0.01
+# A distance that is larger than the kept one by more than this is never called a hit, where no corner is rounded [mm].
+ALLOWANCE = FINEST + REACH_STEP + EXCESS
 # Largest movement of any point of the tool between neighbouring placements [mm]; the tip zone stands for whole steps.
 LARGEST_STEP = 2.0
 # The same for links of the arm, and for the tool as a link sees it: on an arc of 100 mm radius, the way between two
@@ -57,14 +60,16 @@ class Placements:
         poses: (k, 4, 4) T_work_tool, or of whatever moves in the frame of what it must not touch [mm].
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
         deposit: (k,) whether material is laid from this placement to the next.
+        corners: (k, 4, 4) where it is if the controller rounds nothing: the poses themselves away from corners.
     """
 
     poses: FloatArray
     runs: IntArray
     deposit: BoolArray
+    corners: FloatArray
 
     def __post_init__(self) -> None:
-        sizes = freeze_arrays(self, poses="float: k 4 4", runs="int: k", deposit="bool: k")
+        sizes = freeze_arrays(self, poses="float: k 4 4", runs="int: k", deposit="bool: k", corners="float: k 4 4")
         if sizes["k"] < 2:
             raise InputError(f"the collision check needs a way of at least two placements, found {sizes['k']}.")
 
@@ -77,6 +82,17 @@ class Placements:
     def travels(self) -> BoolArray:
         """(k - 1,) whether no material is laid in the step from each placement to the next."""
         return ~self.deposit[:-1]
+
+    def rounding(self, solids: tuple[Solid, ...]) -> FloatArray:
+        """Bound how far any point of s solids may be off at each placement, where corners are rounded.
+
+        Returns:
+            (k, s) bounds [mm].
+        """
+        result = np.zeros((self.count, len(solids)))
+        rows = np.flatnonzero((self.poses != self.corners).any(axis=(1, 2)))
+        result[rows] = ways(solids, self.poses[rows], self.corners[rows])
+        return result
 
     def stretch(self, row: int) -> str:
         """Name the part of the way that a placement belongs to."""
@@ -104,13 +120,17 @@ class Hits:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Steps:
-    """Steps that have to be looked at more closely, from a start to an end; `solids` (n, s) says which of the tool."""
+    """Steps that have to be looked at more closely, from a start to an end; `solids` (n, s) says which of the tool.
+
+    Off by `rounding` (n, s) [mm] at most.
+    """
 
     starts: FloatArray
     ends: FloatArray
     rows: IntArray
     travels: BoolArray
     solids: BoolArray
+    rounding: FloatArray
 
 
 def step_parts(moved: FloatArray, *, largest: float) -> IntArray:
@@ -125,11 +145,16 @@ def refined(path: ControllerPath, *, parts: IntArray) -> ControllerPath:
     following = np.minimum(rows + 1, len(parts))
     shares = within / np.append(parts, 1)[rows]
     # A row between a joint move and a run belongs to the joint move.
-    between = np.minimum(path.runs[rows], path.runs[following])
+    joint_move = np.minimum(path.runs[rows], path.runs[following]) < 0
+
+    def between_rows(values: FloatArray) -> FloatArray:
+        return values[rows] + shares[:, None] * (values[following] - values[rows])
+
     return ControllerPath(
-        joints=path.joints[rows] + shares[:, None] * (path.joints[following] - path.joints[rows]),
-        runs=np.where((within > 0) & (between < 0), -1, path.runs[rows]),
+        joints=between_rows(path.joints),
+        runs=np.where((within > 0) & joint_move, -1, path.runs[rows]),
         deposit=path.deposit[rows],
+        rounding=between_rows(path.rounding),
         step=path.step,
     )
 
@@ -155,14 +180,16 @@ def find_hits(world: CollisionWorld, placements: Placements, *, largest_step: fl
             f"the {world.solids[int(moved.max(axis=0).argmax())].name} moves by {moved.max():.1f} mm between two "
             f"placements, at most {largest_step} mm are allowed; sample the path more finely."
         )
+    at_rows = placements.rounding(world.solids)
+    rounding = np.maximum(at_rows[:-1], at_rows[1:])
     open_solids = np.ones(moved.shape, dtype=np.bool_)
     for block in BLOCKS:
-        open_solids &= ~_free_blocks(world, poses, moved=moved, block=block, solids=open_solids)
+        open_solids &= ~_free_blocks(world, poses, moved=moved, rounding=rounding, block=block, solids=open_solids)
     reaches = _step_reaches(world, moved, travels=placements.travels, solids=open_solids)
     if not (reaches > NOT_TESTED).any():
         return None
-    hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
-    steps = _open_steps(poses, rows=rows, travels=placements.travels, touched=touched, reaches=reaches)
+    hits, open_solids = _settle(world, poses, rows=rows, reaches=reaches, rounding=rounding)
+    steps = _open_steps(poses, rows=rows, travels=placements.travels, solids=open_solids, rounding=rounding)
     while hits is None and len(steps.rows):
         hits, steps = _look_between(world, steps)
     return hits
@@ -174,41 +201,46 @@ def _look_between(world: CollisionWorld, steps: _Steps) -> tuple[Hits | None, _S
     starts, ends = np.repeat(steps.starts, each, axis=0), np.repeat(steps.ends, each, axis=0)
     poses = transforms.interpolate_poses(starts, ends, np.tile(np.linspace(0.0, 1.0, each), len(steps.rows)))
     rows, travels = np.repeat(steps.rows, each), np.repeat(steps.travels, each)[:-1]
-    solids = np.repeat(steps.solids, each, axis=0)[:-1]
+    solids, rounding = np.repeat(steps.solids, each, axis=0)[:-1], np.repeat(steps.rounding, each, axis=0)[:-1]
     # From the last part of one step to the first of the next there is no way of the tool.
     solids[PARTS::each] = False
     reaches = _step_reaches(world, movements(world.solids, poses), travels=travels, solids=solids)
-    hits, touched = _settle(world, poses, rows=rows, reaches=reaches)
-    return hits, _open_steps(poses, rows=rows, travels=travels, touched=touched, reaches=reaches)
+    hits, open_solids = _settle(world, poses, rows=rows, reaches=reaches, rounding=rounding)
+    return hits, _open_steps(poses, rows=rows, travels=travels, solids=open_solids, rounding=rounding)
 
 
 def _settle(
-    world: CollisionWorld, poses: FloatArray, *, rows: IntArray, reaches: FloatArray
+    world: CollisionWorld, poses: FloatArray, *, rows: IntArray, reaches: FloatArray, rounding: FloatArray
 ) -> tuple[Hits | None, BoolArray]:
-    """Return the hits at poses, and (k, s) which solids, inflated for the steps beside them, touch anything."""
-    nothing = np.full((1, len(world.solids)), NOT_TESTED)
-    both = np.maximum(np.concatenate([nothing, reaches]), np.concatenate([reaches, nothing]))
-    pairs = world.touches(poses, reaches=both)
+    """Return the hits at poses, and (k - 1, s) which solids may still hit something in which steps between them."""
+    both, rounded = _larger_beside(reaches, missing=NOT_TESTED), _larger_beside(rounding, missing=0.0)
+    pairs = world.touches(poses, reaches=np.where(both > NOT_TESTED, both + rounded, NOT_TESTED))
     touched: BoolArray = np.asarray(pairs.any(axis=2))
+    open_solids = (touched[:-1] | touched[1:]) & (reaches > NOT_TESTED)
     doubtful = np.flatnonzero(pairs.any(axis=(1, 2)))
     if not len(doubtful):
-        return None, touched
-    at_rest = np.where(touched[doubtful], 0.0, NOT_TESTED)
+        return None, open_solids
+    at_rest = np.where(touched[doubtful], rounded[doubtful], NOT_TESTED)
     certain = world.touches(poses[doubtful], reaches=at_rest)
     certain |= pairs[doubtful] & (both[doubtful] <= FINEST)[:, :, None]
     struck = certain.any(axis=(1, 2))
     if not struck.any():
-        return None, touched
-    return Hits(poses[doubtful[struck]], rows[doubtful[struck]], certain[struck]), touched
+        return None, open_solids
+    return Hits(poses[doubtful[struck]], rows[doubtful[struck]], certain[struck]), open_solids
+
+
+def _larger_beside(steps: FloatArray, *, missing: float) -> FloatArray:
+    """Return (k, s) the larger value of the steps before and behind each pose, given those of (k - 1, s) steps."""
+    nothing = np.full((1, steps.shape[1]), missing)
+    return np.maximum(np.concatenate([nothing, steps]), np.concatenate([steps, nothing]))
 
 
 def _open_steps(
-    poses: FloatArray, *, rows: IntArray, travels: BoolArray, touched: BoolArray, reaches: FloatArray
+    poses: FloatArray, *, rows: IntArray, travels: BoolArray, solids: BoolArray, rounding: FloatArray
 ) -> _Steps:
-    """Return the steps at whose start or end a solid that is tested there touched something."""
-    solids = (touched[:-1] | touched[1:]) & (reaches > NOT_TESTED)
+    """Return the steps in which any solid is open."""
     first = np.flatnonzero(solids.any(axis=1))
-    return _Steps(poses[first], poses[first + 1], rows[first], travels[first], solids[first])
+    return _Steps(poses[first], poses[first + 1], rows[first], travels[first], solids[first], rounding[first])
 
 
 def _step_reaches(world: CollisionWorld, moved: FloatArray, *, travels: BoolArray, solids: BoolArray) -> FloatArray:
@@ -223,18 +255,25 @@ def _step_reaches(world: CollisionWorld, moved: FloatArray, *, travels: BoolArra
 
 
 def _free_blocks(
-    world: CollisionWorld, poses: FloatArray, *, moved: FloatArray, block: int, solids: BoolArray
+    world: CollisionWorld,
+    poses: FloatArray,
+    *,
+    moved: FloatArray,
+    rounding: FloatArray,
+    block: int,
+    solids: BoolArray,
 ) -> BoolArray:
     """Return (k - 1, s) whether a solid is free in a whole block of steps, by one test in its middle.
 
-    The solid is inflated by its way from the middle to the farther end of the block; where that is too far, or it
-    touches something, or `solids` does not ask for it, the block stays open.
+    The solid is inflated by its way from the middle to the farther end of the block, and by the rounding; where
+    that is too far, or it touches something, or `solids` does not ask for it, the block stays open.
     """
     starts = np.arange(0, len(moved), block)
     ends = np.minimum(starts + block, len(moved))
     middles = (starts + ends) // 2
-    ways = np.concatenate([np.zeros((1, len(world.solids))), np.cumsum(moved, axis=0)])
-    reaches = np.maximum(ways[middles] - ways[starts], ways[ends] - ways[middles])
+    passed = np.concatenate([np.zeros((1, len(world.solids))), np.cumsum(moved, axis=0)])
+    reaches = np.maximum(passed[middles] - passed[starts], passed[ends] - passed[middles])
+    reaches += np.maximum.reduceat(rounding, starts, axis=0)
     # What is not inflated downwards alike does not stand for its neighbours.
     alike = np.array([solid.reach_below == inf for solid in world.solids])
     asked = np.logical_or.reduceat(solids, starts, axis=0) & alike & (reaches <= world.reaches[-1])
