@@ -23,8 +23,8 @@ from geoprint.motion.tool_solids import Solid, inflated_profile, sides_of, tool_
 REACHES = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 12.0)
 # The same for links of the arm, which are mostly far away; even at rest they are inflated by the first.
 ARM_REACHES = (0.02, 0.04, 0.07, 0.3, 1.2, 4.0, 16.0)
-# By how much the smallest reaches are rounded up at most [mm].
-REACH_STEP = 0.02
+# By how much the reaches of the finest steps, up to the first of a link, are rounded up at most [mm].
+REACH_STEP = 0.01
 # The reach of a solid that is not to be tested at a placement.
 NOT_TESTED = -1.0
 # Noise of sums of reaches [mm]; angles from the inverse kinematics are right to far less.
