@@ -116,6 +116,7 @@ class _RobotTable(_Table):
     limits_deg: SixRanges
     speeds_deg_s: SixPositive
     accelerations_deg_s2: SixPositive
+    target_period_ms: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
 
 
 class _HomeTable(_Table):
@@ -290,6 +291,7 @@ def _cell(file: CellFile, *, name: str) -> Cell:
             speeds=np.radians(file.robot.speeds_deg_s),
             accelerations=np.radians(file.robot.accelerations_deg_s2),
             home=np.radians(file.home.joints_deg),
+            target_period=file.robot.target_period_ms / 1000.0,
         ),
         tool=_tool(file),
         process=Process(

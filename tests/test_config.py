@@ -71,6 +71,13 @@ def test_a_lamp_without_size_is_refused(tmp_path: Path) -> None:
         load_cell(written(tmp_path, text))
 
 
+def test_the_period_of_targets_is_read_and_has_a_default(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0])
+
+    assert load_cell(written(tmp_path, text.replace("period_ms = 20", "period_ms = 8"))).robot.target_period == 0.008
+    assert load_cell(written(tmp_path, text.replace("target_period_ms = 20\n", ""))).robot.target_period == 0.02
+
+
 def test_no_cell_file_means_the_first_packaged_cell() -> None:
     assert load_cell(None).name == "irb120-bent45.toml"
 
@@ -94,6 +101,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ("travel_speed_mm_s = 60", "travel_speed_mm_s = 60000", r"process\.travel_speed_mm_s: .*250"),
         ("mass_kg = 0.6", "mass_kg = 60", r"tool\.mass_kg: .*3"),
         ('uv_lamp = "doUV"', 'uv_lamp = "DOVALVE"', "same output"),
+        ("target_period_ms = 20", "target_period_ms = 0", r"robot\.target_period_ms: .*greater than or equal to 1"),
         ("[robot]", "[robot", "not valid TOML"),
     ],
 )

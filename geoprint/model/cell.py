@@ -24,6 +24,7 @@ class Robot:
         speeds: (6,) largest speed of each joint [rad/s].
         accelerations: (6,) largest acceleration of each joint [rad/s2]; an assumption unless the maker states it.
         home: (6,) joint angles where every program starts and ends [rad].
+        target_period: shortest time between targets that the controller takes without slowing down [s].
     """
 
     model: str
@@ -31,6 +32,7 @@ class Robot:
     speeds: FloatArray
     accelerations: FloatArray
     home: FloatArray
+    target_period: float = 0.02
 
     def __post_init__(self) -> None:
         freeze_arrays(self, limits="float: 6 2", speeds="float: 6", accelerations="float: 6", home="float: 6")

@@ -10,7 +10,7 @@ from geoprint.motion.margins import Margin
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
-from geoprint.motion.targets import written_targets
+from geoprint.motion.targets import close_targets, written_targets
 from geoprint.motion.timing import retime
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "Stand",
     "arm_control",
     "clearance",
+    "close_targets",
     "collision_control",
     "controller_path",
     "demo_placement",

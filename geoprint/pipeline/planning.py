@@ -144,7 +144,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
         joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work)
     with stage("timing"):
         trajectory = retime(joint_path, cell.robot, process=cell.process)
-        targets = written_targets(joint_path, trajectory, process=cell.process)
+        targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
         found = clearance(

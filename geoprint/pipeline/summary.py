@@ -12,6 +12,7 @@ import numpy as np
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import Surface
+from geoprint.motion import close_targets
 from geoprint.paths import largest_lean
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.quality import Uniformity
@@ -48,7 +49,7 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan.robot),
+            "motion": _motion(plan.robot) | {"targets": _targets(plan)},
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -244,6 +245,21 @@ def _motion(robot: RobotPlan) -> dict[str, Json]:
     }
 
 
+def _targets(plan: Plan) -> dict[str, Json]:
+    close, shortest = _close_targets(plan)
+    return {
+        "period_ms": _rounded(1e3 * plan.workpiece.cell.robot.target_period),
+        "closer": close,
+        "shortest_ms": _rounded(1e3 * shortest),
+    }
+
+
+def _close_targets(plan: Plan) -> tuple[int, float]:
+    """Return how many targets come sooner than the controller digests, and the shortest time between two [s]."""
+    robot, period = plan.robot, plan.workpiece.cell.robot.target_period
+    return (0, np.inf) if robot is None else close_targets(robot.targets, robot.trajectory, period=period)
+
+
 def _clearance(robot: RobotPlan) -> dict[str, Json]:
     found = robot.clearance
     return {
@@ -263,6 +279,13 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     warnings: list[str] = []
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
+    close, shortest = _close_targets(plan)
+    if close:
+        warnings.append(
+            f"{close} targets come sooner after the one before than the controller digests "
+            f"({1e3 * plan.workpiece.cell.robot.target_period:g} ms; the soonest after {1e3 * shortest:.1f} ms): it "
+            "may slow down there."
+        )
     if plan.toolpath.dropped_runs:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
