@@ -1,10 +1,11 @@
-"""The links of the arm against part, body and obstacles, and against the tool that the arm carries.
+"""The links of the arm against part, body and obstacles, against the tool that the arm carries, and one another.
 
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
 the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
-bears it. The base stands on what ends below its foot, and link 1 turns above it. The links are not checked against
-one another.
+bears it. So does every link past those before it, but for its neighbour and two pairs that only joint limits keep
+apart: their cylinders meet where the links themselves do not. The base stands on what ends below its foot, and link 1
+turns above it.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ from geoprint.motion.tool_solids import Solid, movements
 
 # The base and the links 1 to 4, which the tool must not touch.
 LINKS_APART_FROM_TOOL = 5
+# Links that joint limits keep apart, by their joints: the lower arm and the base, the flange and the wrist's fork.
+APART_BY_LIMITS = ((0, 2), (4, 6))
 
 
 @final
@@ -72,10 +75,17 @@ class ArmMotion:
 
     def tool_way(self, link: Link) -> Placements:
         """Where the tool is as a link sees it."""
+        return self._seen(link, self.tool.poses, self.tool.corners)
+
+    def pair_way(self, first: Link, second: Link) -> Placements:
+        """Where the second of two links is as the first sees it."""
+        return self._seen(first, self.Ts_work_link[:, second.joint], self.corners[:, second.joint])
+
+    def _seen(self, link: Link, poses: FloatArray, corners: FloatArray) -> Placements:
         return replace(
             self.tool,
-            poses=transforms.inverse(self.Ts_work_link[:, link.joint]) @ self.tool.poses,
-            corners=transforms.inverse(self.corners[:, link.joint]) @ self.tool.corners,
+            poses=transforms.inverse(self.Ts_work_link[:, link.joint]) @ poses,
+            corners=transforms.inverse(self.corners[:, link.joint]) @ corners,
         )
 
 
@@ -117,7 +127,7 @@ def check_arm(
     base_targets: tuple[Target, ...],
     trees: Trees,
 ) -> ArmFinding:
-    """Prove that the links keep clear of the targets, and the tool of the links, at and between placements.
+    """Prove that links keep clear of targets and one another, and the tool of links, at and between placements.
 
     Args:
         motion: the way of links and tool.
@@ -129,14 +139,16 @@ def check_arm(
         trees: pieces of the targets.
 
     Raises:
-        ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool does so to a link.
+        ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link does
+            so to a link.
         InputError: placements are too far apart.
         VerificationError: the check fails on what is known.
     """
     placements = motion.tool
+    inflated = [_inflated(link.solids, kept=kept) for link in links]
     ways: list[tuple[CollisionWorld, Placements]] = []
     for link in links:
-        world = CollisionWorld(_inflated(link.solids, kept=kept), targets=targets if link.joint > 1 else base_targets)
+        world = CollisionWorld(inflated[link.joint], targets=targets if link.joint > 1 else base_targets)
         ways.append((world, motion.link_way(link)))
     carried_solids = _with_whole_needle(tool)
     carried_inflated = _inflated(carried_solids, kept=kept)
@@ -144,6 +156,9 @@ def check_arm(
     for link in links[:LINKS_APART_FROM_TOOL]:
         world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
         carried.append((world, motion.tool_way(link)))
+    for first, second in _pairs(links):
+        world = CollisionWorld(inflated[second.joint], targets=tuple(solid_target(solid) for solid in first.solids))
+        carried.append((world, motion.pair_way(first, second)))
     _refuse_inside(ways)
     for world, way in (*ways, *carried):
         hits = find_hits(world, way, largest_step=LARGEST_ARM_STEP)
@@ -158,14 +173,21 @@ def check_arm(
     )
 
 
+def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
+    """Return the links that must not touch one another: all but neighbours and those APART_BY_LIMITS."""
+    pairs = [(first, second) for first in links for second in links[first.joint + 2 :]]
+    return [pair for pair in pairs if (pair[0].joint, pair[1].joint) not in APART_BY_LIMITS]
+
+
 def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tuple[Link, ...]) -> FloatArray:
-    """Bound how far any point of a link moves, or of the tool as any link that it may hit sees it.
+    """Bound how far any point of a link moves, or of tool or link as any link that it may hit sees it.
 
     Returns:
         (k - 1,) bounds from each placement to the next [mm].
     """
     bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
     bounds += [movements(tool, motion.tool_way(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
+    bounds += [movements(second.solids, motion.pair_way(first, second).poses) for first, second in _pairs(links)]
     return np.concatenate(bounds, axis=1).max(axis=1)
 
 
@@ -253,6 +275,7 @@ def _checked(
     pairs = [f"arm's links 2 to 6, as cylinders that hold them, against {target.name}" for target in targets]
     pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
+    pairs += ["arm's links, as cylinders, against one another where no joint limit alone keeps them apart"]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
 
 

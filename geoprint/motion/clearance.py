@@ -3,7 +3,7 @@
 What is tested, at every placement of the path and between them: needle, cone, barrel and bracket keep the clearance of
 the process (`sweep`); the last millimetre of the needle touches nothing on travel; on deposit its rim has room over the
 surface (`tip_zone`); the tool is outside every closed surface (`sides`); and the links of the arm keep clear of all
-that and of the tool (`arm_clearance`). What is not tested is named in the result.
+that, of the tool and of one another (`arm_clearance`). What is not tested is named in the result.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NOT_CHECKED = (
 # What is not looked at besides, without an arm and without a lamp in the cell; and with an arm.
 WITHOUT_ARM = "arm links"
 WITHOUT_LAMP = "UV lamp"
-WITH_ARM = "arm links against one another"
+WITH_ARM = "arm's base against link 2, and link 4 against link 6, which only joint limits keep apart"
 # A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
 FOOT_ROUNDING = 1e-6
 # Placements besides the first at which the side of closed surfaces is tested.
