@@ -7,6 +7,7 @@
 - agreement: Pinocchio's forward kinematics of all branches against the poses that were asked for.
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
+- bodies: what each body costs in the collision check: the controller's path, the tool, a lamp on it, the arm's links.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -23,7 +25,7 @@ from benchmarks.surfaces import make
 from benchmarks.tables import row
 from geoprint import transforms
 from geoprint.config import load_cell
-from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
+from geoprint.model import Cell, FloatArray, JointPath, Lamp, PoseStream, Surface, Tool
 from geoprint.motion import (
     Arm,
     clearance,
@@ -32,7 +34,11 @@ from geoprint.motion import (
     retime,
     written_targets,
 )
+from geoprint.motion.arm_clearance import arm_motion
+from geoprint.motion.clearance import check_placements
 from geoprint.motion.kinematics import read_urdf
+from geoprint.motion.link_solids import link_solids
+from geoprint.motion.tool_solids import tool_solids
 
 Result = TypeVar("Result")
 
@@ -57,6 +63,8 @@ def main() -> None:
         print(line)
     for line in agreement(arm, count=1000 if smoke else 100_000):
         print(line)
+    for line in bodies(cell, arm, count=400 if smoke else 100_000):
+        print(line, flush=True)
     for line in stages(cell, arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
 
@@ -106,6 +114,40 @@ def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
         yield row(str(count), *shares, f"{total:.2f} s", *(f"{value:.2f} s" for value in seconds[3:]))
     slopes = np.polyfit(np.log(counts), np.log(rows), 1)[0]
     yield row("exponent", *(f"{slope:.2f}" for slope in slopes))
+
+
+def bodies(cell: Cell, arm: Arm, *, count: int) -> Iterator[str]:
+    """Yield a table of seconds and share of each body in the collision check of a spiral over the dome."""
+    part, poses = make("cap", faces=20_000), spiral(count, standoff=cell.process.standoff)
+    T_base_work = transforms.rigid(np.eye(3), cell.demo_position)
+    joint_path = reach(poses, arm, T_base_work=T_base_work)
+    targets = written_targets(joint_path, retime(joint_path, cell.robot, process=cell.process), process=cell.process)
+    path, following = _timed(lambda: controller_path(joint_path, targets, arm))
+    lamp = Lamp(transforms.rigid(np.eye(3), np.array([0.0, 45.0, 10.0])), length=60.0, diameter=20.0)
+    links, T_work_base = link_solids(arm.robot.model), transforms.inverse(T_base_work)
+    motion, placing = _timed(
+        lambda: arm_motion(path, arm, tool=tool_solids(cell.tool), links=links, T_work_base=T_work_base)
+    )
+
+    def check_tool(tool: Tool) -> None:
+        check_placements(
+            motion.tool, tool=tool, process=cell.process, standoff=poses.standoff, part=part, body=None,
+            obstacles=cell.obstacles, T_work_base=T_work_base,
+        )  # fmt: skip
+
+    def check_all() -> None:
+        clearance(
+            path, arm, tool=cell.tool, process=cell.process, T_base_work=T_base_work, poses=poses, part=part,
+            body=None, obstacles=cell.obstacles,
+        )  # fmt: skip
+
+    _, tool = _timed(lambda: check_tool(cell.tool))
+    _, with_lamp = _timed(lambda: check_tool(replace(cell.tool, lamp=lamp)))
+    _, everything = _timed(check_all)
+    names = ("controller's path", "where tool and links are", "tool", "lamp besides", "arm's links")
+    seconds = (following, placing, tool, max(with_lamp - tool, 0.0), everything - placing - tool)
+    yield from _table(f"collision check of {count} poses, {motion.tool.count} placements", *names)
+    yield row("s, share", *(f"{value:.2f} s, {value / sum(seconds):.0%}" for value in seconds))
 
 
 def spiral(count: int, *, standoff: float) -> PoseStream:

@@ -3,7 +3,7 @@
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
 the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
-bears it. So does every link past those before it, but for its neighbour and two pairs that only joint limits keep
+bears it. So does every link past those before it, but for its neighbour and three pairs that only joint limits keep
 apart: their cylinders meet where the links themselves do not. The base stands on what ends below its foot, and link 1
 turns above it.
 """
@@ -40,8 +40,8 @@ from geoprint.motion.tool_solids import Solid, movements
 
 # The base and the links 1 to 4, which the tool must not touch.
 LINKS_APART_FROM_TOOL = 5
-# Links that joint limits keep apart, by their joints: the lower arm and the base, the flange and the wrist's fork.
-APART_BY_LIMITS = ((0, 2), (4, 6))
+# Links that joint limits keep apart, by their joints: lower arm and base, forearm and lower arm, flange and wrist.
+APART_BY_LIMITS = ((0, 2), (2, 4), (4, 6))
 
 
 @final

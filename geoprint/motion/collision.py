@@ -102,9 +102,10 @@ class CollisionWorld:
         self.reaches = inflated.reaches
         self.targets = targets
         self._bounds = [target.bounds for target in targets]
+        highest = [target.triangles.max(axis=(0, 1)) for target in targets]
         for index, solid in enumerate(self.solids):
             for model, radius in zip(inflated.objects[index], inflated.radii[index].tolist(), strict=True):
-                self._control(model, solid, size=solid.length + 2 * radius)
+                self._control(model, solid, size=solid.length + 2 * radius, highest=highest)
 
     def touches(self, poses: FloatArray, *, reaches: FloatArray) -> BoolArray:
         """Say which inflated solids touch which targets.
@@ -153,12 +154,11 @@ class CollisionWorld:
                 near[:, index, column] = ((low <= highest) & (high >= lowest)).all(axis=1)
         return near
 
-    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float) -> None:
+    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float, highest: list[FloatArray]) -> None:
         """Test one inflated solid on and beside every target; no two points of it are farther apart than its size."""
-        for target in self.targets:
-            highest = target.triangles.max(axis=(0, 1))
+        for target, corner in zip(self.targets, highest, strict=True):
             onto = target.triangles[0].mean(axis=0) - solid.centre
-            beside = highest - solid.centre + 2 * size
+            beside = corner - solid.centre + 2 * size
             for shift, known in ((onto, True), (beside, False)):
                 inflated.setTransform(fcl.Transform(np.eye(3), shift))
                 _expect(inflated, target.model, known=known, solid=solid, name=target.name)
