@@ -217,4 +217,6 @@ def _distances(solid: Solid, poses: FloatArray, points: FloatArray) -> FloatArra
     to_start = np.hypot(along, np.maximum(out - first, 0.0))
     to_end = np.hypot(along - length, np.maximum(out - last, 0.0))
     outside = np.minimum(to_side, np.minimum(to_start, to_end))
-    return np.where(inside <= 0.0, inside, outside)
+    distances: FloatArray = inside.copy()
+    distances[inside > 0.0] = outside[inside > 0.0]
+    return distances

@@ -263,6 +263,7 @@ def _too_close(
         place=tuple(placements.poses[worst.row, :3, 3].tolist()),
         distance=worst.distance,
         wanted=kept,
+        travelling=placements.travelling(hits.rows),
         hits=count,
         placements=placements.count,
     )

@@ -270,6 +270,7 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
         place=tuple(worst.tip.tolist()),
         distance=worst.distance,
         wanted=wanted,
+        travelling=placements.travelling(hits.rows),
         hits=count,
         placements=placements.count,
     )

@@ -90,6 +90,10 @@ class Placements:
         """Return the (k, s) `rounding_of` the placements [mm]."""
         return rounding_of(solids, self.poses, self.corners)
 
+    def travelling(self, rows: IntArray) -> bool:
+        """Say whether all of some placements are on the travel between runs."""
+        return bool((~self.deposit & (self.runs >= 0))[rows].all())
+
     def stretch(self, row: int) -> str:
         """Name the part of the way that a placement belongs to."""
         if self.runs[row] >= 0:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
 from geoprint.backends import Backend, Flattening, Lscm
 from geoprint.config import Job
+from geoprint.errors import ClearanceError
 from geoprint.export import rapid_program
 from geoprint.model import (
     Clearance,
@@ -119,8 +120,8 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
 
 
-def pose_stream(toolpath: Toolpath, workpiece: Workpiece) -> PoseStream:
-    """Return the poses of a toolpath on a workpiece, as it stands."""
+def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, travel: Literal["low", "high"] = "low") -> PoseStream:
+    """Return the poses of a toolpath on a workpiece, as it stands; `paths.poses` says what travel means."""
     process = workpiece.cell.process
     return poses(
         toolpath,
@@ -129,15 +130,30 @@ def pose_stream(toolpath: Toolpath, workpiece: Workpiece) -> PoseStream:
         standoff=process.standoff,
         retract=process.retract,
         layer_height=process.layer_height,
+        tool=workpiece.cell.tool,
+        body=workpiece.body,
+        travel=travel,
     )
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
+    Where travel alone is not clear, all of it is planned again over everything.
+
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
+    try:
+        return _with_robot(paths, placement, stage)
+    except ClearanceError as error:
+        if not error.details.get("travelling", False):
+            raise
+    high = pose_stream(paths.toolpath, paths.workpiece, travel="high")
+    return _with_robot(replace(paths, poses=high), placement, stage)
+
+
+def _with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
