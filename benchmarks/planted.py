@@ -81,7 +81,7 @@ class Spot:
 
 @final
 class Sweep:
-    """Everything that moves, from home to home.
+    """Everything that moves, from home to home, and the base.
 
     Args:
         path: as the controller runs it.
@@ -94,7 +94,7 @@ class Sweep:
 
     def __init__(self, path: ControllerPath, arm: Arm, *, tool: Tool, T_work_base: FloatArray) -> None:
         self._path, self._arm, self._T_work_base = path, arm, T_work_base
-        links = [link for link in link_solids(arm.robot.model) if link.joint > 0]
+        links = link_solids(arm.robot.model)
         self.moving = tuple(Moving(solid, link.joint) for link in links for solid in link.solids)
         self.moving += tuple(Moving(solid, FRAME_OF_TOOL) for solid in tool_solids(tool))
         self._frames = self._placed(path.joints)

@@ -3,9 +3,8 @@
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
 the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
-bears it. So does every link past those before it, but for its neighbour and three pairs that only joint limits keep
-apart: their cylinders meet where the links themselves do not. The base stands on what ends below its foot, and link 1
-turns above it.
+bears it. Links that are three joints or more apart move past each other likewise. The base stands on what ends below
+its foot, and link 1 turns above it.
 """
 
 from __future__ import annotations
@@ -40,8 +39,9 @@ from geoprint.motion.tool_solids import Solid, movements
 
 # The base and the links 1 to 4, which the tool must not touch.
 LINKS_APART_FROM_TOOL = 5
-# Links that joint limits keep apart, by their joints: lower arm and base, forearm and lower arm, flange and wrist.
-APART_BY_LIMITS = ((0, 2), (2, 4), (4, 6))
+# A link must not touch those so many joints on. Nearer ones are kept apart by their joints' limits; their cylinders,
+# which hold more than the links, meet where the links themselves do not.
+JOINTS_BETWEEN_LINKS = 3
 
 
 @final
@@ -174,9 +174,8 @@ def check_arm(
 
 
 def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
-    """Return the links that must not touch one another: all but neighbours and those APART_BY_LIMITS."""
-    pairs = [(first, second) for first in links for second in links[first.joint + 2 :]]
-    return [pair for pair in pairs if (pair[0].joint, pair[1].joint) not in APART_BY_LIMITS]
+    """Return the links that must not touch one another."""
+    return [(first, second) for first in links for second in links[first.joint + JOINTS_BETWEEN_LINKS :]]
 
 
 def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tuple[Link, ...]) -> FloatArray:
@@ -276,7 +275,7 @@ def _checked(
     pairs = [f"arm's links 2 to 6, as cylinders that hold them, against {target.name}" for target in targets]
     pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
-    pairs += ["arm's links, as cylinders, against one another where no joint limit alone keeps them apart"]
+    pairs += ["arm's links, as cylinders, against those three joints on or more"]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
 
 
