@@ -22,13 +22,13 @@ SHARES = (0.0, 0.25, 0.5, 0.75)
 ACROSS = (-1.0, 0.0, 1.0)
 # Pairs of poses and points worked on at a time: some 100 MB.
 PAIRS_AT_A_TIME = 500_000
-# Points of an obstacle are at most this far apart [mm].
-POINT_STEP = 0.4
+# Points of an obstacle are at most this far apart [mm]: an edge half a millimetre away is then right to 0.01 mm.
+POINT_STEP = 0.12
 # A near miss is moved until its distance is right to this [mm], in at most so many moves.
 DISTANCE_TOLERANCE = 0.005
 MOST_MOVES = 80
 # Extent of the kinds of obstacles, along the solid's side, across it and away from it [mm].
-KINDS = {"post": (12.0, 0.2, 0.2), "plate": (5.0, 5.0, 0.0), "block": (5.0, 5.0, 5.0)}
+KINDS = {"post": (8.0, 0.2, 0.2), "plate": (3.0, 3.0, 0.0), "block": (3.0, 3.0, 3.0)}
 FRAME_OF_TOOL = 7
 # Faces of a box whose corner 4 i + 2 j + k lies at place i, j, k of its three directions.
 BOX_FACES = np.array(

@@ -7,8 +7,8 @@ Data flows one way, through frozen values (`geoprint.model`):
 
 and imports run one way, to the right (braces: mutually independent; `lint-imports` checks it):
 
-    cli -> pipeline -> {config, export, quality, report} -> {backends, paths, motion, robots} -> surfaces
-        -> transforms -> model -> errors
+    cli -> pipeline -> {config, export, quality, report} -> {backends, deposition, paths, motion, robots}
+        -> surfaces -> transforms -> model -> errors
 
 `plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
 stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,
@@ -19,6 +19,7 @@ Sources, by the keys that docstrings use:
 
     [ABBRapid]          ABB Robotics: RAPID reference manual. Data type zonedata; motion and I/O principles, positioning
                         during program execution.
+    [Bates1988]         Bates, Watts: Nonlinear regression analysis and its applications. 1988.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete
@@ -26,7 +27,13 @@ Sources, by the keys that docstrings use:
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
+    [Chhabra2008]       Chhabra, Richardson: Non-Newtonian flow and applied rheology. 2nd edition, 2008.
+    [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [Dowell1971]        Dowell, Jarratt: A modified regula falsi method for computing the root of an equation. BIT 11,
+                        1971.
+    [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based
+                        registration. IEEE Trans. Med. Imaging 20(9), 2001.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
     [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
                         1961.
@@ -42,10 +49,15 @@ Sources, by the keys that docstrings use:
     [Mitchell1987]      Mitchell, Mount, Papadimitriou: The discrete geodesic problem. SIAM J. Comput. 16(4), 1987.
     [Mullen2008]        Mullen, Tong, Alliez, Desbrun: Spectral conformal parameterization. Comput. Graph. Forum 27(5),
                         2008.
+    [Nakamura1986]      Nakamura, Hanafusa: Inverse kinematic solutions with singularity robustness for robot
+                        manipulator control. J. Dyn. Syst. Meas. Control 108(3), 1986.
     [Pham2018]          Pham, Pham: A new approach to time-optimal path parameterization based on reachability analysis.
                         IEEE Trans. Robotics 34(3), 2018.
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
+    [Rabinowitsch1929]  Rabinowitsch: Über die Viskosität und Elastizität von Solen. Z. Phys. Chem. A145, 1929.
+    [Satterthwaite1946] Satterthwaite: An approximate distribution of estimates of variance components. Biometrics
+                        Bulletin 2(6), 1946.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.
     [Surazhsky2005]     Surazhsky, Surazhsky, Kirsanov, Gortler, Hoppe: Fast exact and approximate geodesics on meshes.
                         ACM Trans. Graph. 24(3), 2005.

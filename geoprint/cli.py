@@ -69,6 +69,10 @@ SeedPoint = Annotated[
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
+MaxTilt = Annotated[float, typer.Option(help="How far the nozzle may lean from the surface normal, in degrees.")]
+Slow = Annotated[
+    str, typer.Option(help="Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.")
+]
 Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
 NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
 Samples = Annotated[
@@ -112,6 +116,8 @@ def plan(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
+    max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
     flip: Flip = False,
     no_robot: NoRobot = False,
     overwrite: Overwrite = False,
@@ -126,6 +132,7 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=_rounds(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        max_tilt=max_tilt, on_slowdown=on_slowdown,
     )  # fmt: skip
     check_writable(out, overwrite=overwrite)
     with _watch() as observe:
@@ -152,6 +159,8 @@ def compare(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
+    max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
     flip: Flip = False,
     no_robot: NoRobot = False,
     samples: Samples = False,
@@ -167,7 +176,8 @@ def compare(
     jobs = [
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing, rounds=_rounds(rounds, step),
-            seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+            seed=seed, body=body, cell=cell, place=place, robot=not no_robot, max_tilt=max_tilt,
+            on_slowdown=on_slowdown,
         )
         for surface in surfaces
     ]  # fmt: skip
@@ -210,6 +220,99 @@ def place(
     if as_json:
         typer.echo(json.dumps(proposal_summary(proposal), indent=2))
     _say(proposal_text(proposal))
+
+
+@app.command()
+def calibrate(
+    touched: Annotated[
+        Path | None, typer.Argument(help="Table of touched points: name,x,y,z in mm, base frame.", show_default=False)
+    ] = None,
+    *,
+    model: Annotated[
+        Path | None, typer.Option(help="Table of the fixture's points: name,x,y,z in mm, its own frame.")
+    ] = None,
+    tcp: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead: table of poses in which the tip touched one point, x,y,z,q1,q2,q3,q4 or j1,...,j6."
+        ),
+    ] = None,
+    part: Annotated[Path | None, typer.Option(help="Mesh of the part at which the uncertainty matters.")] = None,
+    unit: Unit = None,
+    cell: CellPath = None,
+    out: Annotated[Path | None, typer.Option(help="Cell file to write; without it nothing is written.")] = None,
+    noise_mm: Annotated[
+        float | None, typer.Option(help="Standard deviation of a touch in each direction; estimated if not given.")
+    ] = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find where the fixture stands from touched points, or the tool centre point, and say how well that is known."""
+    from geoprint.pipeline import calibrate as run
+    from geoprint.pipeline import calibration_summary, calibration_text, check_cell_writable, save_calibrated
+
+    if out is not None:
+        check_cell_writable(out, overwrite=overwrite)
+    found = run(touched, model=model, tcp=tcp, cell=cell, part=part, unit=unit, noise=noise_mm)
+    if as_json:
+        typer.echo(json.dumps(calibration_summary(found), indent=2))
+    _say(calibration_text(found))
+    if out is not None:
+        save_calibrated(found, out, overwrite=overwrite)
+        _say(f"written and read back: {out}")
+
+
+@app.command()
+def recommend(
+    surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
+    *,
+    pressure: Annotated[float, typer.Option(help="Air pressure in kPa.", show_default=False)],
+    unit: Unit = None,
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    cell: CellPath = None,
+    good: Annotated[
+        tuple[float, int] | None,
+        typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:  # fmt: skip
+    """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import recommendation
+
+    job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=_rounds(rounds, step), cell=cell)
+    found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    if as_json:
+        typer.echo(json.dumps(found, indent=2))
+    _say(text)
+
+
+@app.command(name="fit-flow")
+def fit_flow(
+    measured: Annotated[
+        Path,
+        typer.Argument(
+            help="CSV with the columns pressure_kpa,duration_s,mass_g or pressure_kpa,speed_mm_s,width_mm,height_mm.",
+            show_default=False,
+        ),
+    ],
+    *,
+    density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
+    model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
+    cell: CellPath = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
+    from geoprint.pipeline import fit_flow as run
+    from geoprint.pipeline import fit_summary, material_table
+
+    fit = run(measured, cell=cell, density=density, model=model)
+    if as_json:
+        typer.echo(json.dumps(fit_summary(fit, density=density), indent=2))
+    else:
+        typer.echo(material_table(fit, density=density, source=measured.name))
 
 
 @app.command()

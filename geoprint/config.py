@@ -1,7 +1,6 @@
 """Job and cell: TOML and command-line values in, validated model values out. Degrees end here.
 
-Unknown keys, wrong types, NaN and infinity are refused with the key's name, so that a typing error never becomes a
-default.
+Unknown keys, wrong types, NaN and infinity are refused by name, so that a typing error never becomes a default.
 """
 
 from __future__ import annotations
@@ -13,7 +12,16 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    PositiveInt,
+    ValidationError,
+    model_validator,
+)
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import InputError, UsageError
@@ -21,29 +29,31 @@ from geoprint.model import (
     Box,
     Cell,
     FloatArray,
+    Fluid,
     Lamp,
+    LoadLimits,
+    Material,
+    OnSlowdown,
     Process,
     Robot,
+    SearchWeights,
     SignalMode,
     Signals,
     Tool,
     TouchedPoints,
 )
+from geoprint.motion.urdf import FLANGE_FRAME, read_urdf_file
 from geoprint.transforms import rigid
 
 # The cells that come with geoprint, the default first.
 PACKAGED_CELLS = ("irb120-bent45", "irb120-straight160")
 
-# What the IRB 120 carries, by its maker.
-PAYLOAD_KG = 3.0
-
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]
-SixRanges = Annotated[
-    list[Annotated[list[float], Field(min_length=2, max_length=2)]], Field(min_length=6, max_length=6)
-]
-# From slower than any bead to the most at which a person may stand beside a moving arm [ISO 10218-1, 5.6.2].
+Range = Annotated[list[float], Field(min_length=2, max_length=2)]
+SixRanges = Annotated[list[Range], Field(min_length=6, max_length=6)]
+# From slower than any bead to what is allowed beside a person [ISO 10218-1, 5.6.2].
 TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 
@@ -68,6 +78,8 @@ class Job(_Table):
         cell: cell file; a packaged one if not given.
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
+        max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
+        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
     """
 
     surface: Path
@@ -82,6 +94,8 @@ class Job(_Table):
     cell: Path | None = None
     place: Literal["demo"] | None = None
     robot: bool = True
+    max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
+    on_slowdown: OnSlowdown = "lower"
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:
@@ -112,11 +126,30 @@ def job_of(**values: object) -> Job:
 
 
 class _RobotTable(_Table):
-    model: Literal["irb120"]
+    model: Literal["irb120"] | None = None
+    urdf: str | None = None
+    flange: str = FLANGE_FRAME
     limits_deg: SixRanges
     speeds_deg_s: SixPositive
     accelerations_deg_s2: SixPositive
     target_period_ms: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
+    payload_kg: PositiveFloat | None = None
+    wrist_inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)] | None = None
+
+    @model_validator(mode="after")
+    def _one_arm_with_its_load(self) -> Self:
+        if (self.model is None) == (self.urdf is None):
+            raise ValueError("give either model, an arm that geoprint brings, or urdf, the file of your own")
+        if (self.payload_kg is None) != (self.wrist_inertia_kg_m2 is None):
+            raise ValueError("payload_kg and wrist_inertia_kg_m2 (about axes 5 and 6) belong together: give both")
+        return self
+
+    @property
+    def load(self) -> LoadLimits | None:
+        """What the flange may carry, or None where the file leaves that to the maker of a packaged arm."""
+        if self.payload_kg is None or self.wrist_inertia_kg_m2 is None:
+            return None
+        return LoadLimits(self.payload_kg, *self.wrist_inertia_kg_m2)
 
 
 class _HomeTable(_Table):
@@ -126,9 +159,10 @@ class _HomeTable(_Table):
 class _ToolTable(_Table):
     tcp_mm: Triple
     rpy_deg: Triple
-    mass_kg: Annotated[float, Field(gt=0.0, le=PAYLOAD_KG)]
+    mass_kg: PositiveFloat
     cog_mm: Triple
-    inertia_kg_m2: Triple
+    inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=3, max_length=3)]
+    inertia_rpy_deg: Triple = [0.0, 0.0, 0.0]
 
 
 class _NozzleTable(_Table):
@@ -172,6 +206,7 @@ class _WorkTable(_Table):
     demo_rpy_deg: Triple = [0.0, 0.0, 0.0]
     model_mm: list[Triple] = []
     touched_mm: list[Triple] = []
+    noise_mm: PositiveFloat | None = None
     part_mm: Triple = [0.0, 0.0, 0.0]
     part_rpy_deg: Triple = [0.0, 0.0, 0.0]
 
@@ -206,6 +241,23 @@ class _ProcessTable(_Table):
         return self
 
 
+class _MaterialTable(_Table):
+    density_g_cm3: PositiveFloat
+    consistency_pa_sn: PositiveFloat
+    flow_index: PositiveFloat
+    yield_stress_pa: Annotated[float, Field(ge=0.0)]
+    uv_irradiance_mw_cm2: PositiveFloat | None = None
+    uv_spot_mm: PositiveFloat | None = None
+    uv_dose_mj_cm2: PositiveFloat | None = None
+    flood_s: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _knows_the_whole_spot(self) -> Self:
+        if (self.uv_irradiance_mw_cm2 is None) != (self.uv_spot_mm is None):
+            raise ValueError("uv_irradiance_mw_cm2 and uv_spot_mm describe one spot: give both or neither")
+        return self
+
+
 class _SignalsTable(_Table):
     mode: SignalMode
     dispenser: SignalName
@@ -224,6 +276,13 @@ class _BoxTable(_Table):
     size_mm: Annotated[list[PositiveFloat], Field(min_length=3, max_length=3)]
 
 
+class _SearchTable(_Table):
+    motion: PositiveFloat = 1.0
+    limits: NonNegativeFloat = 1.0
+    singularities: NonNegativeFloat = 1.0
+    lean: NonNegativeFloat = 1.0
+
+
 class CellFile(_Table):
     """A cell file as it is written: lengths in mm, angles in degrees."""
 
@@ -233,10 +292,12 @@ class CellFile(_Table):
     nozzle: _NozzleTable
     bracket: _BracketTable
     lamp: _LampTable | None = None
+    material: _MaterialTable | None = None
     work: _WorkTable
     process: _ProcessTable
     signals: _SignalsTable
     obstacles: list[_BoxTable] = []
+    search: _SearchTable = _SearchTable()
 
 
 def load_cell(path: Path | None) -> Cell:
@@ -257,13 +318,14 @@ def load_cell(path: Path | None) -> Cell:
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
     try:
-        return _cell(CellFile.model_validate(tomllib.loads(text)), name=name)
+        folder = path.parent if path else Path()
+        return _cell(CellFile.model_validate(tomllib.loads(text)), name=name, folder=folder)
     except tomllib.TOMLDecodeError as error:
         raise UsageError(f"{name} is not valid TOML: {error}; compare with a cell from `geoprint init`.") from error
     except ValidationError as error:
         raise UsageError(f"{name}: {describe(error)}; `geoprint init` writes a cell with every key.") from error
-    except InputError as error:
-        raise UsageError(f"{name}: {error}") from error
+    except (InputError, UsageError) as error:
+        raise UsageError(f"{name}: {error}", **error.details) from error
 
 
 def packaged_cell_text(name: str) -> str:
@@ -282,16 +344,20 @@ def describe(error: ValidationError) -> str:
     return f"{where}: {message[0].lower()}{message[1:]}{found}{more}"
 
 
-def _cell(file: CellFile, *, name: str) -> Cell:
+def _cell(file: CellFile, *, name: str, folder: Path) -> Cell:
+    urdf = file.robot.urdf
     return Cell(
         name=name,
         robot=Robot(
-            model=file.robot.model,
+            model=file.robot.model or Path(file.robot.urdf or "").name,
             limits=np.radians(file.robot.limits_deg),
             speeds=np.radians(file.robot.speeds_deg_s),
             accelerations=np.radians(file.robot.accelerations_deg_s2),
             home=np.radians(file.home.joints_deg),
             target_period=file.robot.target_period_ms / 1000.0,
+            urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
+            flange=file.robot.flange,
+            load=file.robot.load,
         ),
         tool=_tool(file),
         process=Process(
@@ -308,6 +374,8 @@ def _cell(file: CellFile, *, name: str) -> Cell:
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
         demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
+        material=None if file.material is None else _material(file.material),
+        search=SearchWeights(**file.search.model_dump()),
     )
 
 
@@ -325,12 +393,24 @@ def _tool(file: CellFile) -> Tool:
         mass_kg=file.tool.mass_kg,
         cog=np.array(file.tool.cog_mm),
         inertia_kg_m2=np.array(file.tool.inertia_kg_m2),
+        principal_axes=Rotation.from_euler("xyz", file.tool.inertia_rpy_deg, degrees=True).as_matrix(),
         lamp=None if file.lamp is None else _lamp(file.lamp),
     )
 
 
 def _lamp(lamp: _LampTable) -> Lamp:
     return Lamp(_pose(lamp.position_mm, lamp.rpy_deg), length=lamp.length_mm, diameter=lamp.diameter_mm)
+
+
+def _material(table: _MaterialTable) -> Material:
+    return Material(
+        density=table.density_g_cm3,
+        fluid=Fluid(table.consistency_pa_sn, table.flow_index, table.yield_stress_pa),
+        irradiance=table.uv_irradiance_mw_cm2,
+        spot_diameter=table.uv_spot_mm,
+        dose=table.uv_dose_mj_cm2,
+        flood=table.flood_s,
+    )
 
 
 def _fixture(work: _WorkTable) -> TouchedPoints | None:
@@ -340,6 +420,7 @@ def _fixture(work: _WorkTable) -> TouchedPoints | None:
         model=np.array(work.model_mm),
         touched=np.array(work.touched_mm),
         T_fixture_work=_pose(work.part_mm, work.part_rpy_deg),
+        noise=work.noise_mm,
     )
 
 

@@ -126,7 +126,8 @@ def joint_path(poses: PoseStream, placement: Placement = PLACEMENT) -> JointPath
         joints=np.outer(share, np.ones(6)),
         configuration=configuration.astype(np.int64),
         branch=4,
-        spin=0.0,
+        rotations=np.zeros(poses.count),
+        leans=np.zeros((poses.count, 2)),
         T_base_work=placement.T_base_work,
     )
 

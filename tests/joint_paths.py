@@ -59,7 +59,8 @@ def solved(poses: PoseStream, arm: Arm, *, branch: int = 0, T_base_work: FloatAr
         joints=joints,
         configuration=configuration_data(joints, arm=arm),
         branch=branch,
-        spin=0.0,
+        rotations=np.zeros(poses.count),
+        leans=np.zeros((poses.count, 2)),
         T_base_work=T_base_work,
     )
 

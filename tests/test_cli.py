@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from geoprint import cli
+from geoprint.config import packaged_cell_text
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
 
@@ -170,6 +171,24 @@ def test_init_writes_cells_that_load_and_overwrites_nothing(run: Run, tmp_path: 
     assert "exists already" in stderr
 
 
+def test_calibrate_reports_and_writes_only_where_told(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "corners.csv").write_text("name,x,y,z\na,-50,50,0\nb,50,50,0\nc,50,-50,0\nd,-50,-50,0\n")
+    (tmp_path / "touched.csv").write_text("name,x,y,z\na,250.1,50,0\nb,350,50.1,0\nc,350,-50,0.1\nd,250,-50,0\n")
+    asked = ("calibrate", tmp_path / "touched.csv", "--model", tmp_path / "corners.csv")
+    status, stdout, stderr = run(*asked, "--json")
+    assert status == 0, stderr
+    assert [point["name"] for point in json.loads(stdout)["points"]] == ["a", "b", "c", "d"]
+    assert "touch next: " in stderr
+    assert len(list(tmp_path.iterdir())) == 2
+    out = tmp_path / "cell.toml"
+    assert run(*asked, "--out", out)[0] == 0
+    status, _, stderr = run(*asked, "--out", out)
+    assert (status, "--overwrite" in stderr) == (2, True)
+    assert run(*asked, "--cell", out, "--out", out, "--overwrite")[0] == 0
+    status, _, stderr = run("calibrate", tmp_path / "touched.csv")
+    assert (status, "--model" in stderr) == (2, True)
+
+
 def test_doctor_shows_versions_and_passes_its_controls(run: Run) -> None:
     status, stdout, _ = run("doctor")
     assert status == 0
@@ -205,5 +224,76 @@ def test_an_interrupt_and_a_defect_end_with_their_own_status(
 def test_the_help_names_every_command(run: Run) -> None:
     status, stdout, _ = run("--help")
     assert status == 0
-    for command in ("plan", "compare", "init", "doctor"):
+    for command in ("plan", "compare", "calibrate", "init", "doctor"):
         assert command in stdout
+
+
+def measured_lines(folder: Path) -> Path:
+    path = folder / "lines.csv"
+    rows = ["10,20,0.033", "10,20,0.035", "20,20,0.11", "20,20,0.107", "40,20,0.35", "40,20,0.34"]
+    path.write_text("\n".join(["pressure_kpa,duration_s,mass_g", *rows]), encoding="utf-8")
+    return path
+
+
+def test_fit_flow_prints_a_table_that_the_cell_takes_and_recommend_uses(run: Run, part: Path, tmp_path: Path) -> None:
+    status, table, stderr = run("fit-flow", measured_lines(tmp_path), "--density", 1.1)
+    assert (status, stderr) == (0, "")
+    assert "scatter by" in table
+    cell = tmp_path / "cell.toml"
+    cell.write_text(f"{packaged_cell_text('irb120-bent45')}\n{table}", encoding="utf-8")
+    asked = ("recommend", part, "--unit", "mm", "--cell", cell, "--pressure", 40, "--rounds", 8, "--json")
+    status, stdout, stderr = run(*asked)
+    assert status == 0, stderr
+    found = json.loads(stdout)
+    # 0.345 g of 1.1 g/cm3 in 20 s.
+    assert found["flow"] == pytest.approx(15.7, rel=0.03)
+    assert found["depth"] == pytest.approx(15.0, rel=0.01)
+    assert found["asked_spacing"] == pytest.approx(15.0 / 8, rel=0.01)
+    assert found["mass_g"] == pytest.approx(40 * 30 * 0.5 * 1.1 / 1000)
+    assert "rounds on this part" in stderr
+    assert "95 %" in table
+
+
+def test_fit_flow_prints_json_when_asked(run: Run, tmp_path: Path) -> None:
+    status, stdout, _ = run("fit-flow", measured_lines(tmp_path), "--density", 1.1, "--json")
+    assert status == 0
+    found = json.loads(stdout)
+    low, high = found["intervals_95"]["flow_index"]
+    assert low < found["flow_index"] < high
+
+
+def test_recommend_compares_with_a_good_print_where_nobody_knows_the_material(run: Run) -> None:
+    status, stdout, stderr = run("recommend", "--pressure", 20, "--step", "0.1", "--good", 10, 20, "--json")
+    assert status == 0
+    assert json.loads(stdout)["layer"] == [1.0, None]
+    assert "assumed: same part, material, nozzle and speed" in stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "complaint"),
+    [
+        (("recommend", "--pressure", 20), 2, "names no [material]"),
+        (("recommend", "--pressure", 0), 2, "must be above 0 kPa"),
+        (("recommend", "--pressure", 20, "--good", 10, 20), 2, "give `--rounds` or `--step`"),
+        (("recommend", "--pressure", 20, "--rounds", 5, "--good", 0, 20), 2, "above 0 kPa and 1 round"),
+        (("fit-flow", "LINES", "--density", 1100), 2, "below 25 g/cm3"),
+        (("fit-flow", "LINES", "--density", 1.1, "--model", "bingham"), 2, "no model named 'bingham'"),
+        (("fit-flow", "missing.csv", "--density", 1.1), 3, "cannot be read"),
+    ],
+)
+def test_what_has_no_meaning_for_the_process_is_refused(
+    run: Run, tmp_path: Path, arguments: tuple[object, ...], status: int, complaint: str
+) -> None:
+    lines = measured_lines(tmp_path)
+    found, _, stderr = run(*(lines if argument == "LINES" else argument for argument in arguments))
+    assert found == status
+    assert complaint in stderr
+
+
+def test_rounds_without_a_part_are_refused_where_the_material_is_known(run: Run, tmp_path: Path) -> None:
+    cell = tmp_path / "cell.toml"
+    material = "[material]\ndensity_g_cm3 = 1.1\nconsistency_pa_sn = 10\nflow_index = 0.6\nyield_stress_pa = 0\n"
+    cell.write_text(f"{packaged_cell_text('irb120-bent45')}\n{material}", encoding="utf-8")
+    status, _, stderr = run("recommend", "--pressure", 20, "--rounds", 5, "--cell", cell)
+    assert status == 2
+    assert "rounds mean a spacing on a part only" in stderr

@@ -78,6 +78,28 @@ def test_the_period_of_targets_is_read_and_has_a_default(tmp_path: Path) -> None
     assert load_cell(written(tmp_path, text.replace("target_period_ms = 20\n", ""))).robot.target_period == 0.02
 
 
+def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        assert load_cell(written(tmp_path, text)).material is None
+        first, last = text.index("# [material]"), text.index("[process]")
+        shown = "\n".join(line.removeprefix("# ") for line in text[first:last].splitlines())
+        material = load_cell(written(tmp_path, text[:first] + shown + "\n" + text[last:])).material
+        assert material is not None
+        assert (material.density, material.fluid.consistency, material.fluid.index) == (1.1, 20.0, 0.6)
+        assert (material.irradiance, material.spot_diameter, material.dose, material.flood) == (500.0, 6.0, 100.0, 60.0)
+
+
+def test_half_a_lamp_spot_is_refused(tmp_path: Path) -> None:
+    table = (
+        "[material]\ndensity_g_cm3 = 1\nconsistency_pa_sn = 1\nflow_index = 1\nyield_stress_pa = 0\nuv_spot_mm = 6\n"
+    )
+    text = packaged_cell_text(PACKAGED_CELLS[0]) + "\n" + table
+
+    with pytest.raises(UsageError, match="material: uv_irradiance_mw_cm2 and uv_spot_mm describe one spot"):
+        load_cell(written(tmp_path, text))
+
+
 def test_no_cell_file_means_the_first_packaged_cell() -> None:
     assert load_cell(None).name == "irb120-bent45.toml"
 
@@ -96,10 +118,19 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ("barrel_diameter_mm = 20", "barrel_diameter_mm = 1", "must be larger"),
         ('source = "demo"', 'source = "calibrated"', "needs the points that were touched"),
         ('source = "demo"', 'source = "demo"\nmodel_mm = [[0, 0, 0]]', "must be pairs"),
+        ('source = "demo"', 'source = "demo"\nnoise_mm = 0', r"work\.noise_mm: .*greater than 0"),
         ("joints_deg = [0, 28, 20, 0, 87, 180]", "joints_deg = [0, 28, 80, 0, 87, 180]", "joint 3 at 80"),
         ("retract_mm = 5", "retract_mm = 0.9", r"process: retract_mm is 0\.9.*at least .* = 1 mm"),
         ("travel_speed_mm_s = 60", "travel_speed_mm_s = 60000", r"process\.travel_speed_mm_s: .*250"),
-        ("mass_kg = 0.6", "mass_kg = 60", r"tool\.mass_kg: .*3"),
+        ("mass_kg = 0.6", "mass_kg = 0", r"tool\.mass_kg: .*greater than 0"),
+        ("mass_kg = 0.6", "", r"tool\.mass_kg: .*required"),
+        ("cog_mm = [25, 0, 65]", "", r"tool\.cog_mm: .*required"),
+        ("inertia_kg_m2 = [0.002, 0.002, 0.0005]", "", r"tool\.inertia_kg_m2: .*required"),
+        ("inertia_kg_m2 = [0.002", "inertia_kg_m2 = [-0.002", r"tool\.inertia_kg_m2\.0: .*greater than 0"),
+        ('model = "irb120"', "", "robot: give either model"),
+        ('model = "irb120"', 'model = "irb120"\nurdf = "own.urdf"', "robot: give either model"),
+        ("payload_kg = 3", "", "robot: payload_kg and wrist_inertia_kg_m2.*give both"),
+        ('model = "irb120"', 'urdf = "own.urdf"', r"robot\.urdf: .*own\.urdf cannot be read"),
         ('uv_lamp = "doUV"', 'uv_lamp = "DOVALVE"', "same output"),
         ("target_period_ms = 20", "target_period_ms = 0", r"robot\.target_period_ms: .*greater than or equal to 1"),
         ("[robot]", "[robot", "not valid TOML"),

@@ -183,3 +183,14 @@ def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path) -> None:
         _, there = closest(kept, again.vertices)
         _, back = closest(again, kept.vertices)
         assert max(there.max(), back.max()) < 0.4
+
+
+def test_the_three_prints_of_the_paper_are_judged_as_they_came_out() -> None:
+    script = [sys.executable, str(DATA / "recommend_table_1.py")]
+    done = subprocess.run(script, cwd=DATA.parent, env={"PYTHONPATH": "."}, capture_output=True, text=True, check=True)
+    a, b, c = done.stdout.strip().split("\n\n")
+    assert "20 kPa and 10 rounds" in a
+    assert "over-dispensing" in a
+    assert "gaps" in b
+    assert "as the good print" in c
+    assert all("assumed: same part, material, nozzle and speed" in case for case in (a, b, c))

@@ -35,6 +35,9 @@ def trajectory(rows: int = 50) -> Trajectory:
         pose_times=times[::5],
         stretched=0,
         slowest_deposit=20.0,
+        slowdowns=(),
+        share_at_speed=1.0,
+        share_on_ramps=0.0,
     )
 
 

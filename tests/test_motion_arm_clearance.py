@@ -14,10 +14,11 @@ from geoprint.model import Box, Cell, Clearance, ControllerPath, FloatArray, Lam
 from geoprint.motion.arm_clearance import ArmFinding, ArmMotion, arm_control, arm_motion, check_arm
 from geoprint.motion.clearance import check_placements, clearance
 from geoprint.motion.closest import ranking_trees
-from geoprint.motion.kinematics import MILLIMETRES_PER_METRE, Arm, read_urdf
+from geoprint.motion.kinematics import MILLIMETRES_PER_METRE, Arm
 from geoprint.motion.link_solids import link_solids
 from geoprint.motion.surroundings import mesh_target
 from geoprint.motion.tool_solids import tool_solids
+from geoprint.motion.urdf import read_urdf
 from tests.cells import straight_cell
 from tests.joint_paths import arm_of
 from tests.meshes import plate, sphere

@@ -14,10 +14,12 @@ from geoprint.model import FloatArray
 from geoprint.motion.closed_form import BRANCHES, all_branches
 from geoprint.motion.configuration import branch_of
 from geoprint.motion.kinematics import Arm
+from tests.arms import closed_form
 from tests.cells import bent_cell
 
 ARM = Arm(bent_cell().robot, T_flange_tool=bent_cell().tool.T_flange_tool)
-LENGTHS = np.array(astuple(ARM.lengths))
+LENGTHS_OF_ARM = closed_form(ARM).lengths
+LENGTHS = np.array(astuple(LENGTHS_OF_ARM))
 
 
 def random_joints(count: int) -> FloatArray:
@@ -27,7 +29,7 @@ def random_joints(count: int) -> FloatArray:
 
 def independent_branches(Ts_base_flange: FloatArray) -> FloatArray:
     """Return all branches by py-opw-kinematics, which works in metres and counts joint 3 from the stretched arm."""
-    metres = {letter: length / 1000.0 for letter, length in asdict(ARM.lengths).items()}
+    metres = {letter: length / 1000.0 for letter, length in asdict(LENGTHS_OF_ARM).items()}
     model = KinematicModel(**metres, offsets=(0.0, 0.0, -np.pi / 2.0, 0.0, 0.0, 0.0))
     poses = Ts_base_flange.copy()
     poses[:, :3, 3] /= 1000.0
@@ -63,7 +65,7 @@ def test_it_agrees_with_an_independent_solver_also_where_branches_are_missing() 
 
 def test_arm_with_offsets_that_the_irb_120_lacks_has_up_to_four_places_of_the_wrist() -> None:
     # With a1 and b the sides of axis 1 are reached differently; every one must lead to the wrist centre asked for.
-    lengths = astuple(replace(ARM.lengths, a1=40.0, b=15.0))
+    lengths = astuple(replace(LENGTHS_OF_ARM, a1=40.0, b=15.0))
     a1, a2, b, c1, c2, c3, _ = lengths
     found = all_branches(ARM.flange_poses(random_joints(100)), np.array(lengths))
     asked = ARM.flange_poses(random_joints(100))
@@ -80,7 +82,7 @@ def test_arm_with_offsets_that_the_irb_120_lacks_has_up_to_four_places_of_the_wr
 
 
 def test_pose_on_axis_2_has_no_branch_rather_than_an_error() -> None:
-    asked = transforms.rigid(np.eye(3), np.array([[0.0, 0.0, ARM.lengths.c1 + ARM.lengths.c4]]))
+    asked = transforms.rigid(np.eye(3), np.array([[0.0, 0.0, LENGTHS_OF_ARM.c1 + LENGTHS_OF_ARM.c4]]))
     assert np.isnan(all_branches(asked, LENGTHS)).all()
 
 

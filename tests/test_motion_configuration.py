@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from geoprint.motion import kinematics
 from geoprint.motion.configuration import branch_of, configuration_data, singularity_distances
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.urdf import read_urdf
 from tests.cells import straight_cell
 
 # Branch of the solver for cfx 0 to 7, as RobotComponents orders the same solutions for the same controllers.
@@ -48,11 +50,9 @@ def test_cfx_follows_the_table_of_the_reference(arm: Arm, joints_deg: tuple[floa
         ((-124.68, -61.16, -20.4, -123.59, 38.79, 155.44), 4),
     ],
 )
-def test_cfx_agrees_with_published_cases_of_an_irb_1660(
-    joints_deg: tuple[float, ...], cfx: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_cfx_agrees_with_published_cases_of_an_irb_1660(joints_deg: tuple[float, ...], cfx: int) -> None:
     # An arm whose axes 1 and 2 are apart; the cases are those of the tests of py-opw-kinematics.
-    urdf = kinematics.read_urdf("irb120")
+    urdf = read_urdf("irb120")
     for ours, theirs in [
         ("0 0 0.290", "0.150 0 0.4865"),
         ("0 0 0.270", "0 0 0.700"),
@@ -62,12 +62,7 @@ def test_cfx_agrees_with_published_cases_of_an_irb_1660(
     ]:
         urdf = urdf.replace(f'xyz="{ours}"', f'xyz="{theirs}"')
 
-    def read_urdf(model: str) -> str:
-        assert model == "irb120"
-        return urdf
-
-    monkeypatch.setattr(kinematics, "read_urdf", read_urdf)
-    arm = Arm(straight_cell().robot, T_flange_tool=np.eye(4))
+    arm = Arm(replace(straight_cell().robot, urdf=urdf), T_flange_tool=np.eye(4))
     joints = np.radians([joints_deg])
     assert configuration_data(joints, arm=arm)[0, 3] == cfx
     assert branch_of(joints, arm=arm)[0] == BRANCH_OF_CFX[cfx]

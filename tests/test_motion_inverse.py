@@ -13,6 +13,7 @@ from geoprint.errors import InputError, ReachError, VerificationError
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
 from geoprint.motion.inverse import reach
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.nozzle import about_nozzle
 from geoprint.motion.placement import demo_placement
 from geoprint.motion.pose_samples import tool_poses
 from geoprint.surfaces.io import load
@@ -62,9 +63,9 @@ def on_surface(surface: Surface, T_base_work: FloatArray) -> PoseStream:
 
 
 def assert_holds(path: JointPath, poses: PoseStream, arm: Arm) -> None:
-    """What a joint path promises: it reaches what was asked but for one turn, inside the limits, without a jump."""
-    turn = Rotation.from_euler("z", path.spin).as_matrix()
-    asked = tool_poses(poses, T_base_work=path.T_base_work) @ transforms.rigid(turn, np.zeros(3))
+    """What a joint path promises: it reaches what was asked but for the turns, inside the limits, without a jump."""
+    np.testing.assert_array_equal(path.leans, 0.0)
+    asked = tool_poses(poses, T_base_work=path.T_base_work) @ about_nozzle(path.rotations)
     np.testing.assert_allclose(tool_poses(path.poses, T_base_work=path.T_base_work), asked, atol=1e-9)
     np.testing.assert_allclose(arm.tool_poses(path.joints), asked, atol=1e-5)
     assert (path.joints >= arm.robot.limits[:, 0]).all()

@@ -5,9 +5,9 @@ import pinocchio
 import pytest
 
 from geoprint.errors import UsageError
-from geoprint.motion import link_solids as module
-from geoprint.motion.kinematics import MILLIMETRES_PER_METRE, read_urdf
+from geoprint.motion.kinematics import MILLIMETRES_PER_METRE
 from geoprint.motion.link_solids import link_solids
+from geoprint.motion.urdf import read_urdf
 
 
 def test_links_are_the_cylinders_that_pinocchio_reads():
@@ -60,13 +60,6 @@ def test_links_hold_what_is_published(joint: int, point: tuple[float, float, flo
         ("collision>", "visual>", "base_link has no collision shape"),
     ],
 )
-def test_shape_that_is_no_cylinder_is_refused(monkeypatch: pytest.MonkeyPatch, old: str, new: str, message: str):
-    text = read_urdf("irb120").replace(old, new)
-
-    def changed(_: str) -> str:
-        return text
-
-    monkeypatch.setattr(module, "read_urdf", changed)
-
+def test_shape_that_is_no_cylinder_is_refused(old: str, new: str, message: str):
     with pytest.raises(UsageError, match=message):
-        link_solids("irb120")
+        link_solids("irb120", urdf=read_urdf("irb120").replace(old, new))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -69,8 +71,8 @@ def test_fewer_than_four_points_are_refused(count: int) -> None:
 @pytest.mark.parametrize("corner", [0, 3])
 def test_a_corner_that_the_others_put_elsewhere_is_refused_although_the_fit_follows_it(corner: int, axis: int) -> None:
     touched = TOUCHED.copy()
-    touched[corner, axis] += 1.2
-    with pytest.raises(InputError, match=r"mm from where the others put it, allowed are 1 mm"):
+    touched[corner, axis] += 2.4
+    with pytest.raises(InputError, match=r"mm from where the others put it, allowed are 2 mm"):
         fit_touched_points(points(CORNERS, touched))
 
 
@@ -104,6 +106,25 @@ def test_mirrored_solid_is_refused() -> None:
 def test_corners_touched_in_mirrored_order_are_refused() -> None:
     with pytest.raises(InputError, match="mirrored order"):
         fit_touched_points(points(CORNERS, TOUCHED[::-1]))
+
+
+@pytest.mark.parametrize("pair", [*combinations(range(4), 2)])
+def test_two_corners_that_are_swapped_are_named(pair: tuple[int, int]) -> None:
+    noise = np.random.default_rng(3)
+    # Exchanging either diagonal of a square makes it fit again.
+    named = "1 and 3, or 2 and 4" if pair in {(0, 2), (1, 3)} else f"{pair[0] + 1} and {pair[1] + 1}"
+    for _ in range(10):
+        touched = TOUCHED + noise.normal(0.0, 0.2, (4, 3))
+        touched[[*pair]] = touched[[*reversed(pair)]]
+        with pytest.raises(InputError, match=rf"touched points {named} look swapped.* As listed: "):
+            fit_touched_points(points(CORNERS, touched))
+
+
+def test_a_corner_mistyped_by_a_centimetre_is_not_taken_for_a_swap() -> None:
+    touched = TOUCHED.copy()
+    touched[2, 1] += 10.0
+    with pytest.raises(InputError, match=r"^touched point \d of 4 lies"):
+        fit_touched_points(points(CORNERS, touched))
 
 
 def test_demonstration_puts_the_centroid_in_place_with_the_mean_normal_up() -> None:

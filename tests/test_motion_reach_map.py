@@ -53,7 +53,7 @@ def test_what_is_reached_has_a_complete_map_on_the_way_that_is_taken() -> None:
     path, found = reach(poses, arm, T_base_work=HERE), reach_map(poses, arm, T_base_work=HERE)
     assert found.complete
     assert (found.lost, found.unservable, found.shares(), found.worst(3)) == (0.0, 0.0, {}, ())
-    assert (found.branch, found.spin) == (path.branch, path.spin)
+    assert found.branch == path.branch
     assert found.lengths.sum() == pytest.approx(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1).sum())
     np.testing.assert_allclose(found.places, poses.tips, atol=1e-9)
 
@@ -129,7 +129,6 @@ def map_of(reasons: list[int], lengths: list[float]) -> ReachMap:
         places=np.zeros((count, 3)),
         base_places=np.zeros((count, 3)),
         branch=0,
-        spin=0.0,
     )
 
 

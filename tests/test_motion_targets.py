@@ -32,7 +32,7 @@ def unsolved(poses: PoseStream) -> JointPath:
     """Return a joint path whose joints play no part."""
     return JointPath(
         poses=poses, joints=np.zeros((poses.count, 6)), configuration=np.zeros((poses.count, 4), dtype=np.int64),
-        branch=0, spin=0.0, T_base_work=np.eye(4),
+        branch=0, rotations=np.zeros(poses.count), leans=np.zeros((poses.count, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 
 
@@ -43,7 +43,7 @@ def passing(poses: PoseStream, *, share: float = 1.0, still: float = 0.0) -> Tra
     return Trajectory(
         times=np.zeros(1), joints=np.zeros((1, 6)), runs=np.zeros(1, dtype=np.int64), deposit=np.zeros(1, np.bool_),
         pose_times=np.append([0.0], np.cumsum(np.where(ways > 0.0, ways / speeds, still))), stretched=0,
-        slowest_deposit=0.0,
+        slowest_deposit=0.0, slowdowns=(), share_at_speed=0.0, share_on_ramps=0.0,
     )  # fmt: skip
 
 

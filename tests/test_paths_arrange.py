@@ -4,28 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from geoprint.backends import Heat
 from geoprint.backends.isolines import isolines
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, PoseStream, ScalarField, Surface, Toolpath
-from geoprint.paths import arrange, largest_lean, poses
+from geoprint.paths import arrange, largest_lean, mean_lean, poses
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
 from geoprint.surfaces import boundary_seed, positions
 from geoprint.transforms import rotation_of
 from tests.cells import straight_cell
 from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
 
-RETRACT, STANDOFF = 5.0, 0.3
+RETRACT, STANDOFF, SPEED = 5.0, 0.3, 20.0
+MAX_TILT = float(np.radians(15.0))
 
 
 def planned(surface: Surface, *, spacing: float) -> tuple[Toolpath, PoseStream]:
     contours = Heat(surface).contours(boundary_seed(surface), spacing=spacing)
-    toolpath = arrange(contours, surface)
+    toolpath = arrange(contours, surface, speed=SPEED)
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=RETRACT, layer_height=0.5,
-        tool=straight_cell().tool, body=None,
+        max_tilt=MAX_TILT, tool=straight_cell().tool, body=None,
     )  # fmt: skip
     return toolpath, stream
 
@@ -57,13 +60,13 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:
     x, y = surface.vertices[:, 0], surface.vertices[:, 1]
     field = ScalarField(np.minimum(np.minimum(x, 30.0 - x), np.minimum(y, 30.0 - y)))
     curves, levels = isolines(surface, field, levels=np.array([2.0, 14.7]))
-    toolpath = arrange(Contours(curves, levels, 3.0, field), surface)
+    toolpath = arrange(Contours(curves, levels, 3.0, field), surface, speed=SPEED)
     assert toolpath.levels.tolist() == [0]
     assert toolpath.dropped_runs == 1
     assert toolpath.dropped_length == pytest.approx(4 * 0.6, abs=0.4)
     inner, _ = isolines(surface, field, levels=np.array([14.7]))
     with pytest.raises(FieldError, match="shorter than one spacing"):
-        arrange(Contours(inner, np.array([0]), 3.0, field), surface)
+        arrange(Contours(inner, np.array([0]), 3.0, field), surface, speed=SPEED)
 
 
 def test_the_nozzle_stands_on_the_normal_at_the_stand_off() -> None:
@@ -125,18 +128,35 @@ def test_axis_noise_is_smoothed_away_and_the_mean_kept() -> None:
     noisy: FloatArray = clean + np.random.default_rng(0).normal(scale=np.radians(0.5), size=clean.shape)
     noisy[-1] = noisy[0]
     noisy = unit(noisy)
-    smooth = smoothed_axes(noisy, arcs, closed=True)
+    smooth = smoothed_axes(noisy, arcs, closed=True, max_tilt=MAX_TILT)
     before, after = (np.degrees(np.linalg.norm(axes - clean, axis=1)).mean() for axes in (noisy, smooth))
     assert after < 0.4 * before
     np.testing.assert_allclose(smooth[0], smooth[-1], atol=1e-12)
 
 
-def test_sharp_corners_of_a_run_are_stops() -> None:
-    surface = plate((40.0, 30.0), (80, 60))
-    _, stream = planned(surface, spacing=4.0)
-    inside = stream.deposit[1:-1] & stream.deposit[:-2] & stream.deposit[2:] & stream.stops[1:-1]
-    outermost = inside & (stream.levels[1:-1] == 0)
-    assert 2 <= outermost.sum() <= 8
-    open_run = stream.tips[1:-1][outermost]
-    to_corner = np.minimum(np.abs(open_run[:, 0] - 2), np.abs(open_run[:, 0] - 38))
-    assert to_corner.max() < 1.5
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 1000), tilt=st.floats(0.0, 50.0), closed=st.booleans())
+def test_no_axis_leans_more_than_it_may_however_rough_the_normals(seed: int, tilt: float, *, closed: bool) -> None:
+    generator = np.random.default_rng(seed)
+    arcs = np.append(0.0, np.cumsum(generator.uniform(0.01, 0.6, 60)))
+    normals = unit(np.array([0.0, 0.0, 1.0]) + generator.normal(scale=0.6, size=(61, 3)))
+    axes = smoothed_axes(normals, arcs, closed=closed, max_tilt=float(np.radians(tilt)))
+    np.testing.assert_allclose(np.linalg.norm(axes, axis=1), 1.0, atol=1e-12)
+    leans = np.arctan2(np.linalg.norm(np.cross(axes, normals), axis=1), np.einsum("ij,ij->i", axes, normals))
+    assert np.degrees(leans).max() <= tilt + 1e-6
+
+
+def test_an_axis_over_a_crease_leans_to_the_edge_of_its_cone_and_no_farther_elsewhere() -> None:
+    arcs = np.linspace(0.0, 20.0, 81)
+    angle = np.where(arcs < 10.0, -0.6, 0.6)
+    normals = np.column_stack([np.sin(angle), np.zeros(81), np.cos(angle)])
+    axes = smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT)
+    leans = np.arccos(np.clip(np.einsum("ij,ij->i", axes, normals), -1.0, 1.0))
+    assert leans.max() == pytest.approx(MAX_TILT, abs=1e-7)
+    assert leans[np.abs(arcs - 10.0) > 4.0].max() < 1e-3
+
+
+def test_the_mean_lean_is_that_over_the_length_and_the_largest_that_of_any_pose() -> None:
+    surface = spherical_cap(radius=30.0, angle=0.8, rings=30, jitter_seed=2)
+    _, stream = planned(surface, spacing=2.0)
+    assert 0.0 < mean_lean(stream) < largest_lean(stream)

@@ -13,7 +13,7 @@ import pytest
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
-from geoprint.model import Surface
+from geoprint.model import Slowdown, Surface
 from geoprint.motion import Arm
 from geoprint.pipeline import (
     Plan,
@@ -24,6 +24,7 @@ from geoprint.pipeline import (
     plan,
     save_comparisons,
     save_plan,
+    summary,
 )
 from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.saving import verify_files
@@ -120,6 +121,32 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert len(found["input"]["sha256"]) == 64
 
 
+def test_a_cell_with_switched_signals_lays_a_constant_flow_and_both_layers_are_told(cap_plan: Plan) -> None:
+    assert cap_plan.laid is not None
+    laid = cap_plan.poses.deposit
+    np.testing.assert_allclose(cap_plan.poses.flow[laid], 1.5 * 0.5)
+    found = summary(cap_plan)["deposition"]
+    assert isinstance(found, dict)
+    assert found["flow"] == "constant"
+    assert cap_plan.laid.following.cv is not None
+    assert cap_plan.laid.following.cv < 0.005
+
+
+def test_a_cell_with_an_analog_signal_lays_a_flow_that_follows_the_width(tmp_path: Path) -> None:
+    cell = tmp_path / "analog.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', 'mode = "analog"'), encoding="utf-8")
+    part = saved(tmp_path, spherical_cap(radius=20.0, angle=1.0, rings=10, jitter_seed=1))
+    planned = plan(job_of(surface=part, unit="mm", spacing=2.0, backend="lscm", cell=cell, robot=False))
+    assert planned.laid is not None
+    np.testing.assert_array_equal(planned.poses.flow, planned.laid.following_flow)
+    constant, following = planned.laid.constant.cv, planned.laid.following.cv
+    assert constant is not None
+    assert following is not None
+    assert following < constant / 4
+    save_plan(planned, tmp_path / "out")
+    np.testing.assert_allclose(read_poses_table(tmp_path / "out" / "poses.csv").flow, planned.poses.flow, atol=1e-9)
+
+
 def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, tmp_path: Path) -> None:
     again = plan(cap_plan.job)
     for name, planned in (("a", cap_plan), ("b", again)):
@@ -156,14 +183,30 @@ def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
     assert np.linalg.norm(lowest - [0.0, 0.0, 15.0]) == pytest.approx(1.5, abs=0.3)
 
 
-def test_a_post_beside_the_part_is_hit_and_the_refusal_names_run_place_and_depth(tmp_path: Path) -> None:
-    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
-    # A wall 60 mm high, 2 mm beside the plate: the barrel is 10 mm thick and starts 78 mm up, the cone earlier.
+def plate_beside_a_wall(tmp_path: Path) -> tuple[Path, Path]:
+    """A plate, and a wall 60 mm high 2 mm beside it: the barrel is 10 mm thick and starts 78 mm up, a cone below it."""
     wall = plate((60.0, 30.0), (2, 2))
     x, y, _ = wall.vertices.T
     body = saved(tmp_path, Surface(np.column_stack([np.full(x.size, 42.0), y, x]), wall.faces, name="wall"))
+    return saved(tmp_path, plate((40.0, 30.0), (20, 15))), body
+
+
+def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_and_depth(tmp_path: Path) -> None:
+    part, body = plate_beside_a_wall(tmp_path)
     with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the \w+ reaches \d+\.\d\d mm into the body"):
-        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
+        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo", max_tilt=0.0))
+
+
+def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Path) -> None:
+    part, body = plate_beside_a_wall(tmp_path)
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
+    motion = json.loads(json.dumps(summary(planned)))["motion"]
+    assert 3.0 < motion["tilt"]["largest_deg"] <= 15.0
+    assert 0.0 < motion["tilt"]["mean_deg"] < motion["tilt"]["largest_deg"]
+    assert 0.0 < motion["lean"]["deposit_share"] < 1.0
+    assert max(place["place_mm"][0] for place in motion["lean"]["places"]) > 30.0
+    assert not motion["rotation"]["axial_nozzle"]
+    assert "leans in" in outcome_text(planned)
 
 
 def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
@@ -214,13 +257,42 @@ def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_pa
             plan(job_of(surface="absent.ply", unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"))
 
 
-def test_stops_at_corners_while_material_flows_are_counted_and_said(tmp_path: Path) -> None:
+def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_placed(tmp_path: Path) -> None:
     part = saved(tmp_path, plate(divisions=(40, 30)))
     planned = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False))
-    stops = planned.poses.stops_while_laying
-    # Five rectangles, each started on a side and closed there, turn four corners each; near the start or not.
-    assert 12 <= stops <= 20
-    assert f"comes to rest {stops} times at sharp corners" in outcome_text(planned)
+    paths = summary(planned)["paths"]
+    assert isinstance(paths, dict)
+    assert paths["stops_while_laying"] == 0
+    # Five rectangles turn four corners each, one of them perhaps at the seam.
+    assert 12 <= len(planned.toolpath.fillets) <= 20
+    assert paths["corners_rounded"] == len(planned.toolpath.fillets)
+    assert paths["corners_split_mm"] == []
+    split = replace(planned, toolpath=replace(planned.toolpath, splits=np.zeros((2, 3))))
+    assert "split at 2 corners" in outcome_text(split)
+
+
+def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate(divisions=(40, 30)))
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, place="demo"))
+    assert planned.robot is not None
+    assert "% of the deposit within 1 % of the set speed" in outcome_text(planned)
+    slow = Slowdown(
+        run=3, kind="dip", place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
+        limit="acceleration",
+    )  # fmt: skip
+    trajectory = replace(planned.robot.trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
+    slower = replace(planned, robot=replace(planned.robot, trajectory=trajectory))
+    assert "run 3 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 other runs" in outcome_text(
+        slower
+    )
+    motion = summary(slower)["motion"]
+    assert isinstance(motion, dict)
+    listed = motion["slowdowns"]
+    assert isinstance(listed, list)
+    assert listed[1] == {
+        "run": 3, "kind": "dip", "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,
+        "held_mm_s": 7.25, "joint": 5, "limit": "acceleration",
+    }  # fmt: skip
 
 
 def test_a_misspelt_backend_is_refused_before_the_others_plan(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from geoprint.errors import UsageError
 from geoprint.export import rapid_values as values
 from geoprint.model import Cell, Placement, Tool
+from geoprint.transforms import quaternion_of
 
 NOT_CALIBRATED = "PLACEMENT NOT CALIBRATED"
 
@@ -115,7 +116,8 @@ def _tooldata(tool: Tool) -> str:
     mass = values.number(tool.mass_kg, decimals=values.POSITION_DECIMALS)
     cog = values.array(tool.cog, decimals=values.POSITION_DECIMALS)
     inertia = values.array(tool.inertia_kg_m2, decimals=values.INERTIA_DECIMALS)[1:-1]
-    return f"[TRUE,{values.pose(tool.T_flange_tool)},[{mass},{cog},[1,0,0,0],{inertia}]]"
+    axes = values.array(quaternion_of(tool.principal_axes), decimals=values.QUATERNION_DECIMALS)
+    return f"[TRUE,{values.pose(tool.T_flange_tool)},[{mass},{cog},{axes},{inertia}]]"
 
 
 def _switching(cell: Cell, *, calibrated: bool) -> list[str]:

@@ -202,8 +202,10 @@ def _verify_tool(datum: Declaration, *, cell: Cell) -> None:
     if not isinstance(value, list) or value[0] is not True or not isinstance(load, list) or len(load) != 6:
         refuse(datum.place, "tooldata is no tool held by the robot")
     _compare_frame(value[1], tool.T_flange_tool, place=datum.place, what="tool frame")
-    centre: Value = [tool.mass_kg, _literal(tool.cog), [1, 0, 0, 0]]
-    _compare(load[:3], centre, tolerance=_LOAD_TOLERANCE, place=datum.place, what="load")
+    _compare(load[0], tool.mass_kg, tolerance=_LOAD_TOLERANCE, place=datum.place, what="load")
+    axes = np.eye(4)
+    axes[:3, :3], axes[:3, 3] = tool.principal_axes, tool.cog
+    _compare_frame(load[1:3], axes, place=datum.place, what="load")
     _compare(load[3:], _literal(tool.inertia_kg_m2), tolerance=_INERTIA_TOLERANCE, place=datum.place, what="inertia")
 
 

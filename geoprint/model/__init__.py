@@ -5,15 +5,27 @@ from geoprint.model.cell import (
     Box,
     Cell,
     Lamp,
+    LoadLimits,
     Placement,
     Process,
     Robot,
+    SearchWeights,
     SignalMode,
     Signals,
     Tool,
     TouchedPoints,
 )
-from geoprint.model.motion import Clearance, ControllerPath, JointPath, Program, Targets, Trajectory
+from geoprint.model.material import Fluid, Material
+from geoprint.model.motion import (
+    Clearance,
+    ControllerPath,
+    JointPath,
+    OnSlowdown,
+    Program,
+    Slowdown,
+    Targets,
+    Trajectory,
+)
 from geoprint.model.path import PoseStream, Toolpath
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
@@ -25,18 +37,24 @@ __all__ = [
     "Contours",
     "ControllerPath",
     "FloatArray",
+    "Fluid",
     "IntArray",
     "JointPath",
     "Lamp",
+    "LoadLimits",
+    "Material",
+    "OnSlowdown",
     "Placement",
     "PoseStream",
     "Process",
     "Program",
     "Robot",
     "ScalarField",
+    "SearchWeights",
     "Seed",
     "SignalMode",
     "Signals",
+    "Slowdown",
     "Surface",
     "SurfaceCurves",
     "SurfacePoints",

@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, final
 
 import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model.arrays import FloatArray, freeze_arrays
+from geoprint.model.material import Material
 
 SignalMode = Literal["io", "analog"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LoadLimits:
+    """What an arm's flange may carry, by its maker.
+
+    Attributes:
+        mass_kg: largest mass.
+        axis_5_kg_m2: largest moment of inertia about axis 5.
+        axis_6_kg_m2: largest moment of inertia about axis 6.
+    """
+
+    mass_kg: float
+    axis_5_kg_m2: float
+    axis_6_kg_m2: float
 
 
 @final
@@ -19,12 +36,15 @@ class Robot:
     """The arm and what its joints may do.
 
     Attributes:
-        model: name of the arm; its URDF is package data.
+        model: name of the arm; without a URDF of its own that of the package data which has this name.
         limits: (6, 2) lowest and highest angle of each joint [rad].
         speeds: (6,) largest speed of each joint [rad/s].
         accelerations: (6,) largest acceleration of each joint [rad/s2]; an assumption unless the maker states it.
         home: (6,) joint angles where every program starts and ends [rad].
         target_period: shortest time between targets that the controller takes without slowing down [s].
+        urdf: text of the arm's URDF, or None where it is package data.
+        flange: name of the URDF's flange frame.
+        load: what the flange may carry, or None where nobody has said it.
     """
 
     model: str
@@ -33,6 +53,9 @@ class Robot:
     accelerations: FloatArray
     home: FloatArray
     target_period: float = 0.02
+    urdf: str | None = None
+    flange: str = "tool0"
+    load: LoadLimits | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, limits="float: 6 2", speeds="float: 6", accelerations="float: 6", home="float: 6")
@@ -89,6 +112,7 @@ class Tool:
         mass_kg: of everything behind the flange.
         cog: (3,) centre of gravity in the flange frame [mm].
         inertia_kg_m2: (3,) principal moments about the centre of gravity.
+        principal_axes: (3, 3) directions of those in the flange frame, one a column.
         lamp: housing of the UV lamp, or None where nobody has said where it is.
     """
 
@@ -105,9 +129,12 @@ class Tool:
     cog: FloatArray
     inertia_kg_m2: FloatArray
     lamp: Lamp | None = None
+    principal_axes: FloatArray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, T_flange_tool="float: 4 4", cog="float: 3", inertia_kg_m2="float: 3")
+        freeze_arrays(
+            self, T_flange_tool="float: 4 4", cog="float: 3", inertia_kg_m2="float: 3", principal_axes="float: 3 3"
+        )
 
     @property
     def cone_length(self) -> float:
@@ -183,11 +210,13 @@ class TouchedPoints:
         model: (k, 3) in the fixture frame [mm].
         touched: (k, 3) in the base frame [mm].
         T_fixture_work: (4, 4) where the part stands on the fixture.
+        noise: standard deviation of each coordinate of a touch [mm], or None to estimate it from the points.
     """
 
     model: FloatArray
     touched: FloatArray
     T_fixture_work: FloatArray
+    noise: float | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, model="float: k 3", touched="float: k 3", T_fixture_work="float: 4 4")
@@ -220,6 +249,24 @@ class Placement:
 
 
 @final
+@dataclass(frozen=True, slots=True)
+class SearchWeights:
+    """What the choice of rotation, lean and branch counts, each against the others; 1 unless the cell says otherwise.
+
+    Attributes:
+        motion: of the joints along the way.
+        limits: nearness of joint limits.
+        singularities: nearness of wrist, elbow and shoulder singularity.
+        lean: of the nozzle from the attitude of the path.
+    """
+
+    motion: float = 1.0
+    limits: float = 1.0
+    singularities: float = 1.0
+    lean: float = 1.0
+
+
+@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:
     """Everything about the machine that a plan needs.
@@ -234,6 +281,8 @@ class Cell:
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
         demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
+        material: what the syringe holds, or None where nobody has measured it.
+        search: what the choice of rotation, lean and branch counts.
     """
 
     name: str
@@ -245,6 +294,8 @@ class Cell:
     demo_position: FloatArray
     demo_rotation: FloatArray
     fixture: TouchedPoints | None
+    material: Material | None = None
+    search: SearchWeights = SearchWeights()
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")

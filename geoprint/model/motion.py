@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
@@ -18,11 +18,12 @@ class JointPath:
     """Joint angles of every pose, all on one branch of the inverse kinematics.
 
     Attributes:
-        poses: the stream as commanded: turned about the nozzle by `spin`.
+        poses: the stream as commanded: turned about the nozzle by `rotations`, and leaned by `leans`.
         joints: (p, 6) angles [rad], continuous from pose to pose, inside the limits.
         configuration: (p, 4) RAPID configuration data cf1, cf4, cf6, cfx of each pose.
         branch: index of the branch, 0 to 7.
-        spin: constant rotation about the nozzle's axis [rad] that was added to every pose.
+        rotations: (p,) turn about the nozzle's axis that was added to each pose [rad], continuous from pose to pose.
+        leans: (p, 2) lean that was added before that, about the tool's x and y axes [rad].
         T_base_work: (4, 4) where the part stands.
     """
 
@@ -30,11 +31,15 @@ class JointPath:
     joints: FloatArray
     configuration: IntArray
     branch: int
-    spin: float
+    rotations: FloatArray
+    leans: FloatArray
     T_base_work: FloatArray
 
     def __post_init__(self) -> None:
-        sizes = freeze_arrays(self, joints="float: p 6", configuration="int: p 4", T_base_work="float: 4 4")
+        sizes = freeze_arrays(
+            self, joints="float: p 6", configuration="int: p 4", rotations="float: p", leans="float: p 2",
+            T_base_work="float: 4 4",
+        )  # fmt: skip
         if sizes["p"] != self.poses.count:
             raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
 
@@ -42,6 +47,44 @@ class JointPath:
     def smallest_wrist_angle(self) -> float:
         """Smallest |q5| over all poses [rad]: the distance from the wrist singularity."""
         return float(np.abs(self.joints[:, 4]).min())
+
+    @property
+    def turns_of_joint_6(self) -> float:
+        """Turns between the lowest and the highest angle of joint 6, counted along the path."""
+        return float(np.ptp(self.joints[:, 5]) / (2.0 * np.pi))
+
+
+# What is done where joints do not hold the set speed: lower it for the whole run, or let the flow follow the dips.
+OnSlowdown = Literal["lower", "follow"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Slowdown:
+    """A stretch of deposit on which the joints do not hold the set speed of the tip.
+
+    Attributes:
+        run: run of the pose stream.
+        kind: 'lowered' where the speed of the whole run was lowered to what holds all along it, 'dip' where the tip
+            slows down on the way; the ramps at the ends of runs are neither.
+        place: tip where the least is held, in the work frame [mm].
+        arc: of that place, from the start of the run [mm].
+        length: of the stretch [mm].
+        set_speed: [mm/s].
+        held_speed: smallest speed on the stretch [mm/s].
+        joint: the one that limits it there, 1 to 6.
+        limit: which of its limits.
+    """
+
+    run: int
+    kind: Literal["lowered", "dip"]
+    place: tuple[float, float, float]
+    arc: float
+    length: float
+    set_speed: float
+    held_speed: float
+    joint: int
+    limit: Literal["speed", "acceleration"]
 
 
 @final
@@ -56,7 +99,10 @@ class Trajectory:
         deposit: (k,) whether material is laid.
         pose_times: (p,) when each pose of the stream is reached [s].
         stretched: runs that were slowed because the time parameterisation broke a limit between its grid points.
-        slowest_deposit: smallest tip speed on deposit, away from the ends of runs and their corners [mm/s].
+        slowest_deposit: smallest tip speed on deposit, away from the ends of runs [mm/s].
+        slowdowns: every stretch of deposit below 99 % of the set speed, away from the ends of runs, in printing order.
+        share_at_speed: share of the deposited length that is laid within 1 % of the set speed.
+        share_on_ramps: share of it that is not, but lies on the ramps at the ends of runs.
     """
 
     times: FloatArray
@@ -66,6 +112,9 @@ class Trajectory:
     pose_times: FloatArray
     stretched: int
     slowest_deposit: float
+    slowdowns: tuple[Slowdown, ...]
+    share_at_speed: float
+    share_on_ramps: float
 
     def __post_init__(self) -> None:
         freeze_arrays(

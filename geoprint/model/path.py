@@ -27,6 +27,8 @@ class Toolpath:
         spacing: distance between neighbouring levels [mm].
         dropped_runs: closed contours shorter than one spacing, left out.
         dropped_length: their length [mm].
+        fillets: (f, 3) corners of runs that were rounded [mm].
+        splits: (g, 3) corners at which a run was split, because no arc can round them at speed [mm].
     """
 
     curves: SurfaceCurves
@@ -35,9 +37,11 @@ class Toolpath:
     spacing: float
     dropped_runs: int
     dropped_length: float
+    fillets: FloatArray
+    splits: FloatArray
 
     def __post_init__(self) -> None:
-        sizes = freeze_arrays(self, levels="int: c", layers="int: c")
+        sizes = freeze_arrays(self, levels="int: c", layers="int: c", fillets="float: f 3", splits="float: g 3")
         if sizes["c"] != self.curves.count:
             raise InputError("a toolpath needs one level and one layer a run.")
 
@@ -58,7 +62,7 @@ class PoseStream:
         levels: (p,) contour level, -1 on travel.
         layers: (p,) layer.
         deposit: (p,) whether material is laid from this pose to the next one of the same run.
-        stops: (p,) whether the tool comes to rest here: ends of runs, corners of travel, sharp corners of runs.
+        stops: (p,) whether the tool comes to rest here: ends of runs, corners of travel.
         arcs: (p,) arc length from the start of the run [mm]; on travel from the start of the travel.
         flow: (p,) volume to lay per length of path [mm3/mm], 0 on travel.
         standoff: height of the tip over the surface on deposit [mm].

@@ -79,7 +79,7 @@ def clearance(
     """
     check_rigid(T_base_work[None])
     T_work_base = transforms.inverse(T_base_work)
-    links = link_solids(arm.robot.model)
+    links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
     motion = arm_motion(path, arm, tool=tool_solids(tool), links=links, T_work_base=T_work_base)
     scene = _scene(
         tool,

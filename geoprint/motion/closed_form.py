@@ -16,6 +16,8 @@ BRANCHES = 8
 JOINTS = 6
 # By how much rounding lifts the cosine of a stretched arm above one: it still reaches.
 RIM = 1e-12
+# Sine of joint 5 that is rounding: what joint 4 would be there says nothing.
+SINGULAR = 1e-12
 
 
 def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
@@ -36,32 +38,38 @@ def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
 
 @numba.njit(cache=True, error_model="numpy")
 def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
-    """Fill (k, 8, 6) joints: on each side of axis 1, with the elbow either way, and the wrist turned over."""
+    """Fill (k, 8, 6) joints."""
+    for k in range(Ts.shape[0]):
+        solve_pose(Ts[k], lengths, joints[k])
+
+
+@numba.njit(cache=True, error_model="numpy")
+def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
+    """Fill (8, 6) joints of one pose: on each side of axis 1, with the elbow either way, and the wrist turned over."""
     a1, a2, b, c1, c2, c3, c4 = lengths
     forearm, bend = math.hypot(a2, c3), math.atan2(a2, c3)
     joints[:] = np.nan
-    for k in range(Ts.shape[0]):
-        x, y, z = Ts[k, :3, 3] - c4 * Ts[k, :3, 2]
-        across = x * x + y * y - b * b
-        if not across >= 0.0:
+    x, y, z = T[0, 3] - c4 * T[0, 2], T[1, 3] - c4 * T[1, 2], T[2, 3] - c4 * T[2, 2]
+    across = x * x + y * y - b * b
+    if not across >= 0.0:
+        return
+    azimuth, aside = math.atan2(y, x), math.atan2(b, math.sqrt(across))
+    for shoulder in range(2):
+        # In front of axis 1, or reaching over to the side behind it.
+        first = azimuth - aside if shoulder == 0 else azimuth + aside - math.pi
+        ahead = math.sqrt(across) - a1 if shoulder == 0 else -math.sqrt(across) - a1
+        squared = ahead * ahead + (z - c1) * (z - c1)
+        cosine_2 = (squared + c2 * c2 - forearm * forearm) / (2.0 * math.sqrt(squared) * c2)
+        cosine_3 = (squared - c2 * c2 - forearm * forearm) / (2.0 * c2 * forearm)
+        if not (abs(cosine_2) <= 1.0 + RIM and abs(cosine_3) <= 1.0 + RIM):
             continue
-        azimuth, aside = math.atan2(y, x), math.atan2(b, math.sqrt(across))
-        for shoulder in range(2):
-            # In front of axis 1, or reaching over to the side behind it.
-            first = azimuth - aside if shoulder == 0 else azimuth + aside - math.pi
-            ahead = math.sqrt(across) - a1 if shoulder == 0 else -math.sqrt(across) - a1
-            squared = ahead * ahead + (z - c1) * (z - c1)
-            cosine_2 = (squared + c2 * c2 - forearm * forearm) / (2.0 * math.sqrt(squared) * c2)
-            cosine_3 = (squared - c2 * c2 - forearm * forearm) / (2.0 * c2 * forearm)
-            if not (abs(cosine_2) <= 1.0 + RIM and abs(cosine_3) <= 1.0 + RIM):
-                continue
-            open_2 = math.acos(min(max(cosine_2, -1.0), 1.0))
-            open_3 = math.acos(min(max(cosine_3, -1.0), 1.0))
-            for elbow in range(2):
-                sign = 2.0 * elbow - 1.0
-                second = math.atan2(ahead, z - c1) + sign * open_2
-                third = -sign * open_3 - bend
-                _fill(joints[k, 2 * shoulder + elbow :: 4], Ts[k], first, second, third)
+        open_2 = math.acos(min(max(cosine_2, -1.0), 1.0))
+        open_3 = math.acos(min(max(cosine_3, -1.0), 1.0))
+        for elbow in range(2):
+            sign = 2.0 * elbow - 1.0
+            second = math.atan2(ahead, z - c1) + sign * open_2
+            third = -sign * open_3 - bend
+            _fill(joints[2 * shoulder + elbow :: 4], T, first, second, third)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -73,17 +81,19 @@ def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third:
     ahead, aside = cosine_1 * T[0, :3] + sine_1 * T[1, :3], cosine_1 * T[1, :3] - sine_1 * T[0, :3]
     over, along = cosine * ahead - sine * T[2, :3], sine * ahead[2] + cosine * T[2, 2]
     lean = math.hypot(aside[2], over[2])
-    # On the singularity of the wrist joint 4 is free; joint 6 follows from it there as everywhere.
-    sine_4, cosine_4 = (aside[2] / lean, over[2] / lean) if lean > 0.0 else (0.0, 1.0)
+    # On the singularity of the wrist joint 4 is free: it stays at zero, and joint 6 follows from it as everywhere.
+    singular = lean < SINGULAR
+    sine_4, cosine_4 = (0.0, 1.0) if singular else (aside[2] / lean, over[2] / lean)
     fourth, fifth = math.atan2(sine_4, cosine_4), math.atan2(lean, along)
     sixth = math.atan2(cosine_4 * aside[0] - sine_4 * over[0], cosine_4 * aside[1] - sine_4 * over[1])
+    half_turn = 0.0 if singular else math.pi
     for wrist in range(2):
         joints[wrist, 0] = _wrapped(first)
         joints[wrist, 1] = _wrapped(second)
         joints[wrist, 2] = _wrapped(third - math.pi / 2.0)
-        joints[wrist, 3] = _wrapped(fourth + wrist * math.pi)
+        joints[wrist, 3] = _wrapped(fourth + wrist * half_turn)
         joints[wrist, 4] = fifth if wrist == 0 else -fifth
-        joints[wrist, 5] = _wrapped(sixth + wrist * math.pi)
+        joints[wrist, 5] = _wrapped(sixth + wrist * half_turn)
 
 
 @numba.njit(cache=True)

@@ -24,9 +24,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint import transforms
+from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.kinematics import Arm
+from geoprint.motion.ortho_parallel import OrthoParallel
 
 QUARTER_TURN = np.pi / 2.0
 
@@ -34,25 +35,64 @@ QUARTER_TURN = np.pi / 2.0
 # as the quadrant that starts there, so that a zero that came out as -1e-17 is not written as quadrant -1.
 TIE = 1e-9
 
+# Offsets [rad] and frames [mm] within this of ABB's are ABB's: a hundredth of what a calibration of the arm corrects.
+SAME_CONVENTION = 1e-6
+
 
 def singularity_distances(joints: FloatArray, *, arm: Arm) -> FloatArray:
     """Return how far the arm is from each of its three singularities, with the side as sign.
 
     Args:
         joints: (k, 6) [rad].
-        arm: whose lengths count.
+        arm: whose inverse knows them.
 
     Returns:
         (k, 3): how far the wrist centre lies ahead of axis 1, seen in the plane of the arm [mm]; the angle [rad] in
         (-pi, pi] by which the wrist centre has bent forward from the stretched arm (0 and pi are singular); the angle
         of axis 5 [rad] in (-pi, pi] (0 and pi are singular).
     """
-    lengths = arm.lengths
-    reach = np.hypot(lengths.a2, lengths.c3)
-    rest = np.arctan2(lengths.c3, -lengths.a2)
-    tilt, bend = joints[:, 1], joints[:, 2] + rest
-    ahead = lengths.a1 + lengths.c2 * np.sin(tilt) + reach * np.sin(tilt + bend)
-    return np.column_stack([ahead, transforms.wrapped(bend), transforms.wrapped(joints[:, 4])])
+    return arm.inverse.singularity_distances(joints)
+
+
+def wrist_angles(joints: FloatArray, *, arm: Arm) -> FloatArray:
+    """Return how far axis 5 is from the wrist singularity [rad], at least 0, for (..., 6) joint angles [rad].
+
+    That is |q5| where the URDF counts joint 5 from there, as ABB does.
+    """
+    angles = np.abs(singularity_distances(joints.reshape(-1, joints.shape[-1]), arm=arm)[:, 2])
+    return np.minimum(angles, np.pi - angles).reshape(joints.shape[:-1])
+
+
+def require_abb_conventions(arm: Arm) -> None:
+    """Refuse an arm for which RAPID targets and configuration data would mean something else.
+
+    A RAPID program is for an ABB controller, whose arms with a spherical wrist count their joints in one way: all at
+    zero the lower arm is upright and the forearm points ahead, and axes 1 to 6 turn about z y y x y x.
+
+    Raises:
+        UsageError: the arm has no spherical wrist, or its URDF counts joints, base or flange in another way.
+    """
+    name, inverse = arm.robot.model, arm.inverse
+    left = "reach, timing and clearance can be had from the library, `geoprint plan` needs an ABB arm or --no-robot"
+    if not isinstance(inverse, OrthoParallel):
+        raise UsageError(
+            f"no RAPID program can be written for the arm {name}: {arm.no_closed_form}, and RAPID's configuration data "
+            f"are defined by the singularities of an arm with a spherical wrist; {left}."
+        )
+    turned = (np.abs(inverse.offsets) > SAME_CONVENTION) | (inverse.signs < 0.0)
+    moved = [np.abs(T - np.eye(4)).max() > SAME_CONVENTION for T in (inverse.T_base_foot, inverse.T_end_flange)]
+    if turned.any() or any(moved):
+        joint = int(np.argmax(turned))
+        what = (
+            f"joint {joint + 1} counts {'down' if inverse.signs[joint] < 0.0 else 'up'} from "
+            f"{np.degrees(inverse.offsets[joint]):.1f} degrees"
+            if turned.any()
+            else f"its {'base' if moved[0] else 'flange'} frame is another"
+        )
+        raise UsageError(
+            f"no RAPID program can be written for the arm {name}: by ABB's way of counting {what}, so that angles and "
+            f"configuration data would mean something else on the controller; write its URDF as ABB counts, or: {left}."
+        )
 
 
 def branch_of(joints: FloatArray, *, arm: Arm) -> IntArray:

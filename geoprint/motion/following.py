@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.model import FloatArray, IntArray, Robot
+from geoprint.motion.configuration import wrist_angles
 from geoprint.motion.kinematics import JOINTS, Arm
 from geoprint.motion.margins import limit_margins
 from geoprint.motion.pose_samples import PoseSamples
@@ -26,13 +26,11 @@ class Followed:
     """A way along all samples of a stream.
 
     Attributes:
-        spin: turn about the nozzle [rad].
         branch: of the inverse kinematics.
         joints: (s, 6) [rad]; NaN where out of reach; continuous and inside the limits where nothing fails.
         failures: of each sample.
     """
 
-    spin: float
     branch: int
     joints: FloatArray
     failures: Failures
@@ -43,19 +41,18 @@ class Followed:
         return not self.failures.reasons.any()
 
 
-def follow(samples: PoseSamples, arm: Arm, *, spin: float, branch: int, minimum_wrist_angle: float) -> Followed:
-    """Follow one branch and one turn about the nozzle along all samples.
+def follow(samples: PoseSamples, arm: Arm, *, branch: int, minimum_wrist_angle: float) -> Followed:
+    """Follow one branch along all samples.
 
     A flip is looked for where every sample can be served, a winding where none flips: before, neither means anything.
 
     Args:
         samples: of the stream.
         arm: with its tool.
-        spin: turn about the nozzle [rad].
         branch: of the inverse kinematics, 0 to 7.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
     """
-    joints = arm.solutions(samples.Ts_base_tool @ about_nozzle(np.array([spin]))[0])[:, branch]
+    joints = arm.solutions(samples.Ts_base_tool)[:, branch]
     failures = _unusable(joints, samples, arm, minimum_wrist_angle=minimum_wrist_angle)
     if not failures.reasons.any():
         joints = np.unwrap(joints, axis=0)
@@ -63,12 +60,7 @@ def follow(samples: PoseSamples, arm: Arm, *, spin: float, branch: int, minimum_
     if not failures.reasons.any():
         joints = _wound(joints, arm.robot)
         failures = _windings(joints, arm.robot)
-    return Followed(spin, branch, joints, failures)
-
-
-def about_nozzle(spins: FloatArray) -> FloatArray:
-    """Return (k, 4, 4) turns about the tool's z axis."""
-    return transforms.rigid(Rotation.from_rotvec(spins[:, None] * [0.0, 0.0, 1.0]).as_matrix(), np.zeros(3))
+    return Followed(branch, joints, failures)
 
 
 def whole_turns(joints: FloatArray, robot: Robot) -> tuple[FloatArray, FloatArray]:
@@ -88,7 +80,7 @@ def _unusable(joints: FloatArray, samples: PoseSamples, arm: Arm, *, minimum_wri
     missing = np.isnan(margins.min(axis=1))
     worst = np.where(missing[:, None], 0.0, margins).argmin(axis=1)
     beyond = ~missing & (margins[rows, worst] < 0.0)
-    wrist = np.abs(joints[:, 4])
+    wrist = wrist_angles(joints, arm=arm)
     singular = ~missing & ~beyond & samples.deposit & (wrist < minimum_wrist_angle)
     distances, reach = wrist_distances(samples.Ts_base_tool, arm)
     middle = limits.mean(axis=1)[worst]

@@ -1,44 +1,43 @@
-"""From poses to joint angles: one branch of the inverse and one turn about the nozzle for the whole stream.
+"""From poses to joint angles: one branch of the inverse for the whole stream, the nozzle turned and leaned as it suits.
 
-A nozzle is round, so every pose may be turned about it; one constant turn (spin) is chosen for the stream, together
-with one of the eight branches. All of them are judged on keyframes, the best are then followed along every pose.
+`attitude_search` proposes turns and leans on keyframes; here each proposal is followed along every pose and the
+straight moves between them, and the first that holds everywhere is taken.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
-from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream
-from geoprint.motion.configuration import configuration_data, singularity_distances
-from geoprint.motion.following import Followed, about_nozzle, follow, whole_turns
+from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchWeights
+from geoprint.motion.attitude_search import Attitudes, UprightSearch, axial_rotation, leaning_attitudes
+from geoprint.motion.configuration import configuration_data
+from geoprint.motion.constant_turns import ConstantTurns
+from geoprint.motion.following import Followed, follow
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
-from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, Margin, limit_margins, smallest_margin, usable
-from geoprint.motion.pose_samples import PoseSamples, keyframes, sample_poses, tool_poses
+from geoprint.motion.ladder import cost_terms
+from geoprint.motion.lean_room import Leaning, laying
+from geoprint.motion.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
+from geoprint.motion.nozzle import about_nozzle, tilts, turned
+from geoprint.motion.pose_samples import PoseSamples, sample_poses, tool_poses
 from geoprint.motion.reach_map import ReachMap, mapped
 from geoprint.motion.steps import tip_ways
 
-# An angle of joint 5 [rad] at which a turn of the tool needs no more than 4 times that turn of joints 4 and 6.
-PREFERRED_WRIST_ANGLE = float(np.radians(15.0))
+# What is counted where the cell says nothing.
+EQUAL_WEIGHTS = SearchWeights()
 
-# Turns about the nozzle that are tried, and poses on which they are judged: 5 degrees is finer than any margin below.
-SPINS = 72
-KEYFRAMES = 300
+# Turns about the nozzle by which a pose that fails is tried by itself: 5 degrees is finer than any comfortable margin.
+TRIED_TURNS = 72
 
-# How many of the ways that hold at the keyframes are followed along the whole stream before giving up.
-ATTEMPTS = 12
+# How often keyframes are set denser where a way fails between them.
+DENSER_ATTEMPTS = 2
 
-# Margins that are worth as much as the preferred wrist angle; more than ENOUGH times that is no gain.
-COMFORTABLE_LIMIT = float(np.radians(10.0))
-COMFORTABLE_ELBOW = float(np.radians(15.0))
-COMFORTABLE_SHOULDER = 50.0
-ENOUGH = 2.0
-
-# Samples asked at a time whether any way serves them: about 100 MB of arrays.
+# Samples asked at a time whether any turn serves them: about 100 MB of arrays.
 SAMPLES_AT_A_TIME = 500
 
 # Largest difference between the commanded pose and forward kinematics of the solution [mm, rad].
@@ -51,59 +50,73 @@ def reach(
     arm: Arm,
     *,
     T_base_work: FloatArray,
+    weights: SearchWeights = EQUAL_WEIGHTS,
+    leaning: Leaning | None = None,
     minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
-    preferred_wrist_angle: float = PREFERRED_WRIST_ANGLE,
 ) -> JointPath:
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
 
-    Each of `SPINS` turns and eight branches is worth its smallest margin over the keyframes: the wrist angle, the
-    distance from joint limits and from the singularities of elbow and shoulder, each relative to what is comfortable.
-    Among equals the one nearest to home wins. The straight moves between the poses are followed too, so that no flip
-    hides between rows that are far apart. A joint that can turn more than once is unwound along the stream; of the
-    whole turns that keep all of it inside the limits the nearest to home is taken.
+    The nozzle is round: a bent one is turned about itself along the way as joint motion, joint limits and
+    singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. All poses are reached on
+    one of the eight branches, the cheapest that holds along all samples of the stream; the straight moves between the
+    poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which can turn more than
+    once, is unwound along the stream; of the whole turns that keep all of it inside the limits the nearest to home is
+    taken. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the places where
+    the arm cannot follow or the nozzle lacks room, and nowhere else. An arm whose inverse is iteration gets the best of
+    some constant turns, and no lean.
 
     Args:
         poses: p poses in the work frame.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
+        weights: of what a way costs.
+        leaning: how far the nozzle may lean and what it must not touch, or None where it may not.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
-        preferred_wrist_angle: |q5| [rad] that counts as comfortable when ways are compared.
 
     Returns:
-        The joint path; its poses are turned by its spin.
+        The joint path; its poses are turned and leaned.
 
     Raises:
         InputError: the stream is empty.
         ReachError: no way holds for the whole stream; it tells what the best one loses, and where it fails first.
-        VerificationError: Pinocchio does not lead from a solution back to its pose.
+        VerificationError: Pinocchio does not lead from a solution back to its pose, or the nozzle leaves the cone.
     """
-    samples = _samples(poses, T_base_work)
-    way = _best_way(samples, arm, minimum_wrist_angle=minimum_wrist_angle, preferred_wrist_angle=preferred_wrist_angle)
-    if not way.complete:
-        found = _mapped(way, samples, arm, poses=poses, minimum_wrist_angle=minimum_wrist_angle)
-        raise found.refusal(ways=SPINS * BRANCHES)
-    joints = way.joints[samples.starts]
+    way = _best_way(
+        poses, arm, T_base_work=T_base_work, weights=weights, leaning=leaning, minimum_wrist_angle=minimum_wrist_angle
+    )
+    if not way.followed.complete:
+        raise _mapped(way, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
+    joints = way.followed.joints[way.samples.starts]
     path = JointPath(
-        poses=replace(poses, quaternions=_turned(poses.quaternions, way.spin)),
+        poses=way.poses,
         joints=joints,
         configuration=configuration_data(joints, arm=arm),
-        branch=way.branch,
-        spin=way.spin,
+        branch=way.followed.branch,
+        rotations=way.attitudes.rotations,
+        leans=way.attitudes.leans,
         T_base_work=T_base_work,
     )
     _confirm(path, arm)
+    if leaning is not None:
+        _confirm_cone(path, poses, max_tilt=leaning.max_tilt)
     return path
 
 
 def reach_map(
-    poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE
+    poses: PoseStream,
+    arm: Arm,
+    *,
+    T_base_work: FloatArray,
+    weights: SearchWeights = EQUAL_WEIGHTS,
+    minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
 ) -> ReachMap:
-    """Say of every pose whether the way that `reach` takes, or else the best one, serves it, and why not.
+    """Say of every pose whether the way that `reach` takes without a lean, or else the best, serves it, and why not.
 
     Args:
         poses: p poses in the work frame.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
+        weights: of what a way costs.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
 
     Returns:
@@ -112,18 +125,22 @@ def reach_map(
     Raises:
         InputError: the stream is empty.
     """
-    samples = _samples(poses, T_base_work)
-    way = _best_way(samples, arm, minimum_wrist_angle=minimum_wrist_angle, preferred_wrist_angle=PREFERRED_WRIST_ANGLE)
-    return _mapped(way, samples, arm, poses=poses, minimum_wrist_angle=minimum_wrist_angle)
+    way = _best_way(
+        poses, arm, T_base_work=T_base_work, weights=weights, leaning=None, minimum_wrist_angle=minimum_wrist_angle
+    )
+    return _mapped(way, arm, minimum_wrist_angle=minimum_wrist_angle)
 
 
-def reach_margin(poses: PoseStream, arm: Arm, *, T_base_work: FloatArray) -> Margin:
+def reach_margin(
+    poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, weights: SearchWeights = EQUAL_WEIGHTS
+) -> Margin:
     """Return the smallest margin, along the whole stream, of the way that `reach` takes, or else of the best one.
 
     Args:
-        poses: p poses in the work frame.
+        poses: p poses in the work frame; the nozzle does not lean from them.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
+        weights: of what a way costs.
 
     Returns:
         The margin; negative where a pose is refused. Flips and windings do not count.
@@ -131,95 +148,135 @@ def reach_margin(poses: PoseStream, arm: Arm, *, T_base_work: FloatArray) -> Mar
     Raises:
         InputError: the stream is empty.
     """
-    samples = _samples(poses, T_base_work)
-    way = _best_way(samples, arm, minimum_wrist_angle=MINIMUM_WRIST_ANGLE, preferred_wrist_angle=PREFERRED_WRIST_ANGLE)
-    return smallest_margin(way.joints, arm, deposit=samples.deposit)
+    way = _best_way(
+        poses, arm, T_base_work=T_base_work, weights=weights, leaning=None, minimum_wrist_angle=MINIMUM_WRIST_ANGLE
+    )
+    return smallest_margin(way.followed.joints, arm, deposit=way.samples.deposit)
 
 
-def _samples(poses: PoseStream, T_base_work: FloatArray) -> PoseSamples:
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """Attitudes that were followed: the poses with them, and samples along these."""
+
+    attitudes: Attitudes
+    poses: PoseStream
+    samples: PoseSamples
+    followed: Followed
+
+    @property
+    def failures(self) -> int:
+        """At how many samples it fails."""
+        return int(np.count_nonzero(self.followed.failures.reasons))
+
+    @property
+    def refused(self) -> BoolArray:
+        """(p,) whether it fails at a pose or on the straight move to it."""
+        failing = self.followed.failures.reasons != 0
+        return np.logical_or.reduceat(failing, np.append(0, self.samples.starts[:-1] + 1))
+
+
+def _best_way(
+    poses: PoseStream,
+    arm: Arm,
+    *,
+    T_base_work: FloatArray,
+    weights: SearchWeights,
+    leaning: Leaning | None,
+    minimum_wrist_angle: float,
+) -> _Way:
+    """Return the first way that holds along all samples, or else the one that fails at fewest.
+
+    Among ways that may lean, the one that lacks room at fewest poses comes before the others.
+    """
     if poses.count == 0:
         raise InputError("the pose stream is empty; there is nothing to reach: plan at least one run.")
-    return sample_poses(poses, T_base_work=T_base_work)
+
+    def way_of(attitudes: Attitudes) -> _Way:
+        return _followed(poses, arm, attitudes, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
+
+    if arm.closed_form is None:
+        constant = ConstantTurns(poses, arm, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
+        return _upright(way_of, constant, count=poses.count)
+    terms = cost_terms(arm, weights=weights, minimum_wrist_angle=minimum_wrist_angle)
+    upright = _upright(way_of, UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms), count=poses.count)
+    if leaning is None:
+        return upright
+    proposed = leaning_attitudes(
+        poses, arm, T_base_work=T_base_work, terms=terms, leaning=leaning, weight=weights.lean,
+        upright=upright.attitudes, refused=upright.refused,
+    )  # fmt: skip
+    ways = [upright]
+    for attitudes in proposed:
+        ways.append(way_of(attitudes))
+        # Room does not depend on the branch: another one is of use only to an arm that cannot follow.
+        if ways[-1].followed.complete:
+            break
+    return min(ways, key=lambda way: (way.failures, _lacking(way, leaning, T_base_work=T_base_work)))
 
 
-def _best_way(samples: PoseSamples, arm: Arm, *, minimum_wrist_angle: float, preferred_wrist_angle: float) -> Followed:
-    """Return the first way that holds along all samples, or else the one that fails at fewest."""
-    ways = _rank_ways(
-        samples, arm, minimum_wrist_angle=minimum_wrist_angle, preferred_wrist_angle=preferred_wrist_angle
-    )
-    tried: list[Followed] = []
-    for spin, branch in ways:
-        way = follow(samples, arm, spin=spin, branch=branch, minimum_wrist_angle=minimum_wrist_angle)
-        if way.complete:
-            return way
-        tried.append(way)
-    return min(tried, key=lambda way: np.count_nonzero(way.failures.reasons))
+def _upright(way_of: Callable[[Attitudes], _Way], search: UprightSearch | ConstantTurns, *, count: int) -> _Way:
+    """Return the first way without a lean that holds along all samples, or else the one that fails at fewest.
+
+    Where a way of `count` poses fails between keyframes only, they are set denser there before another branch is tried.
+    """
+    tried: list[_Way] = []
+    for branch in search.branches:
+        dense = np.zeros(count, dtype=np.bool_)
+        for _ in range(DENSER_ATTEMPTS + 1):
+            tried.append(way_of(search.attitudes(branch, dense=dense)))
+            if tried[-1].followed.complete:
+                return tried[-1]
+            if not tried[-1].attitudes.holds:
+                break
+            dense = dense | tried[-1].refused
+    return min(tried, key=lambda way: way.failures)
 
 
-def _mapped(
-    way: Followed, samples: PoseSamples, arm: Arm, *, poses: PoseStream, minimum_wrist_angle: float
-) -> ReachMap:
-    steps = np.where(poses.laid, tip_ways(poses), 0.0) / 2.0
+def _followed(
+    poses: PoseStream, arm: Arm, attitudes: Attitudes, *, T_base_work: FloatArray, minimum_wrist_angle: float
+) -> _Way:
+    commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
+    samples = sample_poses(commanded, T_base_work=T_base_work)
+    if arm.sense_of_turn:
+        joint_6 = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch, 5]
+        turn = axial_rotation(np.unwrap(joint_6[np.isfinite(joint_6)]), arm.robot) * arm.sense_of_turn
+        attitudes = replace(attitudes, rotations=attitudes.rotations + turn)
+        commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
+        samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])
+    followed = follow(samples, arm, branch=attitudes.branch, minimum_wrist_angle=minimum_wrist_angle)
+    return _Way(attitudes, commanded, samples, followed)
+
+
+def _lacking(way: _Way, leaning: Leaning, *, T_base_work: FloatArray) -> int:
+    commanded = tool_poses(way.poses, T_base_work=T_base_work)
+    return int(leaning.room.lacking(commanded, deposit=laying(way.poses)).sum())
+
+
+def _mapped(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
+    steps = np.where(way.poses.laid, tip_ways(way.poses), 0.0) / 2.0
     return mapped(
-        way.failures,
-        samples,
-        servable=_servable(way, samples, arm, minimum_wrist_angle=minimum_wrist_angle),
+        way.followed.failures,
+        way.samples,
+        servable=_servable(way, arm, minimum_wrist_angle=minimum_wrist_angle),
         lengths=np.append(steps, 0.0) + np.append(0.0, steps),
-        branch=way.branch,
-        spin=way.spin,
+        branch=way.followed.branch,
     )
 
 
-def _servable(way: Followed, samples: PoseSamples, arm: Arm, *, minimum_wrist_angle: float) -> BoolArray:
+def _servable(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> BoolArray:
     """Return for each sample whether any branch and turn about the nozzle serves it by itself."""
-    failing = np.flatnonzero(way.failures.reasons)
+    samples = way.samples
+    failing = np.flatnonzero(way.followed.failures.reasons)
     servable = np.ones(len(samples.deposit), dtype=bool)
+    turns = about_nozzle(2.0 * np.pi * np.arange(TRIED_TURNS) / TRIED_TURNS)[:, None]
     for first in range(0, failing.size, SAMPLES_AT_A_TIME):
         rows = failing[first : first + SAMPLES_AT_A_TIME]
-        joints = _all_ways(samples.Ts_base_tool[rows], arm)
-        holds = usable(joints, arm.robot, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
-        servable[rows] = holds.any(axis=0)
+        joints = arm.solutions((samples.Ts_base_tool[rows] @ turns).reshape(-1, 4, 4))
+        each = np.swapaxes(joints.reshape(TRIED_TURNS, rows.size, BRANCHES, JOINTS), 1, 2)
+        holds = usable(each, arm, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
+        servable[rows] = holds.any(axis=(0, 1))
     return servable
-
-
-def _spins() -> FloatArray:
-    return 2.0 * np.pi * np.arange(SPINS) / SPINS
-
-
-def _all_ways(Ts_base_tool: FloatArray, arm: Arm) -> FloatArray:
-    """Return (SPINS * BRANCHES, k, 6) joint angles [rad] of (k, 4, 4) poses."""
-    turned = Ts_base_tool @ about_nozzle(_spins())[:, None]
-    joints = arm.solutions(turned.reshape(-1, 4, 4)).reshape(SPINS, len(Ts_base_tool), BRANCHES, JOINTS)
-    return np.swapaxes(joints, 1, 2).reshape(SPINS * BRANCHES, len(Ts_base_tool), JOINTS)
-
-
-def _rank_ways(
-    samples: PoseSamples, arm: Arm, *, minimum_wrist_angle: float, preferred_wrist_angle: float
-) -> list[tuple[float, int]]:
-    """Return spins and branches to follow: those that hold at all keyframes, best first, or else the best one."""
-    keys = keyframes(samples.Ts_base_tool, count=KEYFRAMES)
-    joints = _all_ways(samples.Ts_base_tool[keys], arm)
-    holds = usable(joints, arm.robot, deposit=samples.deposit[keys], minimum_wrist_angle=minimum_wrist_angle)
-    comfort = np.where(holds, _comfort(joints, arm, preferred_wrist_angle=preferred_wrist_angle), 0.0).min(axis=1)
-    from_home = np.linalg.norm(transforms.wrapped(joints - arm.robot.home), axis=2).mean(axis=1)
-    share = holds.mean(axis=1)
-    # Turns missed between keyframes cost an attempt only: the winding is checked again along the whole stream.
-    least, most = whole_turns(np.unwrap(joints, axis=1), arm.robot)
-    order = np.lexsort([from_home, -comfort, (least > most).any(axis=1), -share])
-    hold = max(int((share == 1.0).sum()), 1)
-    return [(float(_spins()[way // BRANCHES]), int(way % BRANCHES)) for way in order[: min(hold, ATTEMPTS)]]
-
-
-def _comfort(joints: FloatArray, arm: Arm, *, preferred_wrist_angle: float) -> FloatArray:
-    """Return the smallest margin of (..., 6) solutions: 1 is comfortable, more than `ENOUGH` is not counted."""
-    shoulder, elbow, _ = np.abs(singularity_distances(joints.reshape(-1, JOINTS), arm=arm)).T
-    margins = [
-        limit_margins(joints, arm.robot).min(axis=-1) / COMFORTABLE_LIMIT,
-        np.abs(joints[..., 4]) / preferred_wrist_angle,
-        (np.minimum(elbow, np.pi - elbow) / COMFORTABLE_ELBOW).reshape(joints.shape[:-1]),
-        (shoulder / COMFORTABLE_SHOULDER).reshape(joints.shape[:-1]),
-    ]
-    return np.minimum(np.min(margins, axis=0), ENOUGH)
 
 
 def _confirm(path: JointPath, arm: Arm) -> None:
@@ -239,7 +296,14 @@ def _confirm(path: JointPath, arm: Arm) -> None:
         )
 
 
-def _turned(quaternions: FloatArray, spin: float) -> FloatArray:
-    """Return (k, 4) attitudes turned about the tool's z axis; their signs stay continuous along the stream."""
-    attitudes = Rotation.from_quat(quaternions, scalar_first=True)
-    return (attitudes * Rotation.from_rotvec([0.0, 0.0, spin])).as_quat(scalar_first=True)
+def _confirm_cone(path: JointPath, poses: PoseStream, *, max_tilt: float) -> None:
+    """Refuse a lean on deposit that leaves the cone, or makes worse what the path itself has outside."""
+    excess = tilts(path.poses) - np.maximum(max_tilt, tilts(poses))
+    worst = int(np.where(laying(poses), excess, -np.inf).argmax())
+    if laying(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:
+        raise VerificationError(
+            f"run {poses.runs[worst]}, pose {worst}: the nozzle leans {np.degrees(excess[worst]):.3g} degrees beyond "
+            f"the {np.degrees(max_tilt):g} allowed; please report this as a defect of geoprint.",
+            pose=worst,
+            excess_rad=float(excess[worst]),
+        )

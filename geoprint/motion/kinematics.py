@@ -1,14 +1,13 @@
-"""The arm: forward kinematics by Pinocchio and all eight closed-form inverse solutions.
+"""The arm: forward kinematics by Pinocchio, and the inverse that its kind allows.
 
 Pinocchio works in metres; nothing outside this module sees them.
 """
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
-from importlib import import_module, resources
+from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Protocol, final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,61 +15,65 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot
-from geoprint.motion.closed_form import BRANCHES, JOINTS, all_branches
+from geoprint.motion.closed_form import BRANCHES, JOINTS
+from geoprint.motion.nozzle import is_axial
+from geoprint.motion.numeric_inverse import NumericInverse
+from geoprint.motion.ortho_parallel import OrthoParallel, ortho_parallel
+from geoprint.motion.screws import Screws
+from geoprint.motion.urdf import chain_of, urdf_of
 
 if TYPE_CHECKING:
     import pinocchio
 
 MILLIMETRES_PER_METRE = 1000.0
-FLANGE_FRAME = "tool0"
 
-# Forward and inverse kinematics are two closed forms of the same few lengths: they differ by rounding only, unless
-# the arm is of another kind [m, and the same number for entries of a rotation].
+# Forward and inverse kinematics differ by rounding only [m, and the same number for entries of a rotation].
 AGREEMENT = 1e-9
+# The joints of a pose that agrees [rad]: at the probes they move a few times as much as the pose.
+JOINT_AGREEMENT = 1e-8
 
-# Joint vectors [rad] on which both are compared: every joint moves, alone and together, away from singularities.
-_PROBES = np.array(
-    [
-        [0.0, 0.0, 0.0, 0.0, 0.5, 0.0],
-        [0.7, 0.4, -0.3, 0.0, 0.9, 0.0],
-        [-0.6, 0.9, -0.8, 0.8, -0.7, 1.1],
-        [1.9, -0.5, 0.3, -1.4, 1.2, -2.3],
-        [-2.4, 0.2, -1.1, 2.2, 0.6, 2.9],
-    ]
-)
+# Joint vectors on which both are compared, and how far they keep from singularities [share of the reach, rad].
+PROBES = 8
+ASIDE = 0.05
+BENT = 0.2
+# From this far off [rad] iteration must find its way back to a probe.
+OFF_PROBE = 0.02
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Lengths:
-    """The lengths of an arm with an ortho-parallel base and a spherical wrist, in the letters of [Brandstötter2014].
+class Inverse(Protocol):
+    """The inverse kinematics of an arm, whose kind decides how they are found; limits are not applied."""
 
-    Attributes:
-        a1: from axis 1 to axis 2, ahead [mm].
-        a2: from the forearm's axis 4 up to axis 3 [mm]; negative where axis 4 runs above axis 3.
-        b: sideways offset of the wrist centre [mm].
-        c1: height of axis 2 [mm].
-        c2: length of the lower arm, axis 2 to axis 3 [mm].
-        c3: length of the forearm, axis 3 to the wrist centre along axis 4 [mm].
-        c4: from the wrist centre to the flange [mm].
-    """
+    @property
+    def shoulder(self) -> FloatArray:
+        """(3,) the point of axis 1 beside axis 2, in the base frame [mm]."""
+        ...
 
-    a1: float
-    a2: float
-    b: float
-    c1: float
-    c2: float
-    c3: float
-    c4: float
+    @property
+    def reach(self) -> float:
+        """How far from the shoulder the flange may come at most [mm]."""
+        ...
+
+    def solutions(self, Ts_base_flange: FloatArray) -> FloatArray:
+        """Return (k, 8, 6) joint angles [rad] of (k, 4, 4) poses of the flange [mm]; NaN where a branch is missing."""
+        ...
+
+    def singularity_distances(self, joints: FloatArray) -> FloatArray:
+        """Return (k, 3) signed distances [mm, rad, rad] from the singularities of shoulder, elbow and wrist."""
+        ...
+
+    def wrist_distances(self, Ts_base_flange: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (k,) distances that decide about reach, and their (2,) bounds [mm]."""
+        ...
 
 
 @final
 class Arm:
-    """A six-axis arm with a spherical wrist, and the tool on its flange.
+    """A six-axis arm, and the tool on its flange.
 
-    The geometry is that of the URDF in the package data whose name is `robot.model`. The inverse is the closed form
-    of [Brandstötter2014] for arms with an ortho-parallel base and a spherical wrist; its lengths are read from the
-    origins of the URDF's joints, and the constructor compares both kinematics before anybody relies on them.
+    The geometry is that of the robot's URDF. Where its axes form an ortho-parallel base and a spherical wrist, however
+    the URDF counts its joints, the inverse is the closed form of [Brandstötter2014]; else it is iteration, a thousand
+    times slower and without a promise to find every way. The constructor compares it with Pinocchio before anybody
+    relies on it.
 
     Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, see `configuration.branch_of`.
 
@@ -81,10 +84,12 @@ class Arm:
     Attributes:
         robot: as given.
         T_flange_tool: as given, read-only.
-        lengths: read from the URDF.
+        inverse: how poses of the flange become joint angles.
+        no_closed_form: why the inverse is iteration, or None where it is the closed form.
 
     Raises:
-        UsageError: the arm has no URDF, is of a kind that the closed form does not cover, or a package is missing.
+        UsageError: the URDF describes no such arm, the cell allows more than it, the arm cannot move its flange in all
+            directions, or a package is missing.
     """
 
     __slots__ = (
@@ -96,7 +101,8 @@ class Arm:
         "_model",
         "_origins",
         "_pinocchio",
-        "lengths",
+        "inverse",
+        "no_closed_form",
         "robot",
     )
 
@@ -106,29 +112,40 @@ class Arm:
         self.T_flange_tool.setflags(write=False)
         self._T_tool_flange = transforms.inverse(T_flange_tool)
         self._pinocchio = _required("pinocchio", package="pin")
-        self._model: pinocchio.Model = self._pinocchio.buildModelFromXML(read_urdf(robot.model))
-        if self._model.nq != JOINTS or not self._model.existFrame(FLANGE_FRAME):
-            raise UsageError(
-                f"the arm {robot.model} has {self._model.nq} joints, flange frame '{FLANGE_FRAME}' "
-                f"{'present' if self._model.existFrame(FLANGE_FRAME) else 'absent'}; geoprint needs six joints and "
-                f"that frame: correct its URDF."
-            )
+        self._model: pinocchio.Model = self._built()
         self._require_limits_of_the_arm()
-        self._flange = self._model.getFrameId(FLANGE_FRAME)
-        self.lengths = self._lengths()
+        self._flange = self._model.getFrameId(robot.flange, self._pinocchio.FrameType.BODY)
         self._origins, self._axes = self._chain()
         at_rest = np.zeros((1, JOINTS))
         self._T_link_flange = transforms.inverse(self._joint_frames(at_rest[0])[-1]) @ self.flange_poses(at_rest)[0]
+        self.inverse: Inverse
+        self.no_closed_form: str | None = None
+        try:
+            self.inverse = ortho_parallel(self.screws())
+        except UsageError as error:
+            self.inverse = NumericInverse(self.screws(), limits=robot.limits)
+            self.no_closed_form = str(error)
         self._verify()
+
+    def _built(self) -> pinocchio.Model:
+        """Read the URDF, after looking at what Pinocchio would only fail at."""
+        name, text = self.robot.model, urdf_of(self.robot)
+        chain_of(text, name=name, flange=self.robot.flange)
+        try:
+            model: pinocchio.Model = self._pinocchio.buildModelFromXML(text)
+        except (RuntimeError, ValueError) as error:
+            raise UsageError(f"the URDF {name} cannot be read by Pinocchio ({error}); correct it.") from error
+        if model.nq != JOINTS:
+            raise UsageError(f"the URDF {name} has {model.nq} coordinates for Pinocchio, needed are six; correct it.")
+        return model
 
     def _require_limits_of_the_arm(self) -> None:
         """Refuse a cell that allows the arm more than its maker does."""
         model, robot = self._model, self.robot
-        room = 1.0 + AGREEMENT
-        wider = (robot.limits[:, 0] < model.lowerPositionLimit * room) | (
-            robot.limits[:, 1] > model.upperPositionLimit * room
+        wider = (robot.limits[:, 0] < model.lowerPositionLimit - AGREEMENT) | (
+            robot.limits[:, 1] > model.upperPositionLimit + AGREEMENT
         )
-        faster = robot.speeds > model.velocityLimit * room
+        faster = robot.speeds > model.velocityLimit * (1.0 + AGREEMENT)
         if wider.any() or faster.any():
             joint = int(np.argmax(wider | faster))
             lowest, highest = np.degrees([model.lowerPositionLimit[joint], model.upperPositionLimit[joint]])
@@ -138,6 +155,25 @@ class Arm:
                 f"[{lowest:.1f}, {highest:.1f}] at {np.degrees(model.velocityLimit[joint]):.1f}: correct limits_deg "
                 "or speeds_deg_s in the cell file."
             )
+
+    @property
+    def closed_form(self) -> OrthoParallel | None:
+        """The inverse where it is the closed form, or None where it is iteration."""
+        return self.inverse if isinstance(self.inverse, OrthoParallel) else None
+
+    @property
+    def sense_of_turn(self) -> float:
+        """1 or -1 where turning the tool about its nozzle moves joint 6 only, that way or the other; else 0."""
+        if self.closed_form is None:
+            return 0.0
+        T_end_tool = self.closed_form.T_end_flange @ self.T_flange_tool
+        return float(self.closed_form.signs[5] * np.sign(T_end_tool[2, 2])) if is_axial(T_end_tool) else 0.0
+
+    def screws(self) -> Screws:
+        """Return the axes of the joints as lines in space, all joints at zero."""
+        frames = self._joint_frames(np.zeros(JOINTS))[1:]
+        directions = np.einsum("jab,jb->ja", frames[:, :3, :3], self._axes)
+        return Screws(frames[:, :3, 3], directions, self.flange_poses(np.zeros((1, JOINTS)))[0])
 
     def flange_poses(self, joints: FloatArray) -> FloatArray:
         """Return where the flange is, by Pinocchio.
@@ -207,35 +243,16 @@ class Arm:
     def solutions(self, Ts_base_tool: FloatArray) -> FloatArray:
         """Return the joint angles of all eight branches, limits not applied.
 
-        On a singularity of the wrist (joint 5 at zero) only the sum of joints 4 and 6 is determined; the solution
-        given there is one of many.
-
         Args:
             Ts_base_tool: (k, 4, 4) poses of the tool [mm].
 
         Returns:
-            (k, 8, 6) angles [rad] in (-pi, pi]; NaN where a branch does not exist.
+            (k, 8, 6) angles [rad] in (-pi, pi]; NaN where a branch does not exist or, without a closed form, was not
+            found.
         """
         if len(Ts_base_tool) == 0:
             return np.empty((0, BRANCHES, JOINTS))
-        return all_branches(Ts_base_tool @ self._T_tool_flange, np.array(astuple(self.lengths)))
-
-    def _lengths(self) -> Lengths:
-        """Read the lengths off the joint origins at zero angles, where the forearm points ahead along x."""
-        data = self._model.createData()
-        self._pinocchio.framesForwardKinematics(self._model, data, np.zeros(JOINTS))
-        origins = np.array([data.oMi[joint].translation for joint in range(1, JOINTS + 1)]) * MILLIMETRES_PER_METRE
-        flange = data.oMf[self._flange].translation * MILLIMETRES_PER_METRE
-        _, shoulder, elbow, forearm, wrist, _ = origins
-        return Lengths(
-            a1=float(shoulder[0]),
-            a2=float(elbow[2] - forearm[2]),
-            b=float(wrist[1]),
-            c1=float(shoulder[2]),
-            c2=float(elbow[2] - shoulder[2]),
-            c3=float(wrist[0] - elbow[0]),
-            c4=float(flange[0] - wrist[0]),
-        )
+        return self.inverse.solutions(Ts_base_tool @ self._T_tool_flange)
 
     def _chain(self) -> tuple[FloatArray, FloatArray]:
         """Return (6, 4, 4) frames of the joints at zero in the one before [mm], and (6, 3) axes in their own frames."""
@@ -255,40 +272,43 @@ class Arm:
         return frames
 
     def _verify(self) -> None:
-        """Compare the inverse with Pinocchio: every branch found must lead back to the pose it was asked for."""
-        asked = self.tool_poses(_PROBES)
-        known = np.array([[*self._joint_frames(q), pose] for q, pose in zip(_PROBES, asked, strict=True)])
-        links = self.link_poses(_PROBES) - known
-        links[:, :, :3, 3] /= MILLIMETRES_PER_METRE
-        found = self.solutions(asked)
+        """Compare with Pinocchio: the links' frames, and that every solution found leads back to its pose."""
+        probes = self._probes()
+        asked = self.flange_poses(probes)
+        known = np.array([self._joint_frames(angles) for angles in probes])
+        links = _in_metres(self.link_poses(probes)[:, :-1] - known)
+        if isinstance(self.inverse, NumericInverse):
+            found = self.inverse.refined(asked, probes + OFF_PROBE)[:, None]
+        else:
+            found = self.inverse.solutions(asked)
         exists = np.isfinite(found).all(axis=2)
-        deviation = self.tool_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0)
-        deviation[:, :3, 3] /= MILLIMETRES_PER_METRE
+        deviation = _in_metres(self.flange_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0))
         largest = max(float(np.abs(deviation).max(initial=0.0)), float(np.abs(links).max()))
-        miss = np.abs((found - _PROBES[:, None, :] + np.pi) % (2.0 * np.pi) - np.pi).max(axis=2)
+        miss = np.abs(transforms.wrapped(found - probes[:, None])).max(axis=2)
         astray = float(np.where(exists, miss, np.inf).min(axis=1).max())
-        if largest > AGREEMENT or astray > AGREEMENT:
+        if largest > AGREEMENT or astray > JOINT_AGREEMENT:
+            why = f" ({self.no_closed_form})" if self.no_closed_form else ""
             raise UsageError(
-                f"the arm {self.robot.model} is not of the kind whose inverse kinematics geoprint knows (joint axes "
-                f"z y y x y x, spherical wrist): its closed form misses the URDF's pose by {largest:.3g} m and the "
-                f"joint angles by {astray:.3g} rad, allowed is {AGREEMENT:g}; use another arm or correct its URDF.",
+                f"the inverse kinematics of the arm {self.robot.model} miss the URDF's pose by {largest:.3g} m and the "
+                f"joint angles by {astray:.3g} rad, allowed are {AGREEMENT:g} and {JOINT_AGREEMENT:g}{why}: the arm "
+                "cannot move its flange in all directions; use another arm or correct its URDF.",
                 position_m=largest,
                 joints_rad=astray,
             )
 
+    def _probes(self) -> FloatArray:
+        """Return (k, 6) joint angles well away from the arm's singularities [rad], or any where it has no such."""
+        angles = np.random.default_rng(0).uniform(-np.pi, np.pi, (32 * PROBES, JOINTS))
+        ahead, bend, wrist = np.abs(self.inverse.singularity_distances(angles)).T
+        away = (ahead > ASIDE * self.inverse.reach) & (np.minimum(np.sin(bend), np.sin(wrist)) > BENT)
+        return (angles[away] if away.any() else angles)[:PROBES]
 
-def read_urdf(model: str) -> str:
-    """Return the URDF text of an arm in the package data.
 
-    Raises:
-        UsageError: there is none of that name.
-    """
-    files = {entry.name: entry for entry in resources.files("geoprint.robots").iterdir()}
-    entry = files.get(f"{model}.urdf")
-    if entry is None:
-        known = ", ".join(sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf")))
-        raise UsageError(f"robot.model names the arm '{model}', which geoprint does not know; known are: {known}.")
-    return entry.read_text(encoding="utf-8")
+def _in_metres(poses: FloatArray) -> FloatArray:
+    """Return differences of (..., 4, 4) poses with their lengths in metres, of the size of rotations."""
+    scaled = poses.copy()
+    scaled[..., :3, 3] /= MILLIMETRES_PER_METRE
+    return scaled
 
 
 def _required(module: str, *, package: str) -> ModuleType:

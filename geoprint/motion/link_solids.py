@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import final
-
-# The URDF is package data of geoprint, not a stranger's.
 from xml.etree import ElementTree as ET
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import UsageError
-from geoprint.motion.kinematics import JOINTS, MILLIMETRES_PER_METRE, read_urdf
+from geoprint.motion.kinematics import MILLIMETRES_PER_METRE
 from geoprint.motion.tool_solids import Solid
+from geoprint.motion.urdf import FLANGE_FRAME, JOINTS, chain_of, read_urdf
 
 
 @final
@@ -32,34 +31,40 @@ class Link:
     solids: tuple[Solid, ...]
 
 
-def link_solids(model: str) -> tuple[Link, ...]:
+def link_solids(model: str, *, urdf: str | None = None, flange: str = FLANGE_FRAME) -> tuple[Link, ...]:
     """Read the collision shapes of an arm from its URDF.
 
     Args:
         model: name of the arm.
+        urdf: its text, or None where it is package data.
+        flange: name of its flange frame.
 
     Returns:
         The base and the links 1 to 6, in the order of the joints.
 
     Raises:
-        UsageError: there is no such arm, or a link has no collision shape or one that is not a cylinder.
+        UsageError: there is no such arm, or a link has no collision shape or one that is not a cylinder, or a link that
+            is fixed to another has one.
     """
-    robot = ET.fromstring(read_urdf(model))  # noqa: S314
+    text = read_urdf(model) if urdf is None else urdf
+    chain = chain_of(text, name=model, flange=flange)
+    # `chain_of` has refused what makes XML dangerous.
+    robot = ET.fromstring(text)  # noqa: S314
     shapes = {link.get("name", ""): link.findall("collision") for link in robot.findall("link")}
-    chain = [_child(joint, "parent") for joint in robot.findall("joint")][:1]
-    chain += [_child(joint, "child") for joint in robot.findall("joint") if joint.get("type") == "revolute"]
+    moving = (chain.base, *chain.links)
+    fixed = [link for link, found in shapes.items() if found and link not in moving]
+    if fixed:
+        raise UsageError(
+            f"the arm {model}: its {fixed[0]} has a collision shape but hangs on a fixed joint; give the shape to the "
+            "link that it is fixed to."
+        )
     names = ["arm's base", *(f"arm's link {joint}" for joint in range(1, JOINTS + 1))]
     links: list[Link] = []
-    for joint, (link, name) in enumerate(zip(chain, names, strict=True)):
+    for joint, (link, name) in enumerate(zip(moving, names, strict=True)):
         if not shapes[link]:
             raise UsageError(f"the arm {model}: its {link} has no collision shape; correct its URDF.")
         links.append(Link(name, joint, tuple(_cylinder(shape, name=name, link=link) for shape in shapes[link])))
     return tuple(links)
-
-
-def _child(joint: ET.Element, role: str) -> str:
-    element = joint.find(role)
-    return "" if element is None else element.get("link", "")
 
 
 def _cylinder(collision: ET.Element, *, name: str, link: str) -> Solid:

@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, Robot
-from geoprint.motion.configuration import singularity_distances
+from geoprint.motion.configuration import singularity_distances, wrist_angles
 from geoprint.motion.kinematics import JOINTS, Arm
 
 # Below this angle of joint 5, a turn of the tool needs more than 11 times that turn of joints 4 and 6 (1 / sin): it is
@@ -43,11 +43,11 @@ def limit_margins(joints: FloatArray, robot: Robot) -> FloatArray:
     return half - np.abs(transforms.wrapped(joints - centre))
 
 
-def usable(joints: FloatArray, robot: Robot, *, deposit: BoolArray, minimum_wrist_angle: float) -> BoolArray:
+def usable(joints: FloatArray, arm: Arm, *, deposit: BoolArray, minimum_wrist_angle: float) -> BoolArray:
     """Return which of (..., s, 6) solutions exist, keep the limits, and on deposit the wrist angle."""
     # Comparisons with NaN are false: a branch that does not exist is not usable.
-    within = (limit_margins(joints, robot) >= 0.0).all(axis=-1)
-    return within & (~deposit | (np.abs(joints[..., 4]) >= minimum_wrist_angle))
+    within = (limit_margins(joints, arm.robot) >= 0.0).all(axis=-1)
+    return within & (~deposit | (wrist_angles(joints, arm=arm) >= minimum_wrist_angle))
 
 
 def angle_margins(joints: FloatArray, arm: Arm, *, deposit: BoolArray) -> FloatArray:
@@ -63,7 +63,7 @@ def angle_margins(joints: FloatArray, arm: Arm, *, deposit: BoolArray) -> FloatA
         minimum, and from the stretched or folded arm; infinite for the wrist on travel, NaN where `joints` are.
     """
     bend = np.abs(singularity_distances(joints.reshape(-1, JOINTS), arm=arm)[:, 1]).reshape(joints.shape[:-1])
-    wrist = np.where(deposit, np.abs(joints[..., 4]) - MINIMUM_WRIST_ANGLE, np.inf)
+    wrist = np.where(deposit, wrist_angles(joints, arm=arm) - MINIMUM_WRIST_ANGLE, np.inf)
     return np.concatenate(
         [limit_margins(joints, arm.robot), wrist[..., None], np.minimum(bend, np.pi - bend)[..., None]], axis=-1
     )

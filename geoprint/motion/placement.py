@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import combinations
+
 import numpy as np
 
 from geoprint import transforms
@@ -26,8 +29,10 @@ SHORTEST_MEAN_NORMAL = 0.6
 FEWEST_POINTS = 4
 
 # A touched point farther than this [mm] from where the others put it was swapped, mistyped or touched badly. The
-# distance that the fit of all of them leaves says less: it follows a bad point, by three quarters on a square.
-LARGEST_MISS = 1.0
+# distance that the fit of all of them leaves says less: it follows a bad point, by three quarters on a square. Touches
+# with a noise of 0.2 mm miss by up to a millimetre; whether they are good enough to print is another question, which
+# `geoprint.motion.calibration` answers for the part.
+LARGEST_MISS = 2.0
 
 UP = np.array([0.0, 0.0, 1.0])
 NO_TURN = np.eye(3)
@@ -49,7 +54,7 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
 
     Raises:
         InputError: fewer than four points, points on a line, points listed mirrored, or one that does not fit to
-            where the others put it.
+            where the others put it; if exchanging two points mends it, the sentence names them.
 
     Examples:
         The paper touches the corners of a square pedestal of edge 100 mm, centred at (300, 0, 0):
@@ -69,6 +74,22 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
             "they were touched: touch more corners.",
             count=count,
         )
+    try:
+        return _fit(points)
+    except InputError as error:
+        pairs = _swapped_pairs(points)
+        if not pairs:
+            raise
+        listed = ", or ".join(f"{first + 1} and {second + 1}" for first, second in pairs)
+        raise InputError(
+            f"touched points {listed} look swapped: exchanged, every point lies within {LARGEST_MISS:g} mm of where "
+            f"the others put it; correct their order or names. As listed: {error}",
+            swapped=listed,
+        ) from error
+
+
+def _fit(points: TouchedPoints) -> Placement:
+    """Fit the points as they are listed, and refuse them where that cannot be right."""
     extents = [
         _extents(places - places.mean(axis=0), name=name)
         for places, name in ((points.model, "model"), (points.touched, "touched"))
@@ -172,6 +193,25 @@ def _refuse_mirrored(points: TouchedPoints, *, planar: bool) -> None:
             "order: check their order, or turn the model points so that their z axis points up.",
             z_up=float(rotation[2, 2]),
         )
+
+
+def _swapped_pairs(points: TouchedPoints) -> tuple[tuple[int, int], ...]:
+    """Return the pairs of touched points that make everything fit when they are exchanged; a square may have two."""
+    found: list[tuple[int, int]] = []
+    for first, second in combinations(range(len(points.model)), 2):
+        order = np.arange(len(points.model))
+        order[[first, second]] = second, first
+        touched = points.touched[order]
+        left = touched - transforms.apply(_fitted(points.model, touched), points.model)
+        # What the fit leaves of a point is less than its miss, so that most pairs need no more than this.
+        if np.linalg.norm(left, axis=1).max() > LARGEST_MISS:
+            continue
+        try:
+            _fit(replace(points, touched=touched))
+        except InputError:
+            continue
+        found.append((first, second))
+    return tuple(found)
 
 
 def _misses(points: TouchedPoints) -> FloatArray:

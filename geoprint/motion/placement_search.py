@@ -21,9 +21,9 @@ from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, IntArray, PoseStream
 from geoprint.model.arrays import freeze_arrays
-from geoprint.motion.following import about_nozzle
 from geoprint.motion.kinematics import BRANCHES, JOINTS, Arm
 from geoprint.motion.margins import angle_margins
+from geoprint.motion.nozzle import about_nozzle
 from geoprint.motion.pose_samples import PoseSamples, keyframes, sample_poses
 
 # Poses on which placements are judged, besides those that reach farthest and lean most.
@@ -237,9 +237,8 @@ def _keyframes(Ts_fixture_tool: FloatArray) -> IntArray:
 def _grid(arm: Arm, start: Stand, *, room: Room, height: float | None, tilt: float) -> Iterator[Stand]:
     """Yield stands at even distances, heights and yaws within the arm's reach, and the start itself."""
     yield start if height is None else Stand(np.array([*start.position[:2], height]), start.rpy)
-    lengths = arm.lengths
-    reach = lengths.c2 + float(np.hypot(lengths.a2, lengths.c3)) + lengths.c4
-    reach += float(np.linalg.norm(arm.T_flange_tool[:3, 3]))
+    shoulder = float(arm.inverse.shoulder[2])
+    reach = arm.inverse.reach + float(np.linalg.norm(arm.T_flange_tool[:3, 3]))
     ahead = start.position[:2] / max(float(np.hypot(*start.position[:2])), np.finfo(float).tiny)
     if not ahead.any():
         ahead = np.array([1.0, 0.0])
@@ -247,14 +246,14 @@ def _grid(arm: Arm, start: Stand, *, room: Room, height: float | None, tilt: flo
     if tilt > 0.0:
         tilts += [(tilt, 0.0), (-tilt, 0.0), (0.0, tilt), (0.0, -tilt)]
     distances = np.arange(COLUMN_RADIUS, reach, GRID_STEP)
-    lowest = min([box.centre[2] + box.size[2] / 2.0 for box in room.obstacles], default=lengths.c1 - reach)
-    heights = [height] if height is not None else np.arange(lowest, lengths.c1 + reach, GRID_STEP / 2.0)
+    lowest = min([box.centre[2] + box.size[2] / 2.0 for box in room.obstacles], default=shoulder - reach)
+    heights = [height] if height is not None else np.arange(lowest, shoulder + reach, GRID_STEP / 2.0)
     yaws = 2.0 * np.pi * np.arange(GRID_YAWS) / GRID_YAWS
     yield from (
         Stand(np.array([*(distance * ahead), z]), np.array([roll, pitch, yaw]))
         for distance in distances
         for z in heights
-        if np.hypot(distance, z - lengths.c1) <= reach
+        if np.hypot(distance, z - shoulder) <= reach
         for yaw in yaws
         for roll, pitch in tilts
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream
+from geoprint.motion.steps import tip_ways, turns
 
 # Between poses farther apart than this [mm, rad] the straight move is sampled in between.
 STEP = 2.0
@@ -51,19 +52,19 @@ def sample_poses(poses: PoseStream, *, T_base_work: FloatArray) -> PoseSamples:
         The samples, in the order of motion.
     """
     commanded = tool_poses(poses, T_base_work=T_base_work)
-    start, end = commanded[:-1], commanded[1:]
-    moves = np.linalg.norm(end[:, :3, 3] - start[:, :3, 3], axis=1)
-    turns = transforms.rotation_angle(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3])
-    steps = np.maximum(np.ceil(np.maximum(moves / STEP, turns / TURN_STEP)), 1.0).astype(np.int64)
+    steps = np.maximum(np.ceil(np.maximum(tip_ways(poses) / STEP, turns(poses) / TURN_STEP)), 1.0).astype(np.int64)
     starts = np.concatenate([[0], np.cumsum(steps)])
     rows = np.repeat(np.arange(poses.count - 1), steps)
     shares = (np.arange(rows.size) - starts[rows]) / steps[rows]
-    between = transforms.interpolate_poses(start[rows], end[rows], shares)
+    Ts_base_tool = commanded[np.append(rows, poses.count - 1)]
+    inner = np.flatnonzero(shares > 0.0)
+    before = rows[inner]
+    Ts_base_tool[inner] = transforms.interpolate_poses(commanded[before], commanded[before + 1], shares[inner])
     laid = poses.deposit.copy()
     laid[1:] |= poses.deposit[:-1] & (poses.runs[1:] == poses.runs[:-1])
     inside = np.where(shares > 0.0, poses.deposit[rows] & laid[rows + 1], laid[rows])
     return PoseSamples(
-        Ts_base_tool=np.concatenate([between, commanded[-1:]]),
+        Ts_base_tool=Ts_base_tool,
         T_base_work=T_base_work,
         runs=np.concatenate([poses.runs[rows], poses.runs[-1:]]),
         deposit=np.concatenate([inside, laid[-1:]]),

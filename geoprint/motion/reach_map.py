@@ -1,6 +1,6 @@
 """Why poses of a stream cannot be served: reason, place and deposited length lost, on one way of reaching them.
 
-A way is a branch of the inverse kinematics and one turn about the nozzle for the whole stream.
+A way is a branch of the inverse kinematics with a turn about the nozzle and a lean for each pose.
 """
 
 from __future__ import annotations
@@ -55,7 +55,6 @@ class ReachMap:
         places: (p, 3) where the tip fails, or else the pose, in the work frame [mm].
         base_places: (p, 3) the same in the base frame [mm].
         branch: index of the branch, 0 to 7.
-        spin: turn about the nozzle [rad].
     """
 
     reasons: IntArray
@@ -68,7 +67,6 @@ class ReachMap:
     places: FloatArray
     base_places: FloatArray
     branch: int
-    spin: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -132,7 +130,7 @@ class ReachMap:
         what = {
             Reason.REACHED: "is reached",
             Reason.OUT_OF_REACH: f"is out of reach: the wrist would be {found:.0f} mm from axis 2, allowed is "
-            f"{low:.0f} to {high:.0f} mm",
+            f"{low:.0f} to {high:.0f} mm{' in any attitude' if low <= found <= high else ''}",
             Reason.JOINT_LIMIT: f"needs joint {joint} at {angle:.2f} degrees, allowed is {least:.0f} to {most:.0f}",
             Reason.WRIST: f"is near the wrist singularity: joint 5 at {angle:.1f} degrees, at least {least:.1f} is "
             "needed on deposit",
@@ -144,18 +142,14 @@ class ReachMap:
             f"run {self.runs[pose]} at {_place(self.places[pose])} mm (base {_place(self.base_places[pose])} mm) {what}"
         )
 
-    def refusal(self, *, ways: int) -> ReachError:
-        """Return the error that says which share is lost, for which main reason, and where first.
-
-        Args:
-            ways: of how many turns and branches this is the best.
-        """
+    def refusal(self) -> ReachError:
+        """Return the error that says which share is lost, for which main reason, and where first."""
         shares = self.shares()
         first = int(np.argmax(self.reasons != Reason.REACHED))
         listed = ", ".join(f"{name.replace('_', ' ')} {_percent(share)}" for name, share in shares.items())
         alone = f"; no way serves {_percent(self.unservable)}" if self.unservable > NOTABLE_SHARE else ""
         return ReachError(
-            f"{self.describe(first)}; the best of {ways} turns and branches reaches {self.reached} of "
+            f"{self.describe(first)}; the best branch and turn of the nozzle reaches {self.reached} of "
             f"{self.reasons.size} poses and loses {_percent(self.lost)} of the deposited length ({listed}{alone}): "
             "move or turn the part (`geoprint place` looks for a better place), or take another nozzle.",
             run=int(self.runs[first]),
@@ -197,7 +191,6 @@ def mapped(
     servable: BoolArray,
     lengths: FloatArray,
     branch: int,
-    spin: float,
 ) -> ReachMap:
     """Return the map over poses of what fails at the samples of a way.
 
@@ -207,7 +200,6 @@ def mapped(
         servable: (s,) whether any branch and turn serves the sample.
         lengths: (p,) deposited length of each pose [mm].
         branch: of the way.
-        spin: of the way [rad].
     """
     count = failures.reasons.size
     rows = np.where(failures.reasons != Reason.REACHED, np.arange(count), count)
@@ -226,7 +218,6 @@ def mapped(
         places=transforms.apply(transforms.inverse(samples.T_base_work), tips),
         base_places=tips,
         branch=branch,
-        spin=spin,
     )
 
 
@@ -242,12 +233,7 @@ def lost_shares(error: PlanError) -> tuple[tuple[str, float], ...]:
 
 def wrist_distances(Ts_base_tool: FloatArray, arm: Arm) -> tuple[FloatArray, FloatArray]:
     """Return the (k,) distances of the wrist centre from axis 2 with the arm facing it, and their (2,) bounds [mm]."""
-    lengths = arm.lengths
-    Ts_base_flange = Ts_base_tool @ transforms.inverse(arm.T_flange_tool)
-    x, y, z = (Ts_base_flange[:, :3, 3] - lengths.c4 * Ts_base_flange[:, :3, 2]).T
-    ahead = np.sqrt(np.maximum(x**2 + y**2 - lengths.b**2, 0.0)) - lengths.a1
-    forearm = float(np.hypot(lengths.a2, lengths.c3))
-    return np.hypot(ahead, z - lengths.c1), np.array([abs(lengths.c2 - forearm), lengths.c2 + forearm])
+    return arm.inverse.wrist_distances(Ts_base_tool @ transforms.inverse(arm.T_flange_tool))
 
 
 def _name(reason: int, joint: int) -> str:

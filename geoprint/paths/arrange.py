@@ -8,6 +8,7 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, Toolpath
+from geoprint.paths.corners import round_corners
 from geoprint.paths.resample import resample
 from geoprint.surfaces import arc_lengths, positions
 
@@ -26,7 +27,7 @@ class _Run:
     level: int
 
 
-def arrange(contours: Contours, surface: Surface) -> Toolpath:
+def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
     """Order, orient and resample the contours.
 
     Runs go from the seed inwards, level by level; inside a level the next run is the one nearest to where the tool
@@ -37,9 +38,10 @@ def arrange(contours: Contours, surface: Surface) -> Toolpath:
     Args:
         contours: c curves.
         surface: what they were traced on.
+        speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
 
     Returns:
-        The toolpath; steps at most half a spacing, chord error at most a 500th of it.
+        The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split.
 
     Raises:
         FieldError: nothing is left to print.
@@ -60,17 +62,26 @@ def arrange(contours: Contours, surface: Surface) -> Toolpath:
         )
         for run in ordered
     ]
-    points = SurfacePoints(
-        np.concatenate([points.faces for points in sampled]), np.concatenate([points.weights for points in sampled])
+    rounded = round_corners(
+        surface, sampled, closed=[run.closed for run in ordered], spacing=contours.spacing, speed=speed
     )
-    offsets = np.concatenate([[0], np.cumsum([points.faces.size for points in sampled])])
+    pieces = rounded.pieces
     return Toolpath(
-        curves=SurfaceCurves(points, offsets, np.array([run.closed for run in ordered])),
-        levels=np.array([run.level for run in ordered]),
-        layers=np.zeros(len(ordered), dtype=np.int64),
+        curves=SurfaceCurves(
+            SurfacePoints(
+                np.concatenate([piece.points.faces for piece in pieces]),
+                np.concatenate([piece.points.weights for piece in pieces]),
+            ),
+            np.concatenate([[0], np.cumsum([piece.points.faces.size for piece in pieces])]),
+            np.array([piece.closed for piece in pieces]),
+        ),
+        levels=np.array([ordered[piece.run].level for piece in pieces]),
+        layers=np.zeros(len(pieces), dtype=np.int64),
         spacing=contours.spacing,
         dropped_runs=len(dropped),
         dropped_length=float(sum(_length(run) for run in dropped)),
+        fillets=rounded.fillets,
+        splits=rounded.splits,
     )
 
 

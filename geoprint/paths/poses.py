@@ -41,6 +41,7 @@ def poses(
     standoff: float,
     retract: float,
     layer_height: float,
+    max_tilt: float,
     tool: Tool,
     body: Surface | None,
     travel: Literal["low", "high"] = "low",
@@ -48,8 +49,8 @@ def poses(
     """Orient the tool along a toolpath and join the runs by travel.
 
     On deposit the tip stands `standoff` above the surface along its normal; the nozzle points against the smoothed
-    normal. Between runs the tool lifts off along the nozzle, crosses as low as part and body allow, and comes down
-    along the nozzle of the next run.
+    normal, and leans from the normal itself by no more than `max_tilt`. Between runs the tool lifts off along the
+    nozzle, crosses as low as part and body allow, and comes down along the nozzle of the next run.
 
     Args:
         toolpath: runs in printing order.
@@ -58,6 +59,7 @@ def poses(
         standoff: height of the tip over the surface on deposit [mm].
         retract: lift between runs [mm].
         layer_height: bead height that sets the flow: spacing times layer height [mm].
+        max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
         body: what the part lies on, or None.
         travel: "high" crosses over everything, for where the low way turns out not to be clear.
@@ -69,7 +71,7 @@ def poses(
     bodies = [surface] if body is None else [surface, body]
     ground = terrain(bodies, tool=tool, up=up, kept=KEPT_SHARE * retract if travel == "low" else np.inf)
     top = float((surface.vertices @ up).max())
-    runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff)
+    runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
     for run, following in pairwise(runs):
         start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
@@ -82,12 +84,25 @@ def poses(
 
 def largest_lean(stream: PoseStream) -> float:
     """Return the largest angle between nozzle and surface normal on deposit [rad]."""
-    axes = -rotation_of(stream.quaternions[stream.deposit])[:, :, 2]
-    cosine = np.einsum("ij,ij->i", axes, stream.normals[stream.deposit])
-    return float(np.arccos(np.clip(cosine, -1.0, 1.0)).max(initial=0.0))
+    return float(_leans(stream)[stream.deposit].max(initial=0.0))
 
 
-def _run_stretches(toolpath: Toolpath, surface: Surface, *, R_base_work: FloatArray, standoff: float) -> list[_Stretch]:
+def mean_lean(stream: PoseStream) -> float:
+    """Return the mean angle between nozzle and surface normal over the deposited length [rad]; 0 without any."""
+    leans, lengths = _leans(stream), np.where(stream.laid, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1), 0.0)
+    total = float(lengths.sum())
+    return float(lengths @ (leans[1:] + leans[:-1]) / (2.0 * total)) if total > 0.0 else 0.0
+
+
+def _leans(stream: PoseStream) -> FloatArray:
+    axes = -rotation_of(stream.quaternions)[:, :, 2]
+    across = np.linalg.norm(np.cross(axes, stream.normals), axis=1)
+    return np.arctan2(across, np.einsum("ij,ij->i", axes, stream.normals))
+
+
+def _run_stretches(
+    toolpath: Toolpath, surface: Surface, *, R_base_work: FloatArray, standoff: float, max_tilt: float
+) -> list[_Stretch]:
     """Lift every run to the stand-off and point the nozzle along it."""
     curves = toolpath.curves
     places, outward = positions(surface, curves.points), normals(surface, curves.points)
@@ -97,15 +112,21 @@ def _run_stretches(toolpath: Toolpath, surface: Surface, *, R_base_work: FloatAr
         _Stretch(
             tips=tips[piece],
             quaternions=tool_quaternions(
-                smoothed_axes(outward[piece], arc_lengths(places[piece]), closed=bool(closed)), R_base_work=R_base_work
+                smoothed_axes(outward[piece], arc_lengths(places[piece]), closed=bool(closed), max_tilt=max_tilt),
+                R_base_work=R_base_work,
             ),
             normals=outward[piece],
-            stops=_corners(tips[piece]),
+            stops=_ends(piece.stop - piece.start),
             deposit=True,
             run=run,
         )
         for run, (piece, closed) in enumerate(zip(pieces, curves.closed, strict=True))
     ]
+
+
+def _ends(count: int) -> BoolArray:
+    """Tell which of a run's poses are its ends, where the tool comes to rest."""
+    return np.isin(np.arange(count), [0, count - 1])
 
 
 def _corners(points: FloatArray) -> BoolArray:

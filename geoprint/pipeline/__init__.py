@@ -1,5 +1,15 @@
-"""Where the stages meet: plan, compare, place, and how their results land on disk."""
+"""Where the stages meet: plan, compare, place, calibrate, and how their results land on disk."""
 
+from geoprint.pipeline.calibrating import (
+    CalibratedFixture,
+    CalibratedTool,
+    calibrate,
+    calibrate_cell,
+    calibrate_tool,
+    save_calibrated,
+)
+from geoprint.pipeline.calibration_text import calibration_summary, calibration_text
+from geoprint.pipeline.cell_writer import check_cell_writable
 from geoprint.pipeline.comparison import (
     COMPARED,
     Comparison,
@@ -16,9 +26,11 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
+from geoprint.pipeline.recommending import recommendation
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -27,6 +39,8 @@ from geoprint.pipeline.workpiece import Workpiece
 
 __all__ = [
     "COMPARED",
+    "CalibratedFixture",
+    "CalibratedTool",
     "Comparison",
     "FailedPart",
     "Plan",
@@ -35,6 +49,12 @@ __all__ = [
     "Refused",
     "RobotPlan",
     "Workpiece",
+    "calibrate",
+    "calibrate_cell",
+    "calibrate_tool",
+    "calibration_summary",
+    "calibration_text",
+    "check_cell_writable",
     "compare",
     "compare_parts",
     "comparison_picture",
@@ -42,11 +62,16 @@ __all__ = [
     "comparison_summary",
     "comparison_table",
     "examine",
+    "fit_flow",
+    "fit_summary",
+    "material_table",
     "outcome_text",
     "plan",
     "proposal_summary",
     "proposal_text",
     "propose_placement",
+    "recommendation",
+    "save_calibrated",
     "save_comparisons",
     "save_plan",
     "summary",

@@ -99,7 +99,7 @@ def comparison_summary(parts: Sequence[Comparison | FailedPart]) -> dict[str, Js
     - `part`, `input` (name, SHA-256 and unit of its file), `settings`, `surface`: as in plan.json;
     - `verdict`: sentences;
     - `backends`: for each in the order of the command either `backend` and `refused` (why), or `backend`,
-      `spacing_mm`, `uniformity` and `paths` as in plan.json, `printable` (null where it was not asked),
+      `spacing_mm`, `uniformity`, `paths` and `deposition` as in plan.json, `printable` (null where it was not asked),
       `not_printable` (why), `not_reached` (share of the deposited length that the arm cannot reach, for each reason),
       `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
     - `path_distances_mm`: `backends` (names), `hausdorff` and `mean`, matrices in their order.
@@ -143,6 +143,7 @@ def _row(name: str, outcome: Planned | Refused) -> dict[str, Json]:
         "spacing_mm": plan.contours.spacing,
         "uniformity": uniformity_summary(outcome.uniformity),
         "paths": about["paths"],
+        "deposition": about.get("deposition"),
         "printable": robot is not None if plan.job.robot else None,
         "not_printable": outcome.not_printable,
         "not_reached": {reason: round(share, 6) for reason, share in outcome.lost},

@@ -126,7 +126,9 @@ def stood(paths: Plan, stand: Stand) -> Plan:
     T_base_fixture = stand.T_base_fixture
     cell = replace(paths.workpiece.cell, demo_position=T_base_fixture[:3, 3], demo_rotation=T_base_fixture[:3, :3])
     workpiece = replace(paths.workpiece, cell=cell, placement=_placement(paths.workpiece, stand))
-    return replace(paths, workpiece=workpiece, poses=pose_stream(paths.toolpath, workpiece))
+    return replace(
+        paths, workpiece=workpiece, poses=pose_stream(paths.toolpath, workpiece, max_tilt_deg=paths.job.max_tilt)
+    )
 
 
 def _candidates(paths: Plan, room: Room, *, height: float | None, tilt: float) -> tuple[Candidate, ...]:

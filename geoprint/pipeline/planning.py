@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.backends import Backend, Flattening, Lscm
 from geoprint.config import Job
-from geoprint.errors import ClearanceError
+from geoprint.errors import ClearanceError, ReachError
 from geoprint.export import rapid_program
 from geoprint.model import (
     Clearance,
@@ -25,8 +25,19 @@ from geoprint.model import (
     Toolpath,
     Trajectory,
 )
-from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
+from geoprint.motion import (
+    Arm,
+    Leaning,
+    NozzleRoom,
+    check_load,
+    clearance,
+    controller_path,
+    reach,
+    retime,
+    written_targets,
+)
 from geoprint.paths import arrange, poses
+from geoprint.pipeline.laying import Laid, lay
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import Workpiece, backend_factory, prepare_workpiece, require_raster, upright
 from geoprint.quality import Uniformity, uniformity
@@ -61,6 +72,7 @@ class Plan:
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
         flattening: chart and raster of a backend that works in the plane, else None.
+        laid: the layer that the paths leave, or None where evenness was not measured.
     """
 
     job: Job
@@ -72,6 +84,7 @@ class Plan:
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
     flattening: Flattening | None
+    laid: Laid | None = None
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -96,12 +109,16 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with contours, turn them into poses and measure their evenness; the robot is left out."""
+    """Cover the workpiece, measure evenness and give the poses their flow; the robot is left out."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
         even = np.ptp(paths.toolpath.levels) > 0
         measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing) if even else None
-    return replace(paths, uniformity=measured, timings=tuple(stage.timings))
+    if measured is None:
+        return replace(paths, timings=tuple(stage.timings))
+    with stage("layer"):
+        stream, laid = lay(paths.poses, measured, workpiece, spacing=paths.contours.spacing)
+    return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
 
 
 def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
@@ -115,13 +132,18 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         contours = backend.contours(workpiece.seed, spacing=spacing)
         flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
     with stage("path"):
-        toolpath = arrange(contours, surface)
-        stream = pose_stream(toolpath, workpiece)
+        toolpath = arrange(contours, surface, speed=workpiece.cell.process.speed)
+        stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
 
 
-def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, travel: Literal["low", "high"] = "low") -> PoseStream:
-    """Return the poses of a toolpath on a workpiece, as it stands; `paths.poses` says what travel means."""
+def pose_stream(
+    toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float, travel: Literal["low", "high"] = "low"
+) -> PoseStream:
+    """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
+
+    What travel means is said by `paths.poses`.
+    """
     process = workpiece.cell.process
     return poses(
         toolpath,
@@ -130,6 +152,7 @@ def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, travel: Literal["lo
         standoff=process.standoff,
         retract=process.retract,
         layer_height=process.layer_height,
+        max_tilt=float(np.radians(max_tilt_deg)),
         tool=workpiece.cell.tool,
         body=workpiece.body,
         travel=travel,
@@ -139,27 +162,55 @@ def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, travel: Literal["lo
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
+    The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
     Where travel alone is not clear, all of it is planned again over everything.
 
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
     try:
-        return _with_robot(paths, placement, stage)
+        return _low_or_high(paths, placement, stage, leaning=None)
+    except (ReachError, ClearanceError):
+        if paths.job.max_tilt == 0.0:
+            raise
+    with stage("room to lean"):
+        leaning = _leaning(paths, placement)
+    return _low_or_high(paths, placement, stage, leaning=leaning)
+
+
+def _leaning(paths: Plan, placement: Placement) -> Leaning:
+    """Return how far the nozzle may lean, and what it must not touch."""
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    room = NozzleRoom(
+        cell.tool,
+        process=cell.process,
+        standoff=paths.poses.standoff,
+        part=workpiece.part,
+        body=workpiece.body,
+        obstacles=cell.obstacles,
+        T_base_work=placement.T_base_work,
+    )
+    return Leaning(float(np.radians(paths.job.max_tilt)), room)
+
+
+def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
+    """Plan with low travel, and where only that is not clear, with travel over everything."""
+    try:
+        return _with_robot(paths, placement, stage, leaning=leaning)
     except ClearanceError as error:
         if not error.details.get("travelling", False):
             raise
-    high = pose_stream(paths.toolpath, paths.workpiece, travel="high")
-    return _with_robot(replace(paths, poses=high), placement, stage)
+    high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
+    return _with_robot(replace(paths, poses=high), placement, stage, leaning=leaning)
 
 
-def _with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
+def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work)
+        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
     with stage("timing"):
-        trajectory = retime(joint_path, cell.robot, process=cell.process)
+        trajectory = retime(joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown)
         targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
@@ -182,7 +233,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
             placement=placement,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,
-            checked=found.checked,
+            checked=(*found.checked, check_load(cell.tool, arm).sentence),
             not_checked=found.not_checked,
         )
     robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, program)

@@ -55,8 +55,18 @@ def _evenness(outcomes: Sequence[Planned]) -> list[Row]:
             group, "strip width, variation (CV)", "thickness error of a constant flow", outcomes,
             lambda o: f"{o.uniformity.width_cv:.2%}", badness=lambda o: o.uniformity.width_cv,
         ),
+        _row(
+            group, "layer thickness, variation (CV)", "constant flow / flow that follows the width, fronts apart",
+            outcomes, _layer,
+        ),
         _row(group, "measured by", "", outcomes, lambda o: o.uniformity.method),
     ]  # fmt: skip
+
+
+def _layer(outcome: Planned) -> str:
+    laid = outcome.plan.laid
+    cvs = () if laid is None else (laid.constant.cv, laid.following.cv)
+    return " / ".join("-" if cv is None else f"{cv:.2%}" for cv in cvs) or "-"
 
 
 def _path(outcomes: Sequence[Planned]) -> list[Row]:

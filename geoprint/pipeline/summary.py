@@ -11,10 +11,13 @@ import numpy as np
 
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
-from geoprint.model import Surface
-from geoprint.motion import close_targets
-from geoprint.paths import largest_lean
+from geoprint.model import Slowdown, Surface
+from geoprint.motion import NOTABLE_SHARE, Uncertainty
+from geoprint.paths import largest_lean, mean_lean
+from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
+from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.planning import Plan, RobotPlan
+from geoprint.pipeline.target_report import targets_summary, targets_warnings
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas
 
@@ -47,9 +50,13 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["chart"] = _chart(plan, plan.flattening)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
+    if plan.laid is not None:
+        result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan.robot) | {"targets": _targets(plan)},
+            "motion": _motion(plan, plan.robot)
+            | _calibration(plan.workpiece.uncertainty)
+            | {"targets": targets_summary(plan)},
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -76,13 +83,17 @@ def outcome_text(plan: Plan) -> str:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
         )
+    if plan.laid is not None:
+        lines.append(laid_text(plan.laid))
     if plan.robot is not None:
-        motion, found = _motion(plan.robot), plan.robot.clearance
+        motion, found = _motion(plan, plan.robot), plan.robot.clearance
         lines += [
             (
                 f"motion: {motion['duration_s']:.0f} s, smallest wrist angle {motion['smallest_wrist_angle_deg']:.1f} "
                 f"degrees, {plan.robot.program.targets} targets"
             ),
+            attitude_text(plan.robot.joint_path, tool=plan.workpiece.cell.tool),
+            _pace_text(plan.robot),
             (
                 f"clearance: {found.smallest:.2f} mm at the closest ({found.at}); "
                 f"not checked: {', '.join(found.not_checked)}"
@@ -140,6 +151,8 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "flip": plan.job.flip,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
+        "max_tilt_deg": plan.job.max_tilt,
+        "on_slowdown": plan.job.on_slowdown,
         "robot": plan.job.robot,
         "speed_mm_s": process.speed,
         "travel_speed_mm_s": process.travel_speed,
@@ -189,10 +202,15 @@ def _paths(plan: Plan) -> dict[str, Json]:
         "deposit_mm": _rounded(lengths[poses.laid].sum()),
         "travel_mm": _rounded(lengths[~poses.laid].sum()),
         "stops_while_laying": poses.stops_while_laying,
+        "corners_rounded": len(plan.toolpath.fillets),
+        "corners_rounded_mm": [[_rounded(value) for value in place] for place in plan.toolpath.fillets],
+        "corners_split": len(plan.toolpath.splits),
+        "corners_split_mm": [[_rounded(value) for value in place] for place in plan.toolpath.splits],
         "dropped_runs": plan.toolpath.dropped_runs,
         "dropped_mm": _rounded(plan.toolpath.dropped_length),
         "largest_distance_mm": _rounded(plan.contours.distance.maximum),
         "largest_lean_deg": _rounded(np.degrees(largest_lean(poses))),
+        "mean_lean_deg": _rounded(np.degrees(mean_lean(poses))),
     }
 
 
@@ -230,34 +248,63 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     }
 
 
-def _motion(robot: RobotPlan) -> dict[str, Json]:
+def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
     placement = robot.placement
     return {
         "duration_s": _rounded(robot.trajectory.duration),
         "branch": robot.joint_path.branch,
-        "spin_deg": _rounded(np.degrees(robot.joint_path.spin)),
+        **attitude_summary(robot.joint_path, tool=plan.workpiece.cell.tool),
         "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
         "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
         "stretched_pieces": robot.trajectory.stretched,
+        "share_at_speed": _rounded(robot.trajectory.share_at_speed),
+        "share_on_ramps": _rounded(robot.trajectory.share_on_ramps),
+        "slowdowns": [_slowdown(slowdown) for slowdown in robot.trajectory.slowdowns],
         "placement_calibrated": placement.calibrated,
         "largest_touch_miss_mm": _rounded(placement.misses.max()) if placement.calibrated else None,
         "T_base_work": [[_rounded(value) for value in row] for row in placement.T_base_work],
     }
 
 
-def _targets(plan: Plan) -> dict[str, Json]:
-    close, shortest = _close_targets(plan)
+def _calibration(uncertainty: Uncertainty | None) -> dict[str, Json]:
+    """Return how far the surface may lie off along its normal, where that is most; nothing where nobody calibrated."""
+    if uncertainty is None:
+        return {}
     return {
-        "period_ms": _rounded(1e3 * plan.workpiece.cell.robot.target_period),
-        "closer": close,
-        "shortest_ms": _rounded(1e3 * shortest),
+        "surface_uncertainty_mm": _rounded(uncertainty.deviation),
+        "surface_within_mm": _rounded(uncertainty.bound),
+        "surface_uncertain_at_mm": [_rounded(value) for value in uncertainty.place],
     }
 
 
-def _close_targets(plan: Plan) -> tuple[int, float]:
-    """Return how many targets come sooner than the controller digests, and the shortest time between two [s]."""
-    robot, period = plan.robot, plan.workpiece.cell.robot.target_period
-    return (0, np.inf) if robot is None else close_targets(robot.targets, robot.trajectory, period=period)
+def _slowdown(slowdown: Slowdown) -> dict[str, Json]:
+    return {
+        "run": slowdown.run,
+        "kind": slowdown.kind,
+        "place_mm": [_rounded(value) for value in slowdown.place],
+        "arc_mm": _rounded(slowdown.arc),
+        "length_mm": _rounded(slowdown.length),
+        "set_mm_s": slowdown.set_speed,
+        "held_mm_s": _rounded(slowdown.held_speed),
+        "joint": slowdown.joint,
+        "limit": slowdown.limit,
+    }
+
+
+def _pace_text(robot: RobotPlan) -> str:
+    """Return one line on the speed of the deposit that names the worst slowdown."""
+    found = robot.trajectory
+    line = f"speed: {found.share_at_speed:.1%} of the deposit within 1 % of the set speed"
+    if not found.slowdowns:
+        return f"{line}; the rest are the ramps at the ends of runs"
+    worst = min(found.slowdowns, key=lambda slowdown: slowdown.held_speed)
+    what = "is lowered" if worst.kind == "lowered" else "dips"
+    x, y, z = worst.place
+    others = len({slowdown.run for slowdown in found.slowdowns}) - 1
+    return (
+        f"{line}; run {worst.run} {what} to {worst.held_speed:.1f} mm/s by the {worst.limit} of joint {worst.joint} at "
+        f"({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} other runs by less" if others else "")
+    )
 
 
 def _clearance(robot: RobotPlan) -> dict[str, Json]:
@@ -279,12 +326,13 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     warnings: list[str] = []
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
-    close, shortest = _close_targets(plan)
-    if close:
+    warnings += targets_warnings(plan)
+    uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff
+    if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
         warnings.append(
-            f"{close} targets come sooner after the one before than the controller digests "
-            f"({1e3 * plan.workpiece.cell.robot.target_period:g} ms; the soonest after {1e3 * shortest:.1f} ms): it "
-            "may slow down there."
+            f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
+            f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
+            "touch next."
         )
     if plan.toolpath.dropped_runs:
         warnings.append(
@@ -295,13 +343,13 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
         warnings.append(
             f"spacing varies by {plan.uniformity.cv:.1%}; `--backend {CLOSEST_BACKEND}` is nearer to the true distance."
         )
-    if plan.poses.stops_while_laying:
+    if len(plan.toolpath.splits):
         warnings.append(
-            f"the tool comes to rest {plan.poses.stops_while_laying} times at sharp corners while material flows: "
-            "expect more of it there."
+            f"runs are split at {len(plan.toolpath.splits)} corners that are too sharp to be rounded at speed: the "
+            "bead ends and begins there."
         )
     lean = float(np.degrees(largest_lean(plan.poses)))
-    if lean > NOTABLE_LEAN:
+    if lean >= NOTABLE_LEAN:
         warnings.append(f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast.")
     return tuple(warnings)
 

@@ -15,7 +15,17 @@ from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import check_cell
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
-from geoprint.motion import demo_placement, fit_touched_points
+from geoprint.motion import (
+    Arm,
+    FixtureCalibration,
+    Uncertainty,
+    calibrate_fixture,
+    check_load,
+    demo_placement,
+    normal_uncertainty,
+    refuse_uncertain,
+    require_abb_conventions,
+)
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
     PreparationReport,
@@ -26,8 +36,9 @@ from geoprint.surfaces import (
     point_seed,
     prepare,
     refine,
+    vertex_normals,
 )
-from geoprint.transforms import smallest_rotation
+from geoprint.transforms import apply, smallest_rotation
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
@@ -52,6 +63,8 @@ class Workpiece:
         surface: the refined surface to plan on.
         seed: where distance is zero.
         placement: where the part stands, or None where the job leaves the robot out.
+        uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
+            the robot is left out.
     """
 
     cell: Cell
@@ -63,6 +76,7 @@ class Workpiece:
     surface: Surface
     seed: Seed
     placement: Placement | None
+    uncertainty: Uncertainty | None
 
 
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
@@ -77,6 +91,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         UsageError: the job or its cell is unclear or contradicts itself.
         InputError: a file cannot be planned on.
         ReachError: the part has no demonstration placement.
+        ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
     factories = [backend_factory(name) for name in backends]
     with stage("reading"):
@@ -85,13 +100,13 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
         body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
-        placement = _placement(job, cell, part)
+        placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
         spacing = _wanted_spacing(job, part)
         edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
         surface = refine(part, edge_length=edge_length)
         seed = _seed(job, surface)
-    return Workpiece(cell, part, body, digests, preparation, edge_length, surface, seed, placement)
+    return Workpiece(cell, part, body, digests, preparation, edge_length, surface, seed, placement, uncertainty)
 
 
 def backend_factory(name: str) -> BackendFactory:
@@ -133,12 +148,15 @@ def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if job.robot and job.place is None and cell.fixture is None:
         raise UsageError(
-            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: list the points of the "
-            "fixture that the tool touched under [work], or add `--place demo` for a program that only runs dry, or "
-            "`--no-robot` for the path alone."
+            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: touch four or more points "
+            "of its fixture with the tool (`geoprint calibrate` fits them), or add `--place demo` for a program that "
+            "only runs dry, or `--no-robot` for the path alone."
         )
     if job.robot:
         check_cell(cell)
+        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        require_abb_conventions(arm)
+        check_load(cell.tool, arm)
 
 
 def _sha256(path: Path) -> str:
@@ -161,20 +179,38 @@ def _body(part: Surface, body: Surface) -> Surface:
     return body
 
 
-def _placement(job: Job, cell: Cell, part: Surface) -> Placement | None:
+def _placement(job: Job, cell: Cell, part: Surface) -> tuple[Placement | None, Uncertainty | None]:
+    """Return where the part stands, and how well that is known where it was measured."""
     if not job.robot:
-        return None
+        return None, None
     if job.place == "demo":
-        return demo_placement(part, position=cell.demo_position, rotation=cell.demo_rotation)
+        return demo_placement(part, position=cell.demo_position, rotation=cell.demo_rotation), None
     if cell.fixture is None:
         raise UsageError(f"the cell {cell.name} is not calibrated.")
-    return fit_touched_points(cell.fixture)
+    calibration = calibrate_fixture(cell.fixture)
+    uncertainty = surface_uncertainty(calibration, part)
+    refuse_uncertain(uncertainty, standoff=cell.process.standoff, part=part.name)
+    return calibration.placement, uncertainty
+
+
+def surface_uncertainty(calibration: FixtureCalibration, part: Surface) -> Uncertainty:
+    """Return how far a calibrated part's surface may lie off along its normal, where that is most."""
+    T_base_work = calibration.placement.T_base_work
+    normals = vertex_normals(part) @ T_base_work[:3, :3].T
+    return normal_uncertainty(calibration, apply(T_base_work, part.vertices), normals=normals)
 
 
 def _seed(job: Job, surface: Surface) -> Seed:
     if job.seed is None:
         return boundary_seed(surface)
     return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
+
+
+def largest_distance(job: Job, part: Surface) -> float:
+    """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
+    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
+    return backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
 
 
 def _wanted_spacing(job: Job, part: Surface) -> float:
@@ -191,8 +227,7 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
         )
     if job.spacing is not None:
         return job.spacing
-    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
-    depth = backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+    depth = largest_distance(job, part)
     if job.rounds is None:
         raise UsageError(
             f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "

@@ -1,6 +1,7 @@
 """How even a toolpath is, measured on the path itself and not on any backend's field."""
 
 from geoprint.quality.agreement import Agreement, agreement
+from geoprint.quality.thickness import LevelledLayer, Thickness
 from geoprint.quality.uniformity import Uniformity, uniformity
 
-__all__ = ["Agreement", "Uniformity", "agreement", "uniformity"]
+__all__ = ["Agreement", "LevelledLayer", "Thickness", "Uniformity", "agreement", "uniformity"]

@@ -10,7 +10,7 @@ from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.quality.tracing import SurfacePath, trace
 from geoprint.quality.triangles import Mesh, Places, flat_places
-from geoprint.surfaces import closest
+from geoprint.surfaces import arc_lengths, closest
 
 # Poses farther from the surface than this share of the spacing were planned on another one.
 OFF_SURFACE_SHARE = 0.1
@@ -51,9 +51,7 @@ def deposited_path(poses: PoseStream, surface: Surface, mesh: Mesh, *, spacing: 
     Raises:
         FieldError: the path does not lie on this surface.
     """
-    rows = np.flatnonzero(poses.deposit)
-    counts = np.bincount(poses.runs[rows], minlength=1)
-    rows = rows[counts[poses.runs[rows]] > 1]
+    rows = deposited_rows(poses)
     numbers, runs = np.unique(poses.runs[rows], return_inverse=True)
     ends = np.flatnonzero(np.diff(runs, append=-1))
     starts = np.concatenate([[0], ends[:-1] + 1]) if numbers.size else ends
@@ -74,6 +72,36 @@ def deposited_path(poses: PoseStream, surface: Surface, mesh: Mesh, *, spacing: 
         levels=poses.levels[rows[starts]],
         closed=gaps <= CLOSED_SHARE * spacing,
     )
+
+
+def deposited_rows(poses: PoseStream) -> IntArray:
+    """Return the rows of a stream that deposit along a run of two points or more."""
+    rows = np.flatnonzero(poses.deposit)
+    counts = np.bincount(poses.runs[rows], minlength=1)
+    return rows[counts[poses.runs[rows]] > 1]
+
+
+def at_poses(poses: PoseStream, path: SurfacePath, samples: Samples, values: FloatArray) -> FloatArray:
+    """Return values given at samples of a path at the poses that it was laid from, linear between the samples.
+
+    Args:
+        poses: the p poses of `deposited_path`.
+        path: what it returned.
+        samples: k samples along all of its runs.
+        values: (k,).
+
+    Returns:
+        (p,) values; 0 where nothing is deposited.
+    """
+    rows = deposited_rows(poses)
+    _, runs = np.unique(poses.runs[rows], return_inverse=True)
+    points, result = poses.surface_points[rows], np.zeros(poses.count)
+    for run in range(path.lengths.size):
+        here, sampled_here = runs == run, samples.runs == run
+        arcs = arc_lengths(points[here])
+        along = samples.arcs[sampled_here] / path.lengths[run]
+        result[rows[here]] = np.interp(arcs / arcs[-1], along, values[sampled_here])
+    return result
 
 
 def sampled(path: SurfacePath, *, step: float) -> Samples:

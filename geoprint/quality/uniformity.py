@@ -15,7 +15,7 @@ from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import coverage
-from geoprint.quality.deposited import deposited_path, sampled
+from geoprint.quality.deposited import at_poses, deposited_path, sampled
 from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
 from geoprint.quality.spacing import meeting_share, outer_distance
 from geoprint.quality.triangles import flat_mesh, spatial
@@ -72,6 +72,7 @@ class Uniformity:
         bounds: (k,) lower bound of the ratio; equal to it where it is exact.
         straight: (k,) the same ratio through the air; less where the surface bends within a spacing.
         widths: (k,) width of the strip of surface nearest to each sample, over the spacing.
+        pose_widths: (p,) that width at every pose of the stream, on the runs of the first level too; 0 on travel.
         width_cv: coefficient of variation of the width along all runs, those of the first level too.
         uncovered: share of the area farther than 0.55 spacings from every run.
         overlap: share of the area within 0.45 spacings of two stretches more than two spacings apart along the path.
@@ -93,6 +94,7 @@ class Uniformity:
     bounds: FloatArray
     straight: FloatArray
     widths: FloatArray
+    pose_widths: FloatArray
     width_cv: float
     uncovered: float
     overlap: float
@@ -109,7 +111,8 @@ class Uniformity:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, places="float: k 3", offsets="int: o", levels="int: k", ratios="float: k", bounds="float: k",
-            straight="float: k", widths="float: k", judged_places="float: j 3", gaps="bool: j", overlaps="bool: j",
+            straight="float: k", widths="float: k", pose_widths="float: p", judged_places="float: j 3", gaps="bool: j",
+            overlaps="bool: j",
         )  # fmt: skip
 
     @property
@@ -217,6 +220,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         bounds=outer.bounds[reached] / spacing,
         straight=outer.straight[reached] / spacing,
         widths=covered.widths[kept],
+        pose_widths=at_poses(poses, path, samples, covered.widths),
         width_cv=covered.width_cv,
         uncovered=covered.gap,
         overlap=covered.overlap,

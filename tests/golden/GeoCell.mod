@@ -10,7 +10,7 @@ MODULE GeoCell
   ! Not checked: the real cell. Run it dry and slowly first.
   ! A stop of the program leaves outputs as they are: tie them to the controller's stop events.
   PERS bool geoDryRun:=TRUE;
-  PERS tooldata tGeoNozzle:=[TRUE,[[84.8528,0.0000,124.8528],[0.92387953,0.00000000,0.38268343,0.00000000]],[0.6000,[10.0000,0.0000,60.0000],[1,0,0,0],0.002000,0.002000,0.000500]];
+  PERS tooldata tGeoNozzle:=[TRUE,[[84.8528,0.0000,124.8528],[0.92387953,0.00000000,0.38268343,0.00000000]],[0.6000,[10.0000,0.0000,60.0000],[1.00000000,0.00000000,0.00000000,0.00000000],0.002000,0.002000,0.000500]];
   PERS wobjdata wGeoPart:=[FALSE,TRUE,"",[[312.3457,-20.5000,41.0000],[0.96497132,-0.01397527,0.04888730,0.25738118]],[[1.2500,2.5000,10.0000],[1.00000000,0.00000000,0.00000000,0.00000000]]];
   CONST jointtarget jGeoHome:=[[0.00000,-10.00000,20.00000,0.00000,45.00000,-30.00000],[9E9,9E9,9E9,9E9,9E9,9E9]];
   CONST speeddata vGeo1:=[19.8,500,5000,1000];

@@ -1,0 +1,289 @@
+"""Corners of runs: rounded within a tolerance where the tip can drive that, else the run is split there.
+
+A bead is never laid at rest: where a run bends too sharply to be passed at speed, either a circular arc cuts the corner
+or one run ends there and the next begins.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.surfaces import PolylineDistance, arc_lengths, closest, positions
+
+# A run turns at a corner when its direction over this share of the spacing before a sample and after it differs by
+# more than the angle [rad].
+REACH_SHARE = 0.25
+CORNER_ANGLE = np.radians(30.0)
+# Largest distance between a run and the arc that rounds its corner, as a share of the spacing: what is within 5 %
+# counts as even, and neighbouring beads cut their corners alike.
+FILLET_ERROR_SHARE = 1.0 / 20.0
+# An arc reaches at most this share of the spacing along the run to either side.
+LARGEST_REACH_SHARE = 0.5
+# Largest turn from sample to sample of an arc [rad].
+ARC_STEP = np.radians(12.0)
+# An arc is driven where its radius allows this share of the set speed ...
+SLOWEST_SHARE = 0.5
+# ... at this acceleration of the tip [mm/s2], which an arm of this size has in every direction. What its joints really
+# hold is found when the motion is timed.
+TIP_ACCELERATION = 1000.0
+# Directions at the ends of an arc are those over this share of the spacing.
+DIRECTION_SHARE = 0.05
+# Where an arc leaves the run by more than allowed it is made half as long, so many times; rounding is allowed for.
+SHRINKINGS = 4
+ERROR_ROUNDING = 1.1
+# Samples of the run closer than this to the end of an arc are dropped [mm].
+CROWDED = 0.01
+
+
+class Piece(NamedTuple):
+    """What a run, or a part of it, became.
+
+    Attributes:
+        run: index of the run.
+        points: its samples.
+        closed: whether it ends where it starts.
+    """
+
+    run: int
+    points: SurfacePoints
+    closed: bool
+
+
+class Rounded(NamedTuple):
+    """Runs whose corners are dealt with.
+
+    Attributes:
+        pieces: the runs that they became, in order.
+        fillets: (f, 3) corners that were rounded [mm].
+        splits: (g, 3) corners at which a run was split [mm].
+    """
+
+    pieces: list[Piece]
+    fillets: FloatArray
+    splits: FloatArray
+
+
+def round_corners(
+    surface: Surface, runs: list[SurfacePoints], *, closed: list[bool], spacing: float, speed: float
+) -> Rounded:
+    """Round the corners of runs, or split the runs there.
+
+    An arc starts and ends along the run, at most half a spacing and half way to the next corner away; it keeps within a
+    twentieth of the spacing of the run, and its samples lie on the surface. Where it would be so tight that the tip
+    could not keep half its speed, the run is split. A closed run that is split, or has a corner next to its seam,
+    starts and ends at that corner instead. Corners next to the ends of an open run stay: the tip is slow there anyway.
+
+    Args:
+        surface: what the runs lie on.
+        runs: samples of each; a closed one repeats its first point.
+        closed: whether each is.
+        spacing: distance between neighbouring runs [mm].
+        speed: set speed of the tip [mm/s].
+
+    Returns:
+        The runs that they became, in the same order.
+    """
+    smallest_radius = (SLOWEST_SHARE * speed) ** 2 / TIP_ACCELERATION
+    drawn: list[tuple[int, _Outline]] = []
+    fillets: list[FloatArray] = []
+    splits: list[FloatArray] = []
+    for run, (points, ring) in enumerate(zip(runs, closed, strict=True)):
+        outline = _Outline(np.arange(points.faces.size), positions(surface, points), ring)
+        found = _solved(outline, spacing=spacing, smallest_radius=smallest_radius)
+        drawn += [(run, piece) for piece in found.pieces()]
+        fillets += [found.outline.at(arc.middle) for arc in found.arcs]
+        splits += [found.outline.at(place) for place in found.splits]
+    return Rounded(_on_surface(surface, runs, drawn), np.array(fillets).reshape(-1, 3), np.array(splits).reshape(-1, 3))
+
+
+class _Outline(NamedTuple):
+    """A run as a polyline.
+
+    Attributes:
+        rows: (k,) sample of the run, or -1 where it is a new place.
+        places: (k, 3) [mm].
+        closed: whether it repeats its first place.
+    """
+
+    rows: IntArray
+    places: FloatArray
+    closed: bool
+
+    @property
+    def arcs(self) -> FloatArray:
+        """(k,) arc length from the start [mm]."""
+        return arc_lengths(self.places)
+
+    def at(self, arc: FloatArray | float) -> FloatArray:
+        """Return the places at arc lengths [mm]: of an open line not beyond its ends, of a closed one around."""
+        arcs = self.arcs
+        inside = np.mod(arc, arcs[-1]) if self.closed else arc
+        return np.stack([np.interp(inside, arcs, self.places[:, i]) for i in range(3)], axis=-1)
+
+    def started_at(self, sample: int) -> _Outline:
+        """Return a closed outline with another seam."""
+        order = np.append(np.roll(np.arange(self.rows.size - 1), -sample), sample)
+        return _Outline(self.rows[order], self.places[order], closed=True)
+
+    def turns(self, reach: float) -> FloatArray:
+        """Return the angle at each place [rad] between the chords over a reach [mm] before and after it; 0 at ends."""
+        arcs = self.arcs
+        before, after = self.places - self.at(arcs - reach), self.at(arcs + reach) - self.places
+        turns = _angles(before, after)
+        return turns if self.closed else np.where((arcs < reach) | (arcs > arcs[-1] - reach), 0.0, turns)
+
+
+class _Arc(NamedTuple):
+    """What replaces an outline from one arc length to another [mm]; (j, 3) places, ends included."""
+
+    start: float
+    end: float
+    places: FloatArray
+
+    @property
+    def middle(self) -> float:
+        return 0.5 * (self.start + self.end)
+
+
+class _Solution(NamedTuple):
+    """An outline, the arcs that round its corners, and the arc lengths [mm] at which it is split."""
+
+    outline: _Outline
+    arcs: list[_Arc]
+    splits: list[float]
+
+    def pieces(self) -> list[_Outline]:
+        """Return the outline with its arcs in place, cut at the splits."""
+        arcs = self.outline.arcs
+        kept = np.ones(arcs.size, dtype=np.bool_)
+        for arc in self.arcs:
+            kept &= (arcs < arc.start - CROWDED) | (arcs > arc.end + CROWDED)
+        kept[[0, -1]] = True
+        order = np.concatenate([arcs[kept], *(np.linspace(arc.start, arc.end, len(arc.places)) for arc in self.arcs)])
+        sorting = np.argsort(order, kind="stable")
+        rows = np.concatenate([self.outline.rows[kept], *(np.full(len(arc.places), -1) for arc in self.arcs)])[sorting]
+        places = np.concatenate([self.outline.places[kept], *(arc.places for arc in self.arcs)])[sorting]
+        cuts = [0, *np.searchsorted(order[sorting], self.splits).tolist(), rows.size - 1]
+        closed = self.outline.closed and not self.splits
+        return [_Outline(rows[a : b + 1], places[a : b + 1], closed) for a, b in pairwise(cuts)]
+
+
+def _solved(outline: _Outline, *, spacing: float, smallest_radius: float) -> _Solution:
+    if outline.closed:
+        outline = _started_at_near_corner(outline, spacing=spacing)
+    solution = _attempt(outline, spacing=spacing, smallest_radius=smallest_radius)
+    if not (outline.closed and solution.splits):
+        return solution
+    first = int(np.searchsorted(outline.arcs, solution.splits[0]))
+    return _attempt(outline.started_at(first), spacing=spacing, smallest_radius=smallest_radius)
+
+
+def _started_at_near_corner(outline: _Outline, *, spacing: float) -> _Outline:
+    """Move the seam of a closed outline to the sharpest corner next to it, so that no arc has to cross it."""
+    arcs, turns = outline.arcs, outline.turns(REACH_SHARE * spacing)
+    to_seam = np.minimum(arcs, arcs[-1] - arcs)
+    near = np.where(to_seam < LARGEST_REACH_SHARE * spacing, turns, 0.0)[:-1]
+    return outline.started_at(int(near.argmax())) if near.max() > CORNER_ANGLE else outline
+
+
+def _attempt(outline: _Outline, *, spacing: float, smallest_radius: float) -> _Solution:
+    """Round or split at every corner between the ends."""
+    arcs, reach = outline.arcs, REACH_SHARE * spacing
+    turns = outline.turns(reach)
+    inside = (arcs > reach) & (arcs < arcs[-1] - reach)
+    corners = _peaks(np.where(inside, turns, 0.0), arcs, apart=reach)
+    places = arcs[corners]
+    middles = 0.5 * (places[1:] + places[:-1])
+    lows, highs = np.append([0.0], middles), np.append(middles, arcs[-1])
+    solution = _Solution(outline, [], [])
+    for corner, low, high in zip(corners, lows, highs, strict=False):
+        place = float(arcs[corner])
+        arc = _fillet(
+            outline, place, turn=float(turns[corner]), spacing=spacing, smallest_radius=smallest_radius,
+            room=min(place - float(low), float(high) - place),
+        )  # fmt: skip
+        if arc is None:
+            solution.splits.append(place)
+        else:
+            solution.arcs.append(arc)
+    return solution
+
+
+def _peaks(turns: FloatArray, arcs: FloatArray, *, apart: float) -> IntArray:
+    """Return the samples at which an outline turns most, those first that turn by more than a corner, in order."""
+    found: list[int] = []
+    for sample in np.argsort(-turns, kind="stable").tolist():
+        if turns[sample] <= CORNER_ANGLE:
+            break
+        if not found or float(np.abs(arcs[found] - arcs[sample]).min()) >= apart:
+            found.append(sample)
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def _fillet(
+    outline: _Outline, corner: float, *, turn: float, spacing: float, smallest_radius: float, room: float
+) -> _Arc | None:
+    """Return the arc that rounds a corner at an arc length [mm], or None where it would be too tight.
+
+    An arc of angle t that reaches l along the run to either side is l tan(t / 4) away from the corner.
+    """
+    error = FILLET_ERROR_SHARE * spacing
+    reach = min(error / float(np.tan(turn / 4.0)), LARGEST_REACH_SHARE * spacing, room)
+    step = DIRECTION_SHARE * spacing
+    for _ in range(SHRINKINGS):
+        ends = outline.at(np.array([corner - reach, corner + reach]))
+        outer = outline.at(np.array([corner - reach - step, corner + reach + step]))
+        into, out = ends[0] - outer[0], outer[1] - ends[1]
+        angle = float(_angles(into[None], out[None])[0])
+        radius = float(np.linalg.norm(ends[1] - ends[0])) / (2.0 * float(np.sin(max(angle, 1e-9) / 2.0)))
+        if radius < smallest_radius:
+            return None
+        places = _bent(ends, into, out, angle=angle)
+        arcs = outline.arcs
+        cut = outline.places[(arcs > corner - reach) & (arcs < corner + reach)]
+        if PolylineDistance([places], step=spacing)(cut).max(initial=0.0) <= ERROR_ROUNDING * error:
+            return _Arc(corner - reach, corner + reach, places)
+        reach /= 2.0
+    return None
+
+
+def _bent(ends: FloatArray, into: FloatArray, out: FloatArray, *, angle: float) -> FloatArray:
+    """Return (j, 3) places on the cubic from one end to the other along both directions; nearly a circle's arc."""
+    radii = float(np.linalg.norm(ends[1] - ends[0])) / (2.0 * max(float(np.sin(angle / 2.0)), 1e-9))
+    handle = 4.0 / 3.0 * float(np.tan(angle / 4.0)) * radii
+    into, out = into / np.linalg.norm(into), out / np.linalg.norm(out)
+    controls = np.stack([ends[0], ends[0] + handle * into, ends[1] - handle * out, ends[1]])
+    share = np.linspace(0.0, 1.0, max(int(np.ceil(angle / ARC_STEP)), 2) + 1)[:, None]
+    weights = np.hstack(
+        [(1.0 - share) ** 3, 3.0 * share * (1.0 - share) ** 2, 3.0 * share**2 * (1.0 - share), share**3]
+    )
+    return weights @ controls
+
+
+def _angles(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the (k,) angles between (k, 3) vectors [rad]."""
+    across = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.arctan2(across, np.einsum("ij,ij->i", first, second))
+
+
+def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, _Outline]]) -> list[Piece]:
+    """Return the pieces as points on the surface: those of their runs, the new ones projected."""
+    added = [outline.places[outline.rows < 0] for _, outline in drawn]
+    landed, _ = closest(surface, np.concatenate(added)) if any(len(places) for places in added) else (None, None)
+    begin = 0
+    pieces: list[Piece] = []
+    for (run, outline), places in zip(drawn, added, strict=True):
+        new = outline.rows < 0
+        faces, weights = runs[run].faces[outline.rows].copy(), runs[run].weights[outline.rows].copy()
+        if landed is not None:
+            faces[new], weights[new] = (
+                landed.faces[begin : begin + len(places)],
+                landed.weights[begin : begin + len(places)],
+            )
+        begin += len(places)
+        pieces.append(Piece(run, SurfacePoints(faces, weights), outline.closed))
+    return pieces

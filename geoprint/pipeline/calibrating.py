@@ -1,0 +1,288 @@
+"""Calibrate a cell: from what was touched to a cell file that says so, and how well it places a part."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.config import load_cell, packaged_cell_text
+from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.model import Cell, FloatArray, Surface, TouchedPoints
+from geoprint.motion import (
+    FixtureCalibration,
+    TipCalibration,
+    Uncertainty,
+    calibrate_fixture,
+    calibrate_tip,
+    next_touch,
+    position_uncertainty,
+    turn_uncertainty,
+)
+from geoprint.pipeline.cell_writer import edited, loaded, write_cell
+from geoprint.pipeline.touch_tables import NamedPoints, read_flange_poses, read_points
+from geoprint.pipeline.workpiece import surface_uncertainty
+from geoprint.surfaces import load, prepare
+from geoprint.transforms import apply
+
+# A part may be touched where it reaches farthest along its axes and the diagonals between them.
+OUTERMOST = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Suggestion:
+    """What to touch next.
+
+    Attributes:
+        name: of the point, or which part it lies on.
+        again: whether it was touched before.
+        model: where it is in the fixture's own frame [mm].
+        base: where the tip will be, about, in the base frame [mm].
+        deviation: largest standard deviation that is left at the part [mm].
+        bound: what the error keeps within there in 95 of 100 calibrations [mm].
+    """
+
+    name: str
+    again: bool
+    model: tuple[float, float, float]
+    base: tuple[float, float, float]
+    deviation: float
+    bound: float
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibratedFixture:
+    """A cell whose fixture was touched.
+
+    Attributes:
+        cell: as the new file has it.
+        text: of the new file.
+        names: of the touched points, in their order.
+        calibration: the fit and its statistics.
+        part: name of the part, or None where the fixture's own extent stands for it.
+        position: uncertainty at the corners of the box about the part or the fixture's points, at the worst.
+        turn: uncertainty of the attitude.
+        surface: uncertainty along the part's normal where it is largest, or None without a part.
+        suggestion: what to touch next.
+    """
+
+    cell: Cell
+    text: str
+    names: tuple[str, ...]
+    calibration: FixtureCalibration
+    part: str | None
+    position: Uncertainty
+    turn: Uncertainty
+    surface: Uncertainty | None
+    suggestion: Suggestion
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class CalibratedTool:
+    """A cell whose tool centre point was found.
+
+    Attributes:
+        cell: as the new file has it.
+        text: of the new file.
+        calibration: the fit and its statistics.
+        before: (3,) tip of the cell as it was, in the flange frame [mm].
+    """
+
+    cell: Cell
+    text: str
+    calibration: TipCalibration
+    before: FloatArray
+
+
+def calibrate(
+    touched: Path | None,
+    *,
+    model: Path | None,
+    tcp: Path | None,
+    cell: Path | None,
+    part: Path | None,
+    unit: str | None,
+    noise: float | None,
+) -> CalibratedFixture | CalibratedTool:
+    """Calibrate the fixture from touched and model points, or the tool from poses: whichever tables are given.
+
+    Raises:
+        UsageError: the tables of neither or of both are given; or as for `calibrate_cell` and `calibrate_tool`.
+        InputError: as for those.
+    """
+    if noise is not None and not 0.0 < noise < np.inf:
+        raise UsageError(f"`--noise-mm` is {noise:g}; give the standard deviation of a touch in mm, above 0.")
+    if tcp is not None and touched is None and model is None and part is None:
+        return calibrate_tool(tcp, cell=cell, noise=noise)
+    if tcp is None and touched is not None and model is not None:
+        return calibrate_cell(touched, model=model, cell=cell, part=part, unit=unit, noise=noise)
+    raise UsageError(
+        "give a table of touched points and, with `--model`, that of the fixture's points; or `--tcp` alone, with a "
+        "table of poses."
+    )
+
+
+def calibrate_cell(
+    touched: Path, *, model: Path, cell: Path | None, part: Path | None, unit: str | None, noise: float | None
+) -> CalibratedFixture:
+    """Find where the fixture stands from the points of it that the tool touched.
+
+    Args:
+        touched: table of touched points in the base frame.
+        model: table of the fixture's points in its own frame; a name in both makes a pair, the others are candidates
+            for the next touch.
+        cell: the cell file, or None for the first packaged one.
+        part: mesh of the part at which the uncertainty matters, or None.
+        unit: of the mesh.
+        noise: standard deviation of each coordinate of a touch [mm], or None to estimate it.
+
+    Raises:
+        UsageError: the cell is wrong, or its file cannot be edited.
+        InputError: a table or mesh cannot be read, or the points cannot be right.
+    """
+    listed, found = read_points(model), read_points(touched)
+    pairs = _paired(listed, found)
+    values = {
+        "source": "calibrated",
+        "model_mm": listed.places[pairs].tolist(),
+        "touched_mm": found.places.tolist(),
+        "noise_mm": noise,
+    }
+    before = load_cell(cell)
+    text = edited(_text(cell), table="work", values=values, name=before.name)
+    calibrated = loaded(text, name=before.name)
+    if calibrated.fixture is None:
+        raise VerificationError(f"{before.name} does not read back as calibrated; please report this.")
+    calibration = _calibration(calibrated.fixture, found)
+    surface = None if part is None else prepare(load(part, unit=unit))[0]
+    corners = _box_corners(calibration, surface)
+    return CalibratedFixture(
+        cell=calibrated,
+        text=text,
+        names=found.names,
+        calibration=calibration,
+        part=None if surface is None else surface.name,
+        position=position_uncertainty(calibration, corners),
+        turn=turn_uncertainty(calibration),
+        surface=None if surface is None else surface_uncertainty(calibration, surface),
+        suggestion=_suggestion(calibration, listed, surface, touched=found.names, corners=corners),
+    )
+
+
+def calibrate_tool(poses: Path, *, cell: Path | None, noise: float | None) -> CalibratedTool:
+    """Find the tool centre point from poses in which the tip touched one fixed point.
+
+    Args:
+        poses: table of flange poses or joint angles.
+        cell: the cell file, or None for the first packaged one.
+        noise: standard deviation of each coordinate of a touch [mm], or None to estimate it.
+
+    Raises:
+        UsageError: the cell is wrong, or its file cannot be edited.
+        InputError: the table cannot be read, or the poses do not determine the tip.
+    """
+    before = load_cell(cell)
+    calibration = calibrate_tip(read_flange_poses(poses, robot=before.robot), noise=noise)
+    text = edited(_text(cell), table="tool", values={"tcp_mm": calibration.tip.tolist()}, name=before.name)
+    return CalibratedTool(loaded(text, name=before.name), text, calibration, before.tool.T_flange_tool[:3, 3])
+
+
+def save_calibrated(found: CalibratedFixture | CalibratedTool, out: Path, *, overwrite: bool) -> None:
+    """Write the cell file and read it back.
+
+    Raises:
+        UsageError: the file exists and may not be replaced.
+        ExportError: it cannot be written there.
+        VerificationError: it does not read back as it was calibrated.
+    """
+    write_cell(out, found.text, overwrite=overwrite, verify=lambda path: _verify(load_cell(path), found.cell))
+
+
+def _verify(written: Cell, wanted: Cell) -> None:
+    same = np.array_equal(written.tool.T_flange_tool, wanted.tool.T_flange_tool)
+    if written.fixture is not None and wanted.fixture is not None:
+        same &= np.array_equal(written.fixture.model, wanted.fixture.model)
+        same &= np.array_equal(written.fixture.touched, wanted.fixture.touched)
+    if not same or (written.fixture is None) != (wanted.fixture is None):
+        raise VerificationError(f"{wanted.name} does not read back as it was calibrated: write it again.")
+
+
+def _text(cell: Path | None) -> str:
+    """Return the text of a cell file that was just read, with its own line ends."""
+    if cell is None:
+        return packaged_cell_text(load_cell(None).name.removesuffix(".toml"))
+    return cell.read_bytes().decode("utf-8")
+
+
+def _paired(listed: NamedPoints, found: NamedPoints) -> list[int]:
+    """Return which listed point each touched one is.
+
+    Raises:
+        InputError: the list has a name twice, or lacks one that was touched.
+    """
+    twice = [name for name, times in Counter(listed.names).items() if times > 1]
+    if twice:
+        raise InputError(f"{listed.file} lists the point '{twice[0]}' more than once: give each point its own name.")
+    unknown = [name for name in found.names if name not in listed.names]
+    if unknown:
+        raise InputError(
+            f"{found.file} has the point '{unknown[0]}', which {listed.file} does not list; there are: "
+            f"{', '.join(listed.names[:20])}.",
+            name=unknown[0],
+        )
+    return [listed.names.index(name) for name in found.names]
+
+
+def _calibration(points: TouchedPoints, found: NamedPoints) -> FixtureCalibration:
+    try:
+        return calibrate_fixture(points)
+    except InputError as error:
+        numbered = ", ".join(f"{number} is {name}" for number, name in enumerate(found.names, start=1))
+        raise InputError(f"{found.file}: {error} ({numbered})") from error
+
+
+def _box_corners(calibration: FixtureCalibration, surface: Surface | None) -> FloatArray:
+    """Return the (8, 3) corners, in the base frame, of the box about the part, or about the fixture's points."""
+    placement = calibration.placement
+    places = calibration.points.model if surface is None else surface.vertices
+    corners = np.array([*product(*zip(places.min(axis=0), places.max(axis=0), strict=True))])
+    return apply(placement.T_base_fixture if surface is None else placement.T_base_work, corners)
+
+
+def _suggestion(
+    calibration: FixtureCalibration,
+    listed: NamedPoints,
+    surface: Surface | None,
+    *,
+    touched: tuple[str, ...],
+    corners: FloatArray,
+) -> Suggestion:
+    """Return the listed point, or the outermost point of the part, that helps most."""
+    names, models = [*listed.names], [listed.places]
+    if surface is not None:
+        outermost = np.unique(np.argmax(surface.vertices @ OUTERMOST.T, axis=0))
+        models.append(apply(calibration.placement.T_fixture_work, surface.vertices[outermost]))
+        names += [surface.name] * len(outermost)
+    model = np.concatenate(models)
+    base = apply(calibration.placement.T_base_fixture, model)
+    best = next_touch(calibration, base, places=corners)
+    return Suggestion(
+        name=names[best.candidate],
+        again=names[best.candidate] in touched,
+        model=_triple(model[best.candidate]),
+        base=_triple(base[best.candidate]),
+        deviation=best.deviation,
+        bound=best.bound,
+    )
+
+
+def _triple(place: FloatArray) -> tuple[float, float, float]:
+    x, y, z = place.tolist()
+    return x, y, z

@@ -1,0 +1,94 @@
+"""What is laid along the paths: constant flow, or flow that follows the local width, and how even each makes the layer.
+
+The cell's signals decide which one a plan carries: 'io' can only open and shut a valve, so the flow is constant;
+'analog' sets it along the way, so it follows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+from geoprint.deposition import following_flow
+from geoprint.export import Json
+from geoprint.model import FloatArray, PoseStream, SignalMode
+from geoprint.pipeline.workpiece import Workpiece
+from geoprint.quality import LevelledLayer, Thickness, Uniformity
+
+DECIMALS = 6
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Laid:
+    """Both flows along the paths of a plan, and the layers that they leave.
+
+    Attributes:
+        mode: of the cell's signals: 'io' lays the constant flow, 'analog' the one that follows.
+        constant: thickness of the layer with constant flow.
+        following: thickness of the layer with the flow that follows.
+        following_flow: (p,) that flow [mm3/mm].
+    """
+
+    mode: SignalMode
+    constant: Thickness
+    following: Thickness
+    following_flow: FloatArray
+
+
+def lay(poses: PoseStream, measured: Uniformity, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:
+    """Give a stream the flow that the cell's signals allow, and simulate the layer with either flow.
+
+    Args:
+        poses: the stream with constant flow.
+        measured: how even its paths are, with the width at each pose.
+        workpiece: what it is laid on.
+        spacing: distance between neighbouring paths [mm].
+
+    Returns:
+        The stream with the flow to print, and both layers.
+    """
+    cell = workpiece.cell
+    followed = following_flow(
+        measured.pose_widths, deposit=poses.deposit, spacing=spacing, layer_height=cell.process.layer_height
+    )
+    layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
+    laid = Laid(cell.signals.mode, constant=layer(poses.flow), following=layer(followed), following_flow=followed)
+    return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
+
+
+def laid_summary(laid: Laid) -> dict[str, Json]:
+    """Return what plan.json and compare.json say of the layer: thickness mm, its variation (CV) as shares of 1."""
+    flow = laid.following_flow[laid.following_flow > 0.0]
+    return {
+        "flow": "follows the width" if laid.mode == "analog" else "constant",
+        "share_away_from_medial_axis": _rounded(laid.constant.away_share),
+        "constant_flow": _thickness(laid.constant),
+        "following_flow": _thickness(laid.following)
+        | {"least_mm3_per_mm": _rounded(flow.min()), "most_mm3_per_mm": _rounded(flow.max())},
+    }
+
+
+def laid_text(laid: Laid) -> str:
+    """Return the line that a person reads."""
+    constant, following = (
+        "all of it where fronts meet" if found.cv is None else f"{found.cv:.2%}"
+        for found in (laid.constant, laid.following)
+    )
+    which = "follows" if laid.mode == "analog" else "is constant"
+    return (
+        f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
+        f"it {which}"
+    )
+
+
+def _thickness(found: Thickness) -> dict[str, Json]:
+    return {
+        "mean_mm": _rounded(found.mean),
+        "cv": None if found.cv is None else _rounded(found.cv),
+        "cv_near_medial_axis": None if found.near_cv is None else _rounded(found.near_cv),
+    }
+
+
+def _rounded(value: float) -> float:
+    return round(float(value), DECIMALS)

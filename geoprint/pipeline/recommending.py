@@ -1,0 +1,161 @@
+"""What `geoprint recommend` says: settings that fit each other, for a material that is known or beside a good print."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import final
+
+from geoprint.config import Job, load_cell
+from geoprint.deposition import Recommendation, recommend, relative_setting
+from geoprint.errors import UsageError
+from geoprint.export import Json
+from geoprint.model import Cell, Material
+from geoprint.pipeline.workpiece import largest_distance
+from geoprint.surfaces import face_areas, load, prepare
+
+PASCAL_PER_KPA = 1000.0
+MILLIGRAMS_PER_GRAM = 1000.0
+
+
+def recommendation(
+    job: Job, *, part: bool, pressure_kpa: float, good: tuple[float, int] | None
+) -> tuple[dict[str, Json], str]:
+    """Say what fits a pressure, as JSON and as the lines that a person reads.
+
+    Args:
+        job: cell, spacing or rounds, and the mesh of a part.
+        part: whether there is a part; without one the job's surface does not count.
+        pressure_kpa: of the air.
+        good: pressure [kPa] and rounds of a print that worked, to compare with instead of knowing the material.
+
+    Raises:
+        UsageError: the cell names no material and there is no good print, or rounds are asked for without what gives
+            them a meaning.
+        InputError: nothing flows, or the part cannot be used.
+    """
+    if pressure_kpa <= 0.0:
+        raise UsageError(f"`--pressure {pressure_kpa:g}` must be above 0 kPa.")
+    if good is not None:
+        return _beside_good_print(pressure_kpa=pressure_kpa, rounds=job.rounds, good=good)
+    advice, cell = _advice(job, part=part, pressure_kpa=pressure_kpa)
+    return _summary(advice), "\n".join(_lines(advice, cell))
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Advice:
+    """A recommendation, for a part if one was given.
+
+    Attributes:
+        found: what fits.
+        pressure_kpa: that was asked.
+        spacing: that was asked [mm], or None.
+        depth: largest distance from the seed over the part [mm], or None without one.
+        mass_g: of one layer on the part, or None without one.
+    """
+
+    found: Recommendation
+    pressure_kpa: float
+    spacing: float | None
+    depth: float | None
+    mass_g: float | None
+
+
+def _advice(job: Job, *, part: bool, pressure_kpa: float) -> tuple[_Advice, Cell]:
+    cell = load_cell(job.cell)
+    material, process = _material(cell, pressure_kpa), cell.process
+    depth = mass = None
+    if part:
+        surface, _ = prepare(load(job.surface, unit=job.unit, flip=job.flip))
+        depth = largest_distance(job, surface)
+        mass = float(face_areas(surface).sum()) * process.layer_height * material.density / MILLIGRAMS_PER_GRAM
+    asked = job.spacing
+    if job.rounds is not None:
+        if depth is None:
+            raise UsageError("rounds mean a spacing on a part only: give its mesh, or `--spacing`.")
+        asked = depth / job.rounds
+    pressure = pressure_kpa * PASCAL_PER_KPA
+    found = recommend(material, tool=cell.tool, process=process, pressure=pressure, spacing=asked)
+    return _Advice(found, pressure_kpa, asked, depth, mass), cell
+
+
+def _summary(advice: _Advice) -> dict[str, Json]:
+    """Return advice as JSON: mm, s, Pa, mm3/s, and the two that name another unit."""
+    return {
+        "pressure_kpa": advice.pressure_kpa,
+        "asked_spacing": advice.spacing,
+        "depth": advice.depth,
+        "mass_g": advice.mass_g,
+        **asdict(advice.found),
+        "warnings": list(advice.found.warnings),
+    }
+
+
+def _beside_good_print(
+    *, pressure_kpa: float, rounds: int | None, good: tuple[float, int]
+) -> tuple[dict[str, Json], str]:
+    if rounds is None:
+        raise UsageError("`--good` compares rounds with rounds: give `--rounds` or `--step` too.")
+    if good[0] <= 0.0 or good[1] < 1:
+        raise UsageError(f"`--good {good[0]:g} {good[1]}` must be a pressure above 0 kPa and 1 round or more.")
+    found = relative_setting(pressure=pressure_kpa, rounds=rounds, good_pressure=good[0], good_rounds=good[1])
+    text = (
+        f"{pressure_kpa:g} kPa and {rounds} rounds beside {good[0]:g} kPa and {good[1]}: flow {_bounds(found.flow)}, "
+        f"material {_bounds(found.layer)}, spacing {found.spacing:.3g} times\n{found.verdict}\n"
+        "assumed: same part, material, nozzle and speed, and a material that does not thicken with shear."
+    )
+    return {
+        "flow": _json_bounds(found.flow),
+        "layer": _json_bounds(found.layer),
+        "spacing": found.spacing,
+        "verdict": found.verdict,
+    }, text
+
+
+def _json_bounds(bounds: tuple[float, float]) -> list[Json]:
+    """Return bounds with null for no upper one: JSON has no infinity."""
+    return [bounds[0], bounds[1] if bounds[1] < float("inf") else None]
+
+
+def _material(cell: Cell, pressure_kpa: float) -> Material:
+    if cell.material is None:
+        raise UsageError(
+            f"the cell {cell.name} names no [material], so nobody knows how much flows at {pressure_kpa:g} kPa: weigh "
+            "a few lines and let `geoprint fit-flow` write the table, or compare with a print that worked by `--good "
+            "KPA ROUNDS`."
+        )
+    return cell.material
+
+
+def _lines(advice: _Advice, cell: Cell) -> Iterator[str]:
+    found, process = advice.found, cell.process
+    yield (
+        f"flow: {found.flow:.3g} mm3/s at {advice.pressure_kpa:g} kPa (flow begins at "
+        f"{found.starting_pressure / PASCAL_PER_KPA:.3g} kPa; {found.needle_share:.0%} of the pressure is lost in the "
+        f"needle, shear rate {found.shear_rate:.3g} 1/s)"
+    )
+    width = "not pressed on" if found.bead_width is None else f"bead {found.bead_width:.3g} mm wide"
+    yield f"at {process.speed:g} mm/s: strand of {found.strand:.3g} mm, {width} at {process.standoff:g} mm stand-off"
+    rounds = "" if advice.depth is None else f", {max(round(advice.depth / found.spacing), 1)} rounds on this part"
+    yield (
+        f"fits: spacing {found.spacing:.3g} mm{rounds}, stand-off {found.standoff:.3g} mm, for a layer of "
+        f"{process.layer_height:g} mm"
+    )
+    if advice.mass_g is not None:
+        yield f"one layer on this part takes {advice.mass_g:.3g} g"
+    if advice.spacing is not None and found.speed is not None and found.pressure is not None:
+        yield (
+            f"asked: spacing {advice.spacing:.3g} mm; it gets {found.fill:.2f} times what the layer needs. It fits "
+            f"{found.speed:.3g} mm/s, or {found.pressure / PASCAL_PER_KPA:.3g} kPa at {process.speed:g} mm/s"
+        )
+    for warning in found.warnings:
+        yield f"note: {warning}"
+    yield "assumed: no slip at the wall, no losses but in needle and taper, a taper as thick-walled as the needle."
+
+
+def _bounds(bounds: tuple[float, float]) -> str:
+    low, high = bounds
+    if low == high:
+        return f"{low:.2f} times"
+    return f"at least {low:.2f} times" if low > 0.0 else f"at most {high:.2f} times"
