@@ -22,7 +22,9 @@ SHARES = (0.0, 0.25, 0.5, 0.75)
 ACROSS = (-1.0, 0.0, 1.0)
 # Pairs of poses and points worked on at a time: some 100 MB.
 PAIRS_AT_A_TIME = 500_000
-# Points of an obstacle are at most this far apart [mm]: an edge half a millimetre away is then right to 0.01 mm.
+# Points of an obstacle are at most this far apart [mm], first and at last: an edge half a millimetre away is then right
+# to 0.01 mm.
+COARSE_STEP = 0.5
 POINT_STEP = 0.12
 # A near miss is moved until its distance is right to this [mm], in at most so many moves.
 DISTANCE_TOLERANCE = 0.005
@@ -118,19 +120,22 @@ class Sweep:
 
     def distance(self, surface: Surface) -> float:
         """Return the smallest distance of a surface from everything that moves [mm]; negative inside."""
-        points = _points(surface)
+        points = _points(surface, step=COARSE_STEP)
         centre = points.mean(axis=0)
         radius = float(np.linalg.norm(points - centre, axis=1).max())
         rough = [_least_distances(piece.solid, self._frames[:, piece.frame], centre[None]) for piece in self.moving]
-        least = min(float(values.min()) for values in rough) + radius
+        bound = min(float(values.min()) for values in rough) + radius
+        close: list[tuple[Solid, FloatArray]] = []
         for piece, moved, values in zip(self.moving, self._moved, rough, strict=True):
-            rows = np.flatnonzero(values - moved - radius < least)
+            rows = np.flatnonzero(values - moved - radius < bound)
             at_rows = _least_distances(piece.solid, self._frames[rows, piece.frame], points)
-            least = min(least, float(at_rows.min(initial=np.inf)))
-            close = rows[at_rows - moved[rows] < least]
-            dense = _least_distances(piece.solid, self._dense(close)[:, piece.frame], points)
-            least = min(least, float(dense.min(initial=np.inf)))
-        return least
+            bound = min(bound, float(at_rows.min(initial=np.inf)))
+            frames = self._dense(rows[at_rows - moved[rows] - COARSE_STEP < bound])[:, piece.frame]
+            distances = _least_distances(piece.solid, frames, points)
+            bound = min(bound, float(distances.min(initial=np.inf)))
+            close.append((piece.solid, frames[distances - COARSE_STEP < bound]))
+        fine = _points(surface, step=POINT_STEP)
+        return min(float(_least_distances(solid, frames, fine).min(initial=np.inf)) for solid, frames in close)
 
     def _largest_step(self, piece: Moving) -> FloatArray:
         """Return (k,) about how far a solid moves in the step behind each row, and by the rounding there [mm]."""
@@ -182,12 +187,12 @@ def hall(sweep: Sweep) -> Surface:
     return Surface(corners + sweep.spot("barrel", np.random.default_rng(0)).place, BOX_FACES, name="planted")
 
 
-def _points(surface: Surface) -> FloatArray:
-    """Return points of a surface, evenly spread over each face, its corners among them."""
+def _points(surface: Surface, *, step: float) -> FloatArray:
+    """Return points of a surface, spread over each face at most a step apart [mm], its corners among them."""
     found: list[FloatArray] = []
     for corners in surface.vertices[surface.faces]:
         sides = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
-        count = max(int(np.ceil(sides.max() / POINT_STEP)), 1)
+        count = max(int(np.ceil(sides.max() / step)), 1)
         i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
         weights = np.stack([i, j, count - i - j], axis=-1)[i + j <= count] / count
         found.append(weights @ corners)

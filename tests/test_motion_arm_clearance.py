@@ -159,7 +159,7 @@ def test_checked_and_not_checked_name_the_arm_and_the_lamp():
 
     assert "arm links" not in without.not_checked
     assert "UV lamp" in without.not_checked
-    assert any("joint limits keep apart" in sentence for sentence in without.not_checked)
+    assert any("link 1 against links 3 to 6" in sentence for sentence in without.not_checked)
     assert "UV lamp" not in with_lamp.not_checked
     assert "needle, cone, barrel, bracket, UV lamp against part plate" in with_lamp.checked
     assert with_lamp.checked[-2] == "needle, cone, barrel, bracket, UV lamp against the arm's base and links 1 to 4"

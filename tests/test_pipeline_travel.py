@@ -28,7 +28,7 @@ def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypat
 
     monkeypatch.setattr("geoprint.pipeline.planning.clearance", refused_at_first)
     save_ply(spherical_cap(radius=30.0, angle=0.4, rings=8), folder / "cap.ply")
-    poses = plan(job_of(surface=folder / "cap.ply", unit="mm", spacing=3.0, place="demo")).poses
+    poses = plan(job_of(surface=folder / "cap.ply", unit="mm", spacing=3.0, place="demo", max_tilt=0.0)).poses
     between = (poses.runs > 0) & (poses.runs < poses.runs[-1]) & ~poses.deposit
     return float(poses.tips[between, 2].max())
 

@@ -3,8 +3,8 @@
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
 the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
-bears it. Links that are three joints or more apart move past each other likewise. The base stands on what ends below
-its foot, and link 1 turns above it.
+bears it. Links that are three joints or more apart move past each other likewise, but for link 1. The base stands on
+what ends below its foot, and link 1 turns above it.
 """
 
 from __future__ import annotations
@@ -42,6 +42,9 @@ LINKS_APART_FROM_TOOL = 5
 # A link must not touch those so many joints on. Nearer ones are kept apart by their joints' limits; their cylinders,
 # which hold more than the links, meet where the links themselves do not.
 JOINTS_BETWEEN_LINKS = 3
+# Link 1 is left out: its cylinder is as wide on all sides as the link is where it is widest, and the forearm of a part
+# close to the arm is well inside it.
+ROUND_LINK = 1
 
 
 @final
@@ -175,7 +178,8 @@ def check_arm(
 
 def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
     """Return the links that must not touch one another."""
-    return [(first, second) for first in links for second in links[first.joint + JOINTS_BETWEEN_LINKS :]]
+    firsts = [link for link in links if link.joint != ROUND_LINK]
+    return [(first, second) for first in firsts for second in links[first.joint + JOINTS_BETWEEN_LINKS :]]
 
 
 def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tuple[Link, ...]) -> FloatArray:
@@ -275,7 +279,7 @@ def _checked(
     pairs = [f"arm's links 2 to 6, as cylinders that hold them, against {target.name}" for target in targets]
     pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
-    pairs += ["arm's links, as cylinders, against those three joints on or more"]
+    pairs += ["arm's links, as cylinders, against those three joints on or more, but for link 1"]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
 
 
