@@ -11,6 +11,7 @@
   its joint.
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
+- bodies: what each body costs in the collision check: the controller's path, the tool, a lamp on it, the arm's links.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmarks.collision_bodies import bodies, spiral
 from benchmarks.surfaces import make
-from benchmarks.tables import row
+from benchmarks.tables import row, table
 from geoprint import transforms
 from geoprint.config import job_of, load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, SearchWeights, Surface
@@ -56,8 +58,6 @@ from geoprint.pipeline.workpiece import prepare_workpiece
 
 Result = TypeVar("Result")
 
-RADIUS = 20.0  # of the dome of `benchmarks.surfaces` [mm]
-STEEPEST = 0.5  # polar angle at which the spiral ends [rad]
 START_ERROR = 0.05  # of the iteration's first joints [rad]
 DAMPING = 1e-6
 POSITION_ERROR = 1e-10  # at which the iteration has converged [m, rad]
@@ -95,6 +95,8 @@ def main() -> None:
         print(line, flush=True)
     for line in even_speed(cell, arm, noises=(0.05,) if smoke else (0.0, 0.05, 0.1)):
         print(line, flush=True)
+    for line in bodies(cell, arm, count=400 if smoke else 100_000):
+        print(line, flush=True)
     for line in stages(cell, arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
 
@@ -109,7 +111,7 @@ def inverse(arm: Arm, *, count: int) -> Iterator[str]:
         ("damped least squares, one branch", few, lambda: _iterated(arm, Ts_base_flange[:few], joints[:few])),
     ]
     times = [_least_seconds(work) / poses * 1e6 for _, poses, work in rows]
-    yield from _table("inverse kinematics", "us a pose", "times faster than iteration")
+    yield from table("inverse kinematics", "us a pose", "times faster than iteration")
     for (name, _, _), microseconds in zip(rows, times, strict=True):
         yield row(name, f"{microseconds:.2f}", f"{times[-1] / microseconds:.1f}")
     yield f"(the iteration converged on {_iterated(arm, Ts_base_flange[:few], joints[:few]) / few:.1%} of {few} poses)"
@@ -118,7 +120,7 @@ def inverse(arm: Arm, *, count: int) -> Iterator[str]:
 def agreement(arm: Arm, *, count: int) -> Iterator[str]:
     """Yield the largest misses of forward kinematics over all branches."""
     asked = arm.tool_poses(_random_joints(arm, count))
-    yield from _table(f"forward kinematics of {count} poses", "branches", "worst mm", "worst rad")
+    yield from table(f"forward kinematics of {count} poses", "branches", "worst mm", "worst rad")
     found = arm.solutions(asked)
     exists = np.isfinite(found).all(axis=2)
     wanted = np.repeat(asked, exists.sum(axis=1), axis=0)
@@ -132,7 +134,7 @@ def agreement(arm: Arm, *, count: int) -> Iterator[str]:
 def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
     """Yield a table of the search for turn and branch, and the cost of its way beside that of a dense ladder."""
     terms = cost_terms(arm, weights=SearchWeights(), minimum_wrist_angle=MINIMUM_WRIST_ANGLE)
-    yield from _table("poses", "turn and branch, us a pose", "with exact inverse and its checks", "peak bytes a pose")
+    yield from table("poses", "turn and branch, us a pose", "with exact inverse and its checks", "peak bytes a pose")
     for count in counts:
         poses = spiral(count, standoff=0.3)
         search = partial(_searched, poses, arm, terms, T_base_work=DOME)
@@ -140,7 +142,7 @@ def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
         yield row(
             str(count), *(f"{seconds / count * 1e6:.1f}" for seconds in times), f"{_peak_bytes(search) / count:.0f}"
         )
-    yield from _table("path", "cost of the way", "cost of the dense ladder", "ratio")
+    yield from table("path", "cost of the way", "cost of the dense ladder", "ratio")
     streams = [("dome", place, spiral(dense, standoff=0.3)) for place in DENSE_PLACES]
     for name, place, poses in [*streams, ("arc about the base", (0.0, 0.0, 80.0), _arc(dense))]:
         T_base_work = transforms.rigid(np.eye(3), np.array(place))
@@ -152,7 +154,7 @@ def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
 def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...]) -> Iterator[str]:
     """Yield a table of the deposit within 1 % of the set speed, for noise [degrees] on the normals of real patches."""
     columns = ("noise", "on slowdown", "at speed", "on ramps", "lean largest, mean", "not at speed")
-    yield from _table(f"patch at {cell.process.speed:g} mm/s", *columns)
+    yield from table(f"patch at {cell.process.speed:g} mm/s", *columns)
     for name in PATCHES:
         path = PATCH_FOLDER / f"{name}.ply"
         if not path.exists():
@@ -176,7 +178,7 @@ def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
     """Yield a table of seconds a stage and share, and the exponents with which they grow."""
     part = make("cap", faces=20_000)
     names = ("reach", "timing", "collision check", "all three", "TOPP-RA alone", "Pinocchio alone")
-    yield from _table("poses", *names, "all three / both alone")
+    yield from table("poses", *names, "all three / both alone")
     rows: list[list[float]] = []
     # What is compiled at its first call is not part of any row.
     _chain(cell, arm, part=part, poses=spiral(counts[0], standoff=cell.process.standoff))
@@ -192,32 +194,6 @@ def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
     slopes = np.polyfit(np.log(counts), np.log(rows), 1)[0]
     yield row("exponent", *(f"{slope:.2f}" for slope in slopes), "")
     yield ADDED
-
-
-def spiral(count: int, *, standoff: float) -> PoseStream:
-    """Return poses on a spiral over the top of the dome, evenly spaced, the nozzle against the normal."""
-    polar = STEEPEST * np.sqrt((np.arange(count) + 0.5) / count)
-    turn = 2.0 * np.pi * np.sqrt(count / 50.0) * polar / STEEPEST
-    normals = np.column_stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)])
-    down = np.diag([1.0, -1.0, -1.0])
-    rotations = transforms.smallest_rotation(down[:, 2], -normals) @ down
-    tips = (RADIUS + standoff) * normals
-    steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
-    ends = np.zeros(count, dtype=bool)
-    ends[[0, -1]] = True
-    return PoseStream(
-        tips=tips,
-        quaternions=transforms.same_sign(transforms.quaternion_of(rotations)),
-        normals=normals,
-        runs=np.zeros(count, dtype=np.int64),
-        levels=np.zeros(count, dtype=np.int64),
-        layers=np.zeros(count, dtype=np.int64),
-        deposit=np.ones(count, dtype=bool),
-        stops=ends,
-        arcs=np.append(0.0, np.cumsum(steps)),
-        flow=np.full(count, 0.5),
-        standoff=standoff,
-    )
 
 
 def _arc(count: int) -> PoseStream:
@@ -374,10 +350,6 @@ def _least_cpu_seconds(work: Callable[[], object]) -> float:
         work()
         times.append(time.process_time() - start)
     return min(times)
-
-
-def _table(*cells: str) -> list[str]:
-    return ["", row(*cells), row(*("---" for _ in cells))]
 
 
 if __name__ == "__main__":

@@ -24,3 +24,8 @@ def least_seconds(work: Callable[[], object], *, repeats: int = 3) -> float:
         work()
         times.append(time.perf_counter() - start)
     return min(times)
+
+
+def table(*cells: str) -> list[str]:
+    """Return an empty line and the head of a table."""
+    return ["", row(*cells), row(*("---" for _ in cells))]

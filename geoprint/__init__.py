@@ -18,6 +18,8 @@ stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKE
 Sources, by the keys that docstrings use:
 
     [3MF]               3MF Consortium: 3D Manufacturing Format, core specification 1.3 and production extension 1.1.
+    [ABBRapid]          ABB Robotics: RAPID reference manual. Data type zonedata; motion and I/O principles, positioning
+                        during program execution.
     [Barequet1995]      Barequet, Sharir: Filling gaps in the boundary of a polyhedron. Comput. Aided Geom. Des. 12(2),
                         1995.
     [Bates1988]         Bates, Watts: Nonlinear regression analysis and its applications. 1988.

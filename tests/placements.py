@@ -29,7 +29,7 @@ def run_of(poses: FloatArray, *, deposit: BoolArray | None = None) -> Placements
     """Return placements of one run that lays material all the way, unless told where."""
     laying = np.ones(len(poses), dtype=np.bool_) if deposit is None else deposit
     laying[-1] = False
-    return Placements(poses, runs=np.zeros(len(poses), dtype=np.int64), deposit=laying)
+    return Placements(poses, runs=np.zeros(len(poses), dtype=np.int64), deposit=laying, corners=poses)
 
 
 def block(low: tuple[float, float, float], high: tuple[float, float, float], *, name: str = "block") -> Surface:

@@ -71,6 +71,13 @@ def test_a_lamp_without_size_is_refused(tmp_path: Path) -> None:
         load_cell(written(tmp_path, text))
 
 
+def test_the_period_of_targets_is_read_and_has_a_default(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0])
+
+    assert load_cell(written(tmp_path, text.replace("period_ms = 20", "period_ms = 8"))).robot.target_period == 0.008
+    assert load_cell(written(tmp_path, text.replace("target_period_ms = 20\n", ""))).robot.target_period == 0.02
+
+
 def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
     for name in PACKAGED_CELLS:
         text = packaged_cell_text(name)
@@ -125,6 +132,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ("payload_kg = 3", "", "robot: payload_kg and wrist_inertia_kg_m2.*give both"),
         ('model = "irb120"', 'urdf = "own.urdf"', r"robot\.urdf: .*own\.urdf cannot be read"),
         ('uv_lamp = "doUV"', 'uv_lamp = "DOVALVE"', "same output"),
+        ("target_period_ms = 20", "target_period_ms = 0", r"robot\.target_period_ms: .*greater than or equal to 1"),
         ("[robot]", "[robot", "not valid TOML"),
     ],
 )

@@ -35,7 +35,8 @@ def printed_line() -> tuple[ControllerPath, Arm, PoseStream]:
     deposit[count + 1 : count + len(tips) - 2] = True
     runs = np.full(len(deposit), -1)
     runs[count : count + len(tips)] = 0
-    path = ControllerPath(np.concatenate([outward, joints, back]), runs=runs, deposit=deposit, step=0.5)
+    rows = np.concatenate([outward, joints, back])
+    path = ControllerPath(rows, runs=runs, deposit=deposit, rounding=np.zeros_like(rows), step=0.5)
     return path, arm, stream_of(tips)
 
 

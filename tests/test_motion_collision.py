@@ -48,7 +48,7 @@ def touched_share(patch: Surface, *, body: Surface | None) -> float:
 
 
 def test_control_says_what_it_found():
-    assert "384 known hits and misses found right" in collision.collision_control()
+    assert "480 known hits and misses found right" in collision.collision_control()
 
 
 @pytest.mark.parametrize(("answer", "message"), [(0, "a known hit"), (1, "a known miss")])

@@ -86,10 +86,10 @@ def test_a_turn_on_the_spot_is_sampled_each_degree() -> None:
     assert (controller_path(path, every(path), ARM).runs == 0).sum() == 27
 
 
-def test_targets_are_rows_and_the_planned_poses_lie_within_the_tolerance_of_the_lines(
+def test_rounded_targets_are_rows_and_the_planned_poses_lie_within_the_tolerance_of_the_lines(
     path: JointPath, targets: Targets, found: ControllerPath
 ) -> None:
-    rows = found.joints[found.runs >= 0]
+    rows = (found.joints + found.rounding)[found.runs >= 0]
     for joints in path.joints[targets.poses]:
         assert np.abs(rows - joints).max(axis=1).min() < 1e-9
     fine = controller_path(path, targets, ARM, step=0.02)

@@ -47,9 +47,8 @@ def test_promised_allowance_is_below_a_tenth_of_a_millimetre():
 
 
 def test_stretch_names_the_joint_moves_at_both_ends():
-    placements = Placements(
-        pointing_down(WAY[:5]), runs=np.array([-1, 0, 0, 1, -1]), deposit=np.zeros(5, dtype=np.bool_)
-    )
+    poses = pointing_down(WAY[:5])
+    placements = Placements(poses, runs=np.array([-1, 0, 0, 1, -1]), deposit=np.zeros(5, dtype=np.bool_), corners=poses)
 
     names = [placements.stretch(row) for row in range(5)]
 

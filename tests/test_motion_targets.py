@@ -12,7 +12,14 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
-from geoprint.motion.targets import ANGLE_TOLERANCE, FINE_SHARE, LARGEST_ZONE, SMALLEST_SPEED, written_targets
+from geoprint.motion.targets import (
+    ANGLE_TOLERANCE,
+    FINE_SHARE,
+    LARGEST_ZONE,
+    SMALLEST_SPEED,
+    close_targets,
+    written_targets,
+)
 from geoprint.transforms import same_sign
 from tests.cells import bent_cell
 from tests.joint_paths import DOWN, arc, line, stream, tilted, two_runs
@@ -41,10 +48,10 @@ def passing(poses: PoseStream, *, share: float = 1.0, still: float = 0.0) -> Tra
 
 
 def thinned(
-    poses: PoseStream, *, tolerance: float = TOLERANCE, rate: float = 40.0, share: float = 1.0, still: float = 0.0
+    poses: PoseStream, *, tolerance: float = TOLERANCE, period: float = 0.025, share: float = 1.0, still: float = 0.0
 ) -> Targets:
     return written_targets(
-        unsolved(poses), passing(poses, share=share, still=still), process=PROCESS, tolerance=tolerance, rate=rate
+        unsolved(poses), passing(poses, share=share, still=still), process=PROCESS, tolerance=tolerance, period=period
     )
 
 
@@ -134,12 +141,12 @@ def test_a_switch_of_the_deposit_is_a_rest_even_where_the_stream_has_no_stop() -
 
 
 @settings(max_examples=10, deadline=None)
-@given(st.integers(0, 10_000), st.sampled_from([0.003, 0.01, 0.05]), st.sampled_from([10.0, 40.0]))
+@given(st.integers(0, 10_000), st.sampled_from([0.003, 0.01, 0.05]), st.sampled_from([0.025, 0.1]))
 def test_all_poses_stay_within_tolerance_and_zones_within_half_the_distance(
-    seed: int, tolerance: float, rate: float
+    seed: int, tolerance: float, period: float
 ) -> None:
     poses = wavy(seed)
-    found = thinned(poses, tolerance=tolerance, rate=rate)
+    found = thinned(poses, tolerance=tolerance, period=period)
     distance, angle = deviations(poses, found.poses)
     assert distance <= tolerance * 1.001
     assert angle <= ANGLE_TOLERANCE * 1.001
@@ -156,7 +163,7 @@ def test_the_dense_check_sees_a_target_that_is_left_out() -> None:
     assert deviations(poses, np.delete(found.poses, slice(4, 6)))[0] > TOLERANCE
 
 
-def test_targets_come_at_most_at_the_rate_where_the_tolerance_allows() -> None:
+def test_targets_come_no_sooner_than_the_period_where_the_tolerance_allows() -> None:
     poses = stream(arc(radius=3.0, step=0.05, angle=np.pi))
     times = passing(poses).pose_times
     gaps = np.diff(times[thinned(poses, tolerance=0.03).poses])
@@ -164,16 +171,27 @@ def test_targets_come_at_most_at_the_rate_where_the_tolerance_allows() -> None:
     assert gaps.max() < 1.3 / 40.0
 
 
-def test_the_tolerance_wins_over_the_rate() -> None:
+def test_the_tolerance_wins_over_the_period() -> None:
     poses = stream(arc(radius=3.0, step=0.05, angle=np.pi))
     found = thinned(poses, tolerance=0.001)
     assert deviations(poses, found.poses)[0] <= 0.001
     assert np.diff(passing(poses).pose_times[found.poses]).max() < 1.0 / 40.0
 
 
-def test_a_high_rate_is_used_to_follow_the_path_closer() -> None:
+def test_targets_that_come_too_soon_are_counted_and_the_soonest_is_told() -> None:
+    poses = stream(line((0.0, 0.0, 0.0), (8.0, 0.0, 0.0), count=5))
+    found = Targets(poses=np.array([0, 1, 2, 4]), zones=np.zeros(4), speeds=np.full(4, 20.0))
+    trajectory = passing(poses)
+
+    assert close_targets(found, trajectory, period=0.05) == (0, pytest.approx(0.1))
+    assert close_targets(found, trajectory, period=0.1) == (0, pytest.approx(0.1))
+    assert close_targets(found, trajectory, period=0.15) == (2, pytest.approx(0.1))
+    assert close_targets(found, trajectory, period=0.3)[0] == 3
+
+
+def test_a_short_period_is_used_to_follow_the_path_closer() -> None:
     poses = stream(arc(radius=10.0, step=0.1, angle=np.pi))
-    usual, fast = thinned(poses, rate=40.0), thinned(poses, rate=1000.0)
+    usual, fast = thinned(poses, period=0.025), thinned(poses, period=0.001)
     assert deviations(poses, fast.poses)[0] <= FINE_SHARE * TOLERANCE
     assert deviations(poses, usual.poses)[0] > FINE_SHARE * TOLERANCE
     assert usual.poses.size < fast.poses.size
@@ -201,10 +219,10 @@ def test_a_single_pose_is_its_only_target() -> None:
     np.testing.assert_array_equal(found.zones, [0.0])
 
 
-@pytest.mark.parametrize(("tolerance", "rate"), [(0.0, 40.0), (-1.0, 40.0), (0.01, 0.0), (float("nan"), 40.0)])
-def test_a_tolerance_or_rate_that_is_not_positive_is_refused(tolerance: float, rate: float) -> None:
-    with pytest.raises(UsageError, match="positive tolerance and rate"):
-        thinned(stream(arc(angle=0.5)), tolerance=tolerance, rate=rate)
+@pytest.mark.parametrize(("tolerance", "period"), [(0.0, 0.02), (-1.0, 0.02), (0.01, 0.0), (float("nan"), 0.02)])
+def test_a_tolerance_or_period_that_is_not_positive_is_refused(tolerance: float, period: float) -> None:
+    with pytest.raises(UsageError, match="positive tolerance and period"):
+        thinned(stream(arc(angle=0.5)), tolerance=tolerance, period=period)
 
 
 def test_a_bend_that_only_one_pose_shows_is_kept() -> None:

@@ -14,9 +14,9 @@ from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, PoseStream, ScalarField, Surface, Toolpath
 from geoprint.paths import arrange, largest_lean, mean_lean, poses
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
-from geoprint.paths.travel import crossing, sampled_polyline
 from geoprint.surfaces import boundary_seed, positions
 from geoprint.transforms import rotation_of
+from tests.cells import straight_cell
 from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
 
 RETRACT, STANDOFF, SPEED = 5.0, 0.3, 20.0
@@ -28,7 +28,7 @@ def planned(surface: Surface, *, spacing: float) -> tuple[Toolpath, PoseStream]:
     toolpath = arrange(contours, surface, speed=SPEED)
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=RETRACT, layer_height=0.5,
-        max_tilt=MAX_TILT,
+        max_tilt=MAX_TILT, tool=straight_cell().tool, body=None,
     )  # fmt: skip
     return toolpath, stream
 
@@ -118,23 +118,6 @@ def test_travel_keeps_off_the_part() -> None:
     distances = np.asarray(KDTree(surface.vertices).query(stream.tips[~stream.deposit])[0])
     lifts = stream.tips[~stream.deposit][:, 2] < RETRACT - 1e-9
     assert distances[~lifts].min() >= RETRACT / 2
-
-
-def test_a_crossing_through_a_hill_goes_over_it() -> None:
-    x = np.linspace(-10, 10, 41)
-    hill = np.column_stack([x, np.zeros(41), 8.0 - 0.08 * x**2])
-    start, end, up = np.array([-10.0, 0, 5.0]), np.array([10.0, 0, 5.0]), np.array([0.0, 0, 1.0])
-    way = crossing(start, end, up=up, retract=5.0, vertices=KDTree(hill), top=8.0)
-    assert len(way) == 4
-    assert way[:, 2].tolist() == [5.0, 18.0, 18.0, 5.0]
-    flat = crossing(start, end, up=up, retract=5.0, vertices=KDTree(hill - [0, 0, 20.0]), top=-12.0)
-    assert len(flat) == 2
-
-
-def test_a_polyline_is_sampled_with_its_corners() -> None:
-    samples, corners = sampled_polyline(np.array([[0.0, 0, 0], [2.5, 0, 0], [2.5, 1.0, 0]]), step=1.0)
-    assert corners.tolist() == [0, 3, 4]
-    np.testing.assert_allclose(np.linalg.norm(np.diff(samples, axis=0), axis=1), [2.5 / 3] * 3 + [1.0])
 
 
 def test_axis_noise_is_smoothed_away_and_the_mean_kept() -> None:

@@ -14,6 +14,7 @@ from geoprint.model import FloatArray, SurfacePoints
 from geoprint.paths import arrange, poses
 from geoprint.paths.corners import CORNER_ANGLE, FILLET_ERROR_SHARE, Rounded, round_corners
 from geoprint.surfaces import PolylineDistance, boundary_seed, closest, positions
+from tests.cells import straight_cell
 from tests.meshes import plate
 
 SURFACE = plate((40.0, 30.0), (20, 15))
@@ -121,7 +122,10 @@ def test_a_closed_run_with_two_hairpins_becomes_two_open_ones() -> None:
 def test_nothing_is_laid_at_rest_on_a_plate_and_every_corner_is_told() -> None:
     surface = plate((40.0, 30.0), (80, 60))
     toolpath = arrange(Heat(surface).contours(boundary_seed(surface), spacing=4.0), surface, speed=SPEED)
-    stream = poses(toolpath, surface, R_base_work=np.eye(3), standoff=0.3, retract=5.0, layer_height=0.5, max_tilt=0.2)
+    stream = poses(
+        toolpath, surface, R_base_work=np.eye(3), standoff=0.3, retract=5.0, layer_height=0.5, max_tilt=0.2,
+        tool=straight_cell().tool, body=None,
+    )  # fmt: skip
     assert stream.stops_while_laying == 0
     assert len(toolpath.splits) == 0
     # Four rectangles; one corner of each may be its seam.

@@ -110,6 +110,11 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert found["surface"]["topology"] == "disc"
     assert found["paths"]["runs"] == cap_plan.toolpath.curves.count
     assert found["clearance"]["not_checked"]
+    periods = np.diff(robot_of(cap_plan).trajectory.pose_times[robot_of(cap_plan).targets.poses])
+    assert found["motion"]["targets"]["period_ms"] == 20.0
+    assert found["motion"]["targets"]["closer"] == (periods < 0.02 - 1e-9).sum()
+    assert found["motion"]["targets"]["shortest_ms"] == pytest.approx(1e3 * periods.min(), abs=1e-5)
+    assert any("than the controller digests" in warning for warning in found["warnings"])
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
     assert any("NOT CALIBRATED" in warning for warning in found["warnings"])

@@ -31,6 +31,7 @@ class RobotTable(Table):
     limits_deg: SixRanges
     speeds_deg_s: SixPositive
     accelerations_deg_s2: SixPositive
+    target_period_ms: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
     payload_kg: PositiveFloat | None = None
     wrist_inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)] | None = None
 

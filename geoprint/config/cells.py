@@ -81,6 +81,7 @@ def _cell(file: CellFile, *, name: str, folder: Path) -> Cell:
             speeds=np.radians(file.robot.speeds_deg_s),
             accelerations=np.radians(file.robot.accelerations_deg_s2),
             home=np.radians(file.home.joints_deg),
+            target_period=file.robot.target_period_ms / 1000.0,
             urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
             flange=file.robot.flange,
             load=file.robot.load,

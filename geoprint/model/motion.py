@@ -151,22 +151,25 @@ class Targets:
 class ControllerPath:
     """The motion as the controller interpolates it: joint moves from and to home, straight lines between targets.
 
-    Sampled so finely that `step` bounds what happens between neighbouring rows.
+    Sampled so finely that `step` bounds what happens between neighbouring rows. Where the controller may round a
+    target, the rows pass halfway between the target and the widest way past it, off by at most `rounding`.
 
     Attributes:
         joints: (k, 6) [rad], from home to home.
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
         deposit: (k,) whether material is laid from this row to the next.
+        rounding: (k, 6) from a row to where the controller passes if it rounds nothing [rad]; 0 on joint moves.
         step: largest movement of the tip between neighbouring rows [mm].
     """
 
     joints: FloatArray
     runs: IntArray
     deposit: BoolArray
+    rounding: FloatArray
     step: float
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, joints="float: k 6", runs="int: k", deposit="bool: k")
+        freeze_arrays(self, joints="float: k 6", runs="int: k", deposit="bool: k", rounding="float: k 6")
 
 
 @final

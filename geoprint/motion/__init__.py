@@ -27,7 +27,7 @@ from geoprint.motion.payload import WristLoad, check_load, wrist_load
 from geoprint.motion.placement import demo_placement, fit_touched_points
 from geoprint.motion.placement_search import Candidate, Room, Stand, search_placement
 from geoprint.motion.reach_map import ReachMap, Reason, lost_shares
-from geoprint.motion.targets import written_targets
+from geoprint.motion.targets import close_targets, written_targets
 from geoprint.motion.timing import retime
 from geoprint.motion.tip_calibration import TipCalibration, calibrate_tip
 from geoprint.motion.tips import joints_at, tips_at
@@ -58,6 +58,7 @@ __all__ = [
     "calibrate_tip",
     "check_load",
     "clearance",
+    "close_targets",
     "collision_control",
     "configuration_data",
     "controller_path",

@@ -1,16 +1,16 @@
-"""The links of the arm against part, body and obstacles, and against the tool that the arm carries.
+"""The links of the arm against part, body and obstacles, against the tool that the arm carries, and one another.
 
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
 the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
-bears it. The base stands on what ends below its foot, and link 1 turns above it. The links are not checked against
-one another.
+bears it. Links that are three joints or more apart move past each other likewise, but for link 1. The base stands on
+what ends below its foot, and link 1 turns above it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -25,11 +25,26 @@ from geoprint.motion.kinematics import Arm
 from geoprint.motion.link_solids import Link, link_solids
 from geoprint.motion.sides import inside
 from geoprint.motion.surroundings import Target, box_target, solid_target
-from geoprint.motion.sweep import ALLOWANCE, LARGEST_ARM_STEP, Hits, Placements, find_hits, refined, step_parts
+from geoprint.motion.sweep import (
+    ALLOWANCE,
+    LARGEST_ARM_STEP,
+    LARGEST_STEP,
+    Hits,
+    Placements,
+    find_hits,
+    refined,
+    step_parts,
+)
 from geoprint.motion.tool_solids import Solid, movements
 
 # The base and the links 1 to 4, which the tool must not touch.
 LINKS_APART_FROM_TOOL = 5
+# A link must not touch those so many joints on. Nearer ones are kept apart by their joints' limits; their cylinders,
+# which hold more than the links, meet where the links themselves do not.
+JOINTS_BETWEEN_LINKS = 3
+# Link 1 is left out: its cylinder is as wide on all sides as the link is where it is widest, and the forearm of a part
+# close to the arm is well inside it.
+ROUND_LINK = 1
 
 
 @final
@@ -39,18 +54,42 @@ class ArmMotion:
 
     Attributes:
         Ts_work_link: (k, 7, 4, 4) of the base and the links 1 to 6 [mm].
+        corners: (k, 7, 4, 4) where they are if the controller rounds nothing [mm].
         tool: where the tool is [mm].
     """
 
     Ts_work_link: FloatArray
+    corners: FloatArray
     tool: Placements
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, Ts_work_link="float: k 7 4 4")
+        freeze_arrays(self, Ts_work_link="float: k 7 4 4", corners="float: k 7 4 4")
 
-    def Ts_link_tool(self, link: Link) -> FloatArray:
-        """(k, 4, 4) the tool as a link sees it [mm]."""
-        return transforms.inverse(self.Ts_work_link[:, link.joint]) @ self.tool.poses
+    def link_way(self, link: Link) -> Placements:
+        """Where a link is in the work frame; of the base, which does not move, one step stands for all."""
+        count = self.tool.count if link.joint > 0 else 2
+        return replace(
+            self.tool,
+            poses=self.Ts_work_link[:count, link.joint],
+            corners=self.corners[:count, link.joint],
+            runs=self.tool.runs[:count],
+            deposit=self.tool.deposit[:count],
+        )
+
+    def tool_way(self, link: Link) -> Placements:
+        """Where the tool is as a link sees it."""
+        return self._seen(link, self.tool.poses, self.tool.corners)
+
+    def pair_way(self, first: Link, second: Link) -> Placements:
+        """Where the second of two links is as the first sees it."""
+        return self._seen(first, self.Ts_work_link[:, second.joint], self.corners[:, second.joint])
+
+    def _seen(self, link: Link, poses: FloatArray, corners: FloatArray) -> Placements:
+        return replace(
+            self.tool,
+            poses=transforms.inverse(self.Ts_work_link[:, link.joint]) @ poses,
+            corners=transforms.inverse(self.corners[:, link.joint]) @ corners,
+        )
 
 
 @final
@@ -74,7 +113,10 @@ def arm_motion(
 ) -> ArmMotion:
     """Return the way of links and tool: the path's rows and, where something moves far, rows between them."""
     motion = _motion(path, arm, T_work_base=T_work_base)
-    parts = step_parts(_largest_movements(motion, tool=tool, links=links), largest=LARGEST_ARM_STEP)
+    parts = np.maximum(
+        step_parts(movements(tool, motion.tool.poses).max(axis=1), largest=LARGEST_STEP),
+        step_parts(_largest_movements(motion, tool=tool, links=links), largest=LARGEST_ARM_STEP),
+    )
     return motion if parts.max() == 1 else _motion(refined(path, parts=parts), arm, T_work_base=T_work_base)
 
 
@@ -88,7 +130,7 @@ def check_arm(
     base_targets: tuple[Target, ...],
     trees: Trees,
 ) -> ArmFinding:
-    """Prove that the links keep clear of the targets, and the tool of the links, at and between placements.
+    """Prove that links keep clear of targets and one another, and the tool of links, at and between placements.
 
     Args:
         motion: the way of links and tool.
@@ -100,21 +142,26 @@ def check_arm(
         trees: pieces of the targets.
 
     Raises:
-        ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool does so to a link.
+        ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link does
+            so to a link.
         InputError: placements are too far apart.
         VerificationError: the check fails on what is known.
     """
     placements = motion.tool
+    inflated = [_inflated(link.solids, kept=kept) for link in links]
     ways: list[tuple[CollisionWorld, Placements]] = []
     for link in links:
-        world = CollisionWorld(_inflated(link.solids, kept=kept), targets=targets if link.joint > 1 else base_targets)
-        ways.append((world, _moved(placements, motion.Ts_work_link[:, link.joint], moves=link.joint > 0)))
+        world = CollisionWorld(inflated[link.joint], targets=targets if link.joint > 1 else base_targets)
+        ways.append((world, motion.link_way(link)))
     carried_solids = _with_whole_needle(tool)
     carried_inflated = _inflated(carried_solids, kept=kept)
     carried: list[tuple[CollisionWorld, Placements]] = []
     for link in links[:LINKS_APART_FROM_TOOL]:
         world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
-        carried.append((world, _moved(placements, motion.Ts_link_tool(link), moves=True)))
+        carried.append((world, motion.tool_way(link)))
+    for first, second in _pairs(links):
+        world = CollisionWorld(inflated[second.joint], targets=tuple(solid_target(solid) for solid in first.solids))
+        carried.append((world, motion.pair_way(first, second)))
     _refuse_inside(ways)
     for world, way in (*ways, *carried):
         hits = find_hits(world, way, largest_step=LARGEST_ARM_STEP)
@@ -125,18 +172,25 @@ def check_arm(
         smallest=closest.distance,
         at=f"{placements.stretch(closest.row)} with the tip at {_place(placements, closest.row)}, "
         f"{closest.solid} to {closest.target}",
-        checked=_checked(carried_solids, targets=targets, base_targets=base_targets),
+        checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*ways, *carried])),
     )
 
 
+def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
+    """Return the links that must not touch one another."""
+    firsts = [link for link in links if link.joint != ROUND_LINK]
+    return [(first, second) for first in firsts for second in links[first.joint + JOINTS_BETWEEN_LINKS :]]
+
+
 def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tuple[Link, ...]) -> FloatArray:
-    """Bound how far any point of a link moves, or of the tool as any link that it may hit sees it.
+    """Bound how far any point of a link moves, or of tool or link as any link that it may hit sees it.
 
     Returns:
         (k - 1,) bounds from each placement to the next [mm].
     """
     bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
-    bounds += [movements(tool, motion.Ts_link_tool(link)) for link in links[:LINKS_APART_FROM_TOOL]]
+    bounds += [movements(tool, motion.tool_way(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
+    bounds += [movements(second.solids, motion.pair_way(first, second).poses) for first, second in _pairs(links)]
     return np.concatenate(bounds, axis=1).max(axis=1)
 
 
@@ -164,19 +218,17 @@ def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
 
 def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
     poses = T_work_base @ arm.link_poses(path.joints)
-    return ArmMotion(poses[:, :-1], Placements(poses[:, -1], runs=path.runs, deposit=path.deposit))
+    corners = poses.copy()
+    rounded = path.rounding.any(axis=1)
+    corners[rounded] = T_work_base @ arm.link_poses(path.joints[rounded] + path.rounding[rounded])
+    tool = Placements(poses[:, -1], runs=path.runs, deposit=path.deposit, corners=corners[:, -1])
+    return ArmMotion(poses[:, :-1], corners[:, :-1], tool)
 
 
 def _with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """Join the tip to the needle: it may come close to the part, but to no link."""
     tip, needle, *rest = tool
     return (Solid(needle.name, tip.start, needle.end, needle.start_radius, needle.end_radius), *rest)
-
-
-def _moved(placements: Placements, poses: FloatArray, *, moves: bool) -> Placements:
-    """Return the way of something else than the tool; of what does not move, one step stands for all."""
-    count = placements.count if moves else 2
-    return Placements(poses[:count], runs=placements.runs[:count], deposit=placements.deposit[:count])
 
 
 def _refuse_inside(ways: Sequence[tuple[CollisionWorld, Placements]]) -> None:
@@ -214,6 +266,7 @@ def _too_close(
         place=tuple(placements.poses[worst.row, :3, 3].tolist()),
         distance=worst.distance,
         wanted=kept,
+        travelling=placements.travelling(hits.rows),
         hits=count,
         placements=placements.count,
     )
@@ -226,7 +279,13 @@ def _checked(
     pairs = [f"arm's links 2 to 6, as cylinders that hold them, against {target.name}" for target in targets]
     pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
+    pairs += ["arm's links, as cylinders, against those three joints on or more, but for link 1"]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
+
+
+def _rounded(ways: Sequence[tuple[CollisionWorld, Placements]]) -> str:
+    largest = max(float(way.rounding(world.solids).max()) for world, way in ways)
+    return f"arm where the controller rounds targets, at most {largest:.3f} mm off its way"
 
 
 def _place(placements: Placements, row: int) -> str:

@@ -3,7 +3,7 @@
 What is tested, at every placement of the path and between them: needle, cone, barrel and bracket keep the clearance of
 the process (`sweep`); the last millimetre of the needle touches nothing on travel; on deposit its rim has room over the
 surface (`tip_zone`); the tool is outside every closed surface (`sides`); and the links of the arm keep clear of all
-that and of the tool (`arm_clearance`). What is not tested is named in the result.
+that, of the tool and of one another (`arm_clearance`). What is not tested is named in the result.
 """
 
 from __future__ import annotations
@@ -23,22 +23,21 @@ from geoprint.motion.kinematics import Arm
 from geoprint.motion.link_solids import link_solids
 from geoprint.motion.sides import inside
 from geoprint.motion.surroundings import Target, box_target, mesh_target
-from geoprint.motion.sweep import ALLOWANCE, LARGEST_STEP, Hits, Placements, find_hits, refined, step_parts
+from geoprint.motion.sweep import ALLOWANCE, Hits, Placements, find_hits
 from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
-from geoprint.motion.tool_solids import Solid, movements, tool_solids
+from geoprint.motion.tool_solids import Solid, tool_solids
 
 # What no check looks at.
 NOT_CHECKED = (
     "cables",
     "material already laid",
     "the way to home from where the arm stands when the program starts",
-    "how the controller rounds corners within zones",
     "that the controller's world frame is its base frame",
 )
 # What is not looked at besides, without an arm and without a lamp in the cell; and with an arm.
 WITHOUT_ARM = "arm links"
 WITHOUT_LAMP = "UV lamp"
-WITH_ARM = "arm links against one another"
+WITH_ARM = "arm's link 1 against links 3 to 6, and its other links against those two joints on"
 # A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
 FOOT_ROUNDING = 1e-6
 # Placements besides the first at which the side of closed surfaces is tested.
@@ -81,13 +80,21 @@ def clearance(
     """
     check_rigid(T_base_work[None])
     T_work_base = transforms.inverse(T_base_work)
-    scene = _scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
-    placements = _placements(path, arm, solids=scene.tool.solids, T_work_base=T_work_base)
-    standoff = poses.standoff if poses.deposit.any() else None
-    found = _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
     links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
+    motion = arm_motion(path, arm, tool=tool_solids(tool), links=links, T_work_base=T_work_base)
+    scene = _scene(
+        tool,
+        placements=motion.tool,
+        process=process,
+        part=part,
+        body=body,
+        obstacles=obstacles,
+        T_work_base=T_work_base,
+    )
+    standoff = poses.standoff if poses.deposit.any() else None
+    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
     arm_found = check_arm(
-        arm_motion(path, arm, tool=scene.tool.solids, links=links, T_work_base=T_work_base),
+        motion,
         links=links,
         tool=scene.tool.solids,
         kept=process.clearance,
@@ -129,7 +136,15 @@ def check_placements(
         InputError: as `clearance`.
         VerificationError: as `clearance`.
     """
-    scene = _scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
+    scene = _scene(
+        tool,
+        placements=placements,
+        process=process,
+        part=part,
+        body=body,
+        obstacles=obstacles,
+        T_work_base=T_work_base,
+    )
     return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
 
 
@@ -149,6 +164,7 @@ class _Scene:
 def _scene(
     tool: Tool,
     *,
+    placements: Placements,
     process: Process,
     part: Surface,
     body: Surface | None,
@@ -157,7 +173,9 @@ def _scene(
 ) -> _Scene:
     if not 0.0 <= process.clearance < np.inf:
         raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
-    solids = tool_solids(tool)
+    tip, *rest = tool_solids(tool)
+    # The tip is not inflated downwards: where travel rounds a corner, it is longer by what it may be lower there.
+    solids = (replace(tip, start=tip.start - _rounding_on_travel(placements, tip) * tip.axis), *rest)
     kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
     bodies = [mesh_target(part, role="part")]
     bodies += [] if body is None else [mesh_target(body, role="body")]
@@ -172,6 +190,11 @@ def _scene(
         trees=ranking_trees(targets),
         has_body=body is not None,
     )
+
+
+def _rounding_on_travel(placements: Placements, tip: Solid) -> float:
+    travels = np.append(placements.travels, np.False_) | np.append(np.False_, placements.travels)
+    return float(placements.rounding((tip,))[travels].max(initial=0.0))
 
 
 def _top(box: Box) -> float:
@@ -202,7 +225,7 @@ def _check_tool(
         kept=process.clearance,
         tip_margin=room,
         checks=placements.count,
-        checked=_checked(world),
+        checked=_checked(world, rounding=float(placements.rounding(world.solids).max())),
         not_checked=(WITHOUT_ARM, *lamp, *NOT_CHECKED, *surroundings),
     )
 
@@ -215,13 +238,6 @@ def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
         checked=(*found.checked, *arm_found.checked),
         not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
     )
-
-
-def _placements(path: ControllerPath, arm: Arm, *, solids: tuple[Solid, ...], T_work_base: FloatArray) -> Placements:
-    """Return the path's rows and, where the tool moves far from one to the next, rows between them."""
-    moved = movements(solids, T_work_base @ arm.tool_poses(path.joints)).max(axis=1)
-    fine = refined(path, parts=step_parts(moved, largest=LARGEST_STEP))
-    return Placements(T_work_base @ arm.tool_poses(fine.joints), runs=fine.runs, deposit=fine.deposit)
 
 
 def _check_sides(placements: Placements, world: CollisionWorld) -> None:
@@ -261,6 +277,7 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
         place=tuple(worst.tip.tolist()),
         distance=worst.distance,
         wanted=wanted,
+        travelling=placements.travelling(hits.rows),
         hits=count,
         placements=placements.count,
     )
@@ -269,7 +286,8 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
 def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
     """Return the smallest room under the needle's rim on deposit.
 
-    The circle is widened so that those about two neighbouring placements hold the needle on the way between them.
+    The circle is widened so that those about two neighbouring placements hold the needle on the way between them, and
+    where a corner is rounded; the tip may be as much lower there.
     """
     laying = placements.deposit.copy()
     laying[1:] |= placements.deposit[:-1]
@@ -278,10 +296,12 @@ def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, s
         raise InputError("the path lays no material, so that there is no room under the needle's rim to check.")
     tips = placements.poses[:, :3, 3]
     step = float(np.linalg.norm(np.diff(tips, axis=0), axis=1)[placements.deposit[:-1]].max(initial=0.0))
-    widened = float(np.hypot(radius, step / 2))
+    rounding = placements.rounding(world.solids[:1])[rows, 0]
+    widened = float(np.hypot(radius, step / 2) + rounding.max())
     rooms = np.array(
         [tip_rooms(placements.poses[rows], t.triangles, radius=widened, standoff=standoff) for t in world.targets]
     )
+    rooms -= rounding
     target, index = np.unravel_index(int(np.argmin(rooms)), rooms.shape)
     least, row = float(rooms[target, index]), int(rows[index])
     if least == np.inf:
@@ -312,12 +332,12 @@ def _no_room(
     )
 
 
-def _checked(world: CollisionWorld) -> tuple[str, ...]:
+def _checked(world: CollisionWorld, *, rounding: float) -> tuple[str, ...]:
     solids = ", ".join(solid.name for solid in world.solids if solid.reach_below > 0.0)
     pairs = [f"{solids} against {target.name}" for target in world.targets]
     pairs += [f"needle's tip on travel and its rim on deposit against {target.name}" for target in world.targets]
     sides = [f"tool outside the closed {target.name}" for target in world.targets if target.closed]
-    return (*pairs, *sides)
+    return (*pairs, *sides, f"tool where the controller rounds targets, at most {rounding:.3f} mm off its way")
 
 
 def _place(tip: FloatArray) -> str:

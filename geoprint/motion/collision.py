@@ -20,13 +20,15 @@ from geoprint.motion.tool_solids import Solid, inflated_profile, sides_of, tool_
 
 # By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these. The
 # largest are for many steps at a time.
-REACHES = (0.0, 0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 12.0)
+REACHES = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.07, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0, 12.0)
 # The same for links of the arm, which are mostly far away; even at rest they are inflated by the first.
-ARM_REACHES = (0.02, 0.3, 1.2, 4.0, 16.0)
+ARM_REACHES = (0.02, 0.04, 0.07, 0.3, 1.2, 4.0, 16.0)
+# By how much the reaches of the finest steps, up to the first of a link, are rounded up at most [mm].
+REACH_STEP = 0.01
 # The reach of a solid that is not to be tested at a placement.
 NOT_TESTED = -1.0
-# Rounding of sums of reaches [mm].
-REACH_ROUNDING = 1e-9
+# Noise of sums of reaches [mm]; angles from the inverse kinematics are right to far less.
+REACH_ROUNDING = 1e-6
 # How far entries of R^T R may be from the identity: poses are products of a few rotations.
 RIGID_TOLERANCE = 1e-6
 # The plate of the control stands this much nearer or farther than the inflated side [mm], besides what the polygon
@@ -100,9 +102,10 @@ class CollisionWorld:
         self.reaches = inflated.reaches
         self.targets = targets
         self._bounds = [target.bounds for target in targets]
+        highest = [target.triangles.max(axis=(0, 1)) for target in targets]
         for index, solid in enumerate(self.solids):
             for model, radius in zip(inflated.objects[index], inflated.radii[index].tolist(), strict=True):
-                self._control(model, solid, size=solid.length + 2 * radius)
+                self._control(model, solid, size=solid.length + 2 * radius, highest=highest)
 
     def touches(self, poses: FloatArray, *, reaches: FloatArray) -> BoolArray:
         """Say which inflated solids touch which targets.
@@ -151,12 +154,11 @@ class CollisionWorld:
                 near[:, index, column] = ((low <= highest) & (high >= lowest)).all(axis=1)
         return near
 
-    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float) -> None:
+    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float, highest: list[FloatArray]) -> None:
         """Test one inflated solid on and beside every target; no two points of it are farther apart than its size."""
-        for target in self.targets:
-            highest = target.triangles.max(axis=(0, 1))
+        for target, corner in zip(self.targets, highest, strict=True):
             onto = target.triangles[0].mean(axis=0) - solid.centre
-            beside = highest - solid.centre + 2 * size
+            beside = corner - solid.centre + 2 * size
             for shift, known in ((onto, True), (beside, False)):
                 inflated.setTransform(fcl.Transform(np.eye(3), shift))
                 _expect(inflated, target.model, known=known, solid=solid, name=target.name)

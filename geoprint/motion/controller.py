@@ -10,11 +10,13 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets
+from geoprint.motion.closed_form import JOINTS
 from geoprint.motion.configuration import configuration_data
 from geoprint.motion.following import LARGEST_JUMP
 from geoprint.motion.kinematics import Arm
 from geoprint.motion.pose_samples import TURN_STEP, tool_poses
 from geoprint.motion.targets import required_poses
+from geoprint.motion.zones import triangle_middles
 
 # The joints at a target, from the inverse, agree with those of the joint path to this [rad]: both are the same closed
 # form, and rounding grows by 1 / sin of the wrist angle only. A target so near to a quarter turn may count as either.
@@ -33,7 +35,8 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
     sample; all joints move together back home. Samples are at most `step` of tip movement apart; on straight moves
     the tool, on joint moves each joint, turns by at most one degree between them.
 
-    Zones are not modelled: where the controller rounds a target it leaves these lines by less than the zone's radius.
+    Where a target has a zone the rows pass the middle of the triangle that its corner path stays in (`zones`), and say
+    how far the joints at the target itself are from there; along the lines this falls linearly to the next target.
 
     Args:
         joint_path: p poses with their joints, and the branch.
@@ -42,7 +45,7 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
         step: largest movement of the tip between neighbouring rows [mm], positive.
 
     Returns:
-        The rows. The row of a target belongs to the move that leaves it; that of the last one lays nothing.
+        The rows. The row that passes a target belongs to the move that leaves it; that of the last one lays nothing.
 
     Raises:
         InputError: the step is not positive, or the targets leave out a pose that they must name.
@@ -54,10 +57,12 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
     there = _joint_move(arm.robot.home, lines.joints[0], arm, step=step)[:-1]
     back = _joint_move(lines.joints[-1], arm.robot.home, arm, step=step)[1:]
     sizes = (len(there), len(lines.joints), len(back))
+    exact = [np.zeros((size, JOINTS)) for size in sizes]
     return ControllerPath(
         joints=np.concatenate([there, lines.joints, back]),
         runs=np.concatenate([np.full(sizes[0], -1), lines.runs, np.full(sizes[2], -1)]),
         deposit=np.concatenate([np.zeros(sizes[0], np.bool_), lines.deposit, np.zeros(sizes[2], np.bool_)]),
+        rounding=np.concatenate([exact[0], lines.rounding, exact[2]]),
         step=step,
     )
 
@@ -72,7 +77,13 @@ def there_and_back(joints: FloatArray, arm: Arm, *, step: float) -> ControllerPa
     """
     there = _joint_move(arm.robot.home, joints, arm, step=step)
     rows = np.concatenate([there, there[-2::-1]])
-    return ControllerPath(rows, runs=np.full(len(rows), -1), deposit=np.zeros(len(rows), np.bool_), step=step)
+    return ControllerPath(
+        joints=rows,
+        runs=np.full(len(rows), -1),
+        deposit=np.zeros(len(rows), np.bool_),
+        rounding=np.zeros_like(rows),
+        step=step,
+    )
 
 
 @final
@@ -81,14 +92,14 @@ class _Lines:
     """Samples of the straight moves.
 
     Attributes:
-        Ts_base_tool: (s, 4, 4) [mm].
         joints: (s, 6) [rad], continuous.
+        rounding: (s, 6) from there to the joints where no corner is rounded [rad].
         runs: (s,) run.
         deposit: (s,) whether material is laid from this sample to the next.
     """
 
-    Ts_base_tool: FloatArray
     joints: FloatArray
+    rounding: FloatArray
     runs: IntArray
     deposit: BoolArray
 
@@ -96,7 +107,8 @@ class _Lines:
 def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: float) -> _Lines:
     poses, chosen = joint_path.poses, targets.poses
     commanded = tool_poses(poses, T_base_work=joint_path.T_base_work)[chosen]
-    start, end = commanded[:-1], commanded[1:]
+    passed = triangle_middles(commanded, targets.zones)
+    start, end = passed[:-1], passed[1:]
     moves = np.linalg.norm(end[:, :3, 3] - start[:, :3, 3], axis=1)
     turns = transforms.rotation_angle(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3])
     counts = np.maximum(np.ceil(np.maximum(moves / step, turns / TURN_STEP)), 1.0).astype(np.int64)
@@ -105,11 +117,12 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     shares = (np.arange(rows.size) - places[rows]) / counts[rows]
     between = transforms.interpolate_poses(start[rows], end[rows], shares)
     runs = np.append(poses.runs[chosen[1:]][rows], poses.runs[-1])
-    Ts_base_tool = np.concatenate([between, commanded[-1:]])
-    joints = _followed(Ts_base_tool, runs, joint_path, arm)
-    _refuse_other_ways(joints[places], joint_path, targets, arm)
+    joints = _followed(np.concatenate([between, passed[-1:]]), runs, joint_path, arm)
+    off = transforms.wrapped(arm.solutions(commanded)[:, joint_path.branch] - joints[places])
+    _refuse_other_ways(joints[places] + off, joint_path, targets, arm)
+    rounding = off[rows] + shares[:, None] * (off[rows + 1] - off[rows])
     deposit = poses.laid[chosen[:-1]][rows]
-    return _Lines(Ts_base_tool, joints, runs, np.append(deposit, np.False_))
+    return _Lines(joints, np.concatenate([rounding, off[-1:]]), runs, np.append(deposit, np.False_))
 
 
 def _followed(Ts_base_tool: FloatArray, runs: IntArray, joint_path: JointPath, arm: Arm) -> FloatArray:
@@ -156,7 +169,8 @@ def _refuse_other_ways(joints: FloatArray, joint_path: JointPath, targets: Targe
     commanded = tool_poses(joint_path.poses, T_base_work=joint_path.T_base_work)[chosen]
     runs = joint_path.poses.runs[chosen]
     differences = np.abs(joints - joint_path.joints[chosen])
-    if differences.max() > SAME_JOINTS:
+    # Where a target has no solution the difference is no number, and not below anything.
+    if not differences.max() <= SAME_JOINTS:
         row, joint = np.unravel_index(int(differences.argmax()), differences.shape)
         found = np.degrees(differences[row, joint])
         what = f"is reached with joint {joint + 1} off the planned angle by {found:.3g} degrees"

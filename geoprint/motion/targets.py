@@ -32,6 +32,9 @@ COINCIDENT = 1e-6
 # A straight move turns the tool by the shorter way; far below half a turn [rad] nobody can take it for the other one.
 LARGEST_TURN = float(np.radians(90.0))
 
+# Share of the period by which times of targets that keep it may seem shorter.
+TIME_ROUNDING = 1e-9
+
 # Quaternions closer than this [rad] are interpolated straight: slerp would divide by nearly zero, and the straight line
 # is off by less than 1e-6 rad.
 SMALL_TURN = 1e-3
@@ -43,15 +46,15 @@ def written_targets(
     *,
     process: Process,
     tolerance: float = 0.01,
-    rate: float = 40.0,
+    period: float = 0.02,
 ) -> Targets:
     """Choose the poses that the program names, and how the controller passes them.
 
     All poses of `required_poses` are kept. Between them the straight move (slerp for the attitude) from one target to
     the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90 degrees. From
-    each target the next one is the farthest pose within a quarter of that; where this would be more than `rate`
-    targets a second, the first pose that is late enough, or, if that is out of tolerance, the farthest one within it:
-    the tolerance wins.
+    each target the next one is the farthest pose within a quarter of that; where this would come sooner than `period`
+    after it, the first pose that is late enough, or, if that is out of tolerance, the farthest one within it: the
+    tolerance wins, and `close_targets` counts where.
 
     Zones are 0 at stops, which are fine points; elsewhere half the distance to the nearer neighbour, at most 0.3 mm.
     A target with a neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds are those of the
@@ -63,28 +66,43 @@ def written_targets(
         trajectory: when they are passed.
         process: speeds of the tip.
         tolerance: largest distance of a pose from the written path [mm].
-        rate: targets a second that the controller takes without slowing down.
+        period: time between targets that the controller takes without slowing down [s].
 
     Returns:
         The targets.
 
     Raises:
-        UsageError: tolerance or rate are not positive.
+        UsageError: tolerance or period are not positive.
     """
-    if not (tolerance > 0.0 and rate > 0.0):
+    if not (tolerance > 0.0 and period > 0.0):
         raise UsageError(
-            f"targets need a positive tolerance and rate, found {tolerance:g} mm and {rate:g} a second; the usual "
-            "values are 0.01 mm and 40 a second.",
+            f"targets need a positive tolerance and period, found {tolerance:g} mm and {period:g} s; the usual values "
+            "are 0.01 mm and 0.02 s.",
             tolerance_mm=tolerance,
-            rate_hz=rate,
+            period_s=period,
         )
     poses = joint_path.poses
-    chosen = _thinned(poses, trajectory.pose_times, tolerance=tolerance, period=1.0 / rate)
+    chosen = _thinned(poses, trajectory.pose_times, tolerance=tolerance, period=period)
     return Targets(
         poses=chosen,
         zones=_zones(poses, chosen),
         speeds=_speeds(poses, chosen, trajectory.pose_times, process=process),
     )
+
+
+def close_targets(targets: Targets, trajectory: Trajectory, *, period: float) -> tuple[int, float]:
+    """Tell where the tolerance or a stop puts targets closer together in time than the controller digests.
+
+    Args:
+        targets: that are written.
+        trajectory: when their poses are passed.
+        period: time between targets that the controller takes without slowing down [s].
+
+    Returns:
+        How many targets come sooner than that after the one before, and the smallest time between two [s].
+    """
+    times = np.diff(trajectory.pose_times[targets.poses])
+    return int((times < period * (1.0 - TIME_ROUNDING)).sum()), float(times.min(initial=np.inf))
 
 
 def required_poses(poses: PoseStream) -> IntArray:

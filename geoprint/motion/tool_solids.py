@@ -37,11 +37,11 @@ from geoprint.model import FloatArray, IntArray, Lamp, Tool
 TIP_ZONE = 1.0
 # Sides of the polygon around a circle: at least these, and so many more that it adds no more than POLYGON_EXCESS [mm].
 SIDES = 48
-POLYGON_EXCESS = 0.033
+POLYGON_EXCESS = 0.02
 # Tangent planes by which a corner of the profile is rounded: at most 3.5 % of the inflation too much.
 CORNER_STEPS = 3
 # What both may add together [mm], for tools of the size that an IRB 120 carries.
-EXCESS = 0.06
+EXCESS = 0.045
 # A point on a turning solid runs along an arc, which is longer than its chord: 1 % covers turns of 0.5 rad a step.
 ARC_ALLOWANCE = 1.01
 
@@ -121,24 +121,30 @@ def tool_solids(tool: Tool) -> tuple[Solid, ...]:
 
 
 def movements(solids: tuple[Solid, ...], poses: FloatArray) -> FloatArray:
-    """Bound how far any point of each solid moves from each pose to the next.
+    """Return the (k - 1, s) `ways` of s solids from each of (k, 4, 4) poses to the next [mm]."""
+    return ways(solids, poses[:-1], poses[1:])
+
+
+def ways(solids: tuple[Solid, ...], starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Bound how far any point of each solid moves from a pose to another.
 
     A solid of revolution looks the same after a turn about its axis, so that only its axis counts: the end of the
     axis that moves more, plus the radius times the change of direction, plus 1 % because ways are arcs.
 
     Args:
         solids: s pieces of the tool.
-        poses: (k, 4, 4) poses of the tool [mm].
+        starts: (k, 4, 4) poses of what the solids belong to [mm].
+        ends: (k, 4, 4) where they go [mm].
 
     Returns:
-        (k - 1, s) bounds on the length of the way [mm].
+        (k, s) bounds on the length of the way [mm].
     """
-    rotations, shifts = np.diff(poses[:, :3, :3], axis=0), np.diff(poses[:, None, :3, 3], axis=0)
+    rotations, shifts = ends[:, :3, :3] - starts[:, :3, :3], (ends - starts)[:, None, :3, 3]
     turns = np.linalg.norm(_turned(rotations, [solid.axis for solid in solids]), axis=2)
-    starts = np.linalg.norm(_turned(rotations, [solid.start for solid in solids]) + shifts, axis=2)
-    ends = np.linalg.norm(_turned(rotations, [solid.end for solid in solids]) + shifts, axis=2)
+    first = np.linalg.norm(_turned(rotations, [solid.start for solid in solids]) + shifts, axis=2)
+    last = np.linalg.norm(_turned(rotations, [solid.end for solid in solids]) + shifts, axis=2)
     start_radii, end_radii = np.array([[solid.start_radius, solid.end_radius] for solid in solids]).T
-    return ARC_ALLOWANCE * np.maximum(starts + start_radii * turns, ends + end_radii * turns)
+    return ARC_ALLOWANCE * np.maximum(first + start_radii * turns, last + end_radii * turns)
 
 
 def _turned(matrices: FloatArray, vectors: list[FloatArray]) -> FloatArray:

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Toolpath
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath
 from geoprint.paths.attitude import slerp, smoothed_axes, tool_quaternions
-from geoprint.paths.travel import crossing, over, sampled_polyline
+from geoprint.paths.travel import KEPT_SHARE, crossing, over, sampled_polyline, terrain
 from geoprint.surfaces import arc_lengths, normals, positions
 from geoprint.transforms import rotation_of, same_sign
+
+# A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
+# stops there for an instant.
+CORNER_ANGLE = np.radians(30.0)
+# Ways shorter than this [mm] have no direction; where they meet others, the tool stops.
+SHORTEST = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,13 +42,15 @@ def poses(
     retract: float,
     layer_height: float,
     max_tilt: float,
+    tool: Tool,
+    body: Surface | None,
+    travel: Literal["low", "high"] = "low",
 ) -> PoseStream:
     """Orient the tool along a toolpath and join the runs by travel.
 
     On deposit the tip stands `standoff` above the surface along its normal; the nozzle points against the smoothed
     normal, and leans from the normal itself by no more than `max_tilt`. Between runs the tool lifts off along the
-    nozzle, crosses in a straight line, or over everything where that would come near the part, and comes down along the
-    nozzle of the next run.
+    nozzle, crosses as low as part and body allow, and comes down along the nozzle of the next run.
 
     Args:
         toolpath: runs in printing order.
@@ -52,18 +60,23 @@ def poses(
         retract: lift between runs [mm].
         layer_height: bead height that sets the flow: spacing times layer height [mm].
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
+        tool: that has to pass while it crosses.
+        body: what the part lies on, or None.
+        travel: "high" crosses over everything, for where the low way turns out not to be clear.
 
     Returns:
         The stream in the work frame; it starts and ends above the whole part.
     """
     up = R_base_work[2]
-    tree = KDTree(surface.vertices)
+    bodies = [surface] if body is None else [surface, body]
+    ground = terrain(bodies, tool=tool, up=up, kept=KEPT_SHARE * retract if travel == "low" else np.inf)
     top = float((surface.vertices @ up).max())
     runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
     for run, following in pairwise(runs):
         start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
-        way = crossing(start, end, up=up, retract=retract, vertices=tree, top=top)
+        axes = -rotation_of(np.stack([run.quaternions[-1], following.quaternions[0]]))[:, :, 2]
+        way = crossing(start, end, axes=axes, terrain=ground, retract=retract)
         stretches += [run, _travel(run, following, way)]
     stretches += [runs[-1], _retreat(runs[-1], up=up, retract=retract, top=top)]
     return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacing * layer_height)
@@ -116,6 +129,14 @@ def _ends(count: int) -> BoolArray:
     return np.isin(np.arange(count), [0, count - 1])
 
 
+def _corners(points: FloatArray) -> BoolArray:
+    """Tell where a polyline bends sharply; its ends always count."""
+    directions = np.diff(points, axis=0)
+    directions /= np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), SHORTEST)
+    bend = np.einsum("ij,ij->i", directions[1:], directions[:-1]) < np.cos(CORNER_ANGLE)
+    return np.concatenate([[True], bend, [True]])
+
+
 def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
     """Return the tip's place above one row, moved back along the nozzle."""
     return stretch.tips[row] - retract * rotation_of(stretch.quaternions[row])[:, 2]
@@ -123,12 +144,14 @@ def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
 
 def _travel(run: _Stretch, following: _Stretch, way: FloatArray) -> _Stretch:
     """Lift off, cross, come down; the ends themselves are rows of the runs. The tool turns while it crosses."""
-    tips, corners = sampled_polyline(np.vstack([run.tips[-1:], way, following.tips[:1]]))
+    ends = np.vstack([run.tips[-1:], way, following.tips[:1]])
+    tips, corners = sampled_polyline(ends)
     arcs = arc_lengths(tips)
     lifted, lowering = arcs[corners[1]], arcs[corners[-2]]
     shares = np.clip((arcs - lifted) / max(lowering - lifted, 1e-9), 0.0, 1.0)
     stops = np.zeros(arcs.size, dtype=np.bool_)
-    stops[corners] = True
+    stops[corners] = _corners(ends)
+    stops[corners[[1, -2]]] = True
     before: BoolArray = shares[:, None] < 0.5
     inner = slice(1, -1)
     return _Stretch(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
@@ -165,8 +165,13 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
 
 
-def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float) -> PoseStream:
-    """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees."""
+def pose_stream(
+    toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float, travel: Literal["low", "high"] = "low"
+) -> PoseStream:
+    """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
+
+    What travel means is said by `paths.poses`.
+    """
     process = workpiece.cell.process
     return poses(
         toolpath,
@@ -176,6 +181,9 @@ def pose_stream(toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float
         retract=process.retract,
         layer_height=process.layer_height,
         max_tilt=float(np.radians(max_tilt_deg)),
+        tool=workpiece.cell.tool,
+        body=workpiece.body,
+        travel=travel,
     )
 
 
@@ -183,18 +191,19 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
     The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
+    Where travel alone is not clear, all of it is planned again over everything.
 
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
     try:
-        return _with_robot(paths, placement, stage, leaning=None)
+        return _low_or_high(paths, placement, stage, leaning=None)
     except (ReachError, ClearanceError):
         if paths.job.max_tilt == 0.0:
             raise
     with stage("room to lean"):
         leaning = _leaning(paths, placement)
-    return _with_robot(paths, placement, stage, leaning=leaning)
+    return _low_or_high(paths, placement, stage, leaning=leaning)
 
 
 def _leaning(paths: Plan, placement: Placement) -> Leaning:
@@ -212,6 +221,17 @@ def _leaning(paths: Plan, placement: Placement) -> Leaning:
     return Leaning(float(np.radians(paths.job.max_tilt)), room)
 
 
+def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
+    """Plan with low travel, and where only that is not clear, with travel over everything."""
+    try:
+        return _with_robot(paths, placement, stage, leaning=leaning)
+    except ClearanceError as error:
+        if not error.details.get("travelling", False):
+            raise
+    high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
+    return _with_robot(replace(paths, poses=high), placement, stage, leaning=leaning)
+
+
 def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
@@ -219,7 +239,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
     with stage("timing"):
         trajectory = retime(joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown)
-        targets = written_targets(joint_path, trajectory, process=cell.process)
+        targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
         found = _clearance(path, joint_path, workpiece, placement, arm)

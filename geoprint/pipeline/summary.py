@@ -19,6 +19,7 @@ from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patches import patch_summary
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.switching_summary import switching_summary
+from geoprint.pipeline.target_report import targets_summary, targets_warnings
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
@@ -55,7 +56,9 @@ def summary(plan: Plan) -> dict[str, Json]:
         result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
         result |= {
-            "motion": _motion(plan, plan.robot) | _calibration(plan.workpiece.uncertainty),
+            "motion": _motion(plan, plan.robot)
+            | _calibration(plan.workpiece.uncertainty)
+            | {"targets": targets_summary(plan)},
             "clearance": _clearance(plan.robot),
             "program": {
                 "modules": [name for name, _ in plan.robot.program.modules],
@@ -348,6 +351,7 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
         warnings.append("not checked: whether the surface passes through itself, because its triangles are so thin.")
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
+    warnings += targets_warnings(plan)
     uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff
     if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
         warnings.append(

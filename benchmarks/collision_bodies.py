@@ -1,0 +1,91 @@
+"""What each body costs in the collision check: a table of `benchmarks.motion`, and the path that it times."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from benchmarks.surfaces import make
+from benchmarks.tables import row, table
+from geoprint import transforms
+from geoprint.model import Cell, Lamp, PoseStream, Tool
+from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
+from geoprint.motion.arm_clearance import arm_motion
+from geoprint.motion.clearance import check_placements
+from geoprint.motion.link_solids import link_solids
+from geoprint.motion.tool_solids import tool_solids
+
+Result = TypeVar("Result")
+
+RADIUS = 20.0  # of the dome of `benchmarks.surfaces` [mm]
+STEEPEST = 0.5  # polar angle at which the spiral ends [rad]
+
+
+def bodies(cell: Cell, arm: Arm, *, count: int) -> Iterator[str]:
+    """Yield a table of seconds and share of each body in the collision check of a spiral over the dome."""
+    part, poses = make("cap", faces=20_000), spiral(count, standoff=cell.process.standoff)
+    T_base_work = transforms.rigid(np.eye(3), cell.demo_position)
+    joint_path = reach(poses, arm, T_base_work=T_base_work)
+    targets = written_targets(joint_path, retime(joint_path, cell.robot, process=cell.process), process=cell.process)
+    path, following = _timed(lambda: controller_path(joint_path, targets, arm))
+    lamp = Lamp(transforms.rigid(np.eye(3), np.array([0.0, 45.0, 10.0])), length=60.0, diameter=20.0)
+    links, T_work_base = link_solids(arm.robot.model), transforms.inverse(T_base_work)
+    motion, placing = _timed(
+        lambda: arm_motion(path, arm, tool=tool_solids(cell.tool), links=links, T_work_base=T_work_base)
+    )
+
+    def check_tool(tool: Tool) -> None:
+        check_placements(
+            motion.tool, tool=tool, process=cell.process, standoff=poses.standoff, part=part, body=None,
+            obstacles=cell.obstacles, T_work_base=T_work_base,
+        )  # fmt: skip
+
+    def check_all() -> None:
+        clearance(
+            path, arm, tool=cell.tool, process=cell.process, T_base_work=T_base_work, poses=poses, part=part,
+            body=None, obstacles=cell.obstacles,
+        )  # fmt: skip
+
+    _, tool = _timed(lambda: check_tool(cell.tool))
+    _, with_lamp = _timed(lambda: check_tool(replace(cell.tool, lamp=lamp)))
+    _, everything = _timed(check_all)
+    names = ("controller's path", "where tool and links are", "tool", "lamp besides", "arm's links")
+    seconds = (following, placing, tool, max(with_lamp - tool, 0.0), everything - placing - tool)
+    yield from table(f"collision check of {count} poses, {motion.tool.count} placements", *names)
+    yield row("s, share", *(f"{value:.2f} s, {value / sum(seconds):.0%}" for value in seconds))
+
+
+def spiral(count: int, *, standoff: float) -> PoseStream:
+    """Return poses on a spiral over the top of the dome, evenly spaced, the nozzle against the normal."""
+    polar = STEEPEST * np.sqrt((np.arange(count) + 0.5) / count)
+    turn = 2.0 * np.pi * np.sqrt(count / 50.0) * polar / STEEPEST
+    normals = np.column_stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)])
+    down = np.diag([1.0, -1.0, -1.0])
+    rotations = transforms.smallest_rotation(down[:, 2], -normals) @ down
+    tips = (RADIUS + standoff) * normals
+    steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+    ends = np.zeros(count, dtype=bool)
+    ends[[0, -1]] = True
+    return PoseStream(
+        tips=tips,
+        quaternions=transforms.same_sign(transforms.quaternion_of(rotations)),
+        normals=normals,
+        runs=np.zeros(count, dtype=np.int64),
+        levels=np.zeros(count, dtype=np.int64),
+        layers=np.zeros(count, dtype=np.int64),
+        deposit=np.ones(count, dtype=bool),
+        stops=ends,
+        arcs=np.append(0.0, np.cumsum(steps)),
+        flow=np.full(count, 0.5),
+        standoff=standoff,
+    )
+
+
+def _timed(work: Callable[[], Result]) -> tuple[Result, float]:
+    start = time.perf_counter()
+    result = work()
+    return result, time.perf_counter() - start

@@ -1,0 +1,40 @@
+"""What plan.json says of the targets that the program names: how many come sooner than the controller digests."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint.export import Json
+from geoprint.motion import close_targets
+from geoprint.pipeline.planning import Plan
+
+# Decimals of milliseconds.
+DECIMALS = 6
+
+
+def targets_summary(plan: Plan) -> dict[str, Json]:
+    """Return the digested and the shortest time between targets [ms], and how many come sooner."""
+    close, shortest = _close(plan)
+    return {
+        "period_ms": round(1e3 * plan.workpiece.cell.robot.target_period, DECIMALS),
+        "closer": close,
+        "shortest_ms": round(1e3 * shortest, DECIMALS),
+    }
+
+
+def targets_warnings(plan: Plan) -> list[str]:
+    """Return what a person should know of that, if anything."""
+    close, shortest = _close(plan)
+    if not close:
+        return []
+    warning = (
+        f"{close} targets come sooner after the one before than the controller digests "
+        f"({1e3 * plan.workpiece.cell.robot.target_period:g} ms; the soonest after {1e3 * shortest:.1f} ms): it may "
+        "slow down there."
+    )
+    return [warning]
+
+
+def _close(plan: Plan) -> tuple[int, float]:
+    robot, period = plan.robot, plan.workpiece.cell.robot.target_period
+    return (0, np.inf) if robot is None else close_targets(robot.targets, robot.trajectory, period=period)
