@@ -28,7 +28,7 @@ COARSE_STEP = 0.5
 POINT_STEP = 0.12
 # A near miss is moved until its distance is right to this [mm], in at most so many moves.
 DISTANCE_TOLERANCE = 0.005
-MOST_MOVES = 80
+MOST_MOVES = 25
 # Extent of the kinds of obstacles, along the solid's side, across it and away from it [mm].
 KINDS = {"post": (8.0, 0.2, 0.2), "plate": (3.0, 3.0, 0.0), "block": (3.0, 3.0, 3.0)}
 FRAME_OF_TOOL = 7
@@ -169,14 +169,16 @@ def near_miss(sweep: Sweep, spot: Spot, kind: str, *, distance: float) -> Surfac
     Returns:
         The obstacle; None where that takes more than MOST_MOVES moves.
     """
-    at = distance
+    at, too_near, too_far = distance, -np.inf, np.inf
     for _ in range(MOST_MOVES):
         obstacle = spot.obstacle(kind, distance=at)
         missing = distance - sweep.distance(obstacle)
         if abs(missing) <= DISTANCE_TOLERANCE:
             return obstacle
-        # Beyond a hollow the distance jumps; small moves back do not go around it.
-        at += missing if missing > 0.0 else missing / 4.0
+        too_near, too_far = (at, too_far) if missing > 0.0 else (too_near, at)
+        at += missing
+        if not too_near < at < too_far:
+            at = (too_near + too_far) / 2.0
     return None
 
 

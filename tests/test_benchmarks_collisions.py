@@ -25,7 +25,7 @@ def scene() -> Scene:
 
 
 def test_collisions_from_grazing_to_deep_are_found(scene: Scene):
-    planted = list(collisions(scene, count=5, random=np.random.default_rng(3)))
+    planted = list(collisions(scene, count=4, random=np.random.default_rng(3)))
 
     assert [name for name, body in planted if not scene.is_refused(body)] == []
 
@@ -38,17 +38,11 @@ def test_hall_around_everything_is_found(scene: Scene):
 
 
 def test_near_misses_a_tenth_of_a_millimetre_beyond_the_clearance_are_not_reported(scene: Scene):
-    planted = list(near_misses(scene, count=4, random=np.random.default_rng(5)))
+    planted = list(near_misses(scene, count=3, random=np.random.default_rng(5)))
 
-    assert len(planted) == 4
-    assert [name for name, body in planted if scene.is_refused(body)] == []
-
-
-def test_near_misses_are_as_far_as_they_should_be_and_no_farther(scene: Scene):
     wanted = scene.cell.process.clearance + BEYOND
-
-    for _, body in near_misses(scene, count=3, random=np.random.default_rng(7)):
-        assert scene.sweep.distance(body) == pytest.approx(wanted, abs=0.006)
+    assert [scene.sweep.distance(body) for _, body in planted] == [pytest.approx(wanted, abs=0.006)] * 3
+    assert [name for name, body in planted if scene.is_refused(body)] == []
 
 
 def test_tip_that_is_a_twentieth_of_a_millimetre_too_low_raises_no_alarm(scene: Scene):
@@ -65,7 +59,7 @@ def test_planted_obstacle_faces_its_spot_from_its_distance(kind: str):
     np.testing.assert_allclose(found.vertices[:, :2].mean(axis=0), [1.0, 2.0])
 
 
-@pytest.mark.parametrize("name", SOLIDS)
+@pytest.mark.parametrize("name", SOLIDS[::4])
 def test_obstacle_at_any_spot_is_no_farther_than_its_distance_from_what_moves(scene: Scene, name: str):
     spot = scene.sweep.spot(name, np.random.default_rng(1))
 
@@ -75,7 +69,7 @@ def test_obstacle_at_any_spot_is_no_farther_than_its_distance_from_what_moves(sc
     assert scene.sweep.distance(spot.obstacle("post", distance=1.0)) <= 1.0 + 0.15
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(near=st.floats(0.7, 12.0), farther=st.floats(0.05, 8.0))
 def test_moving_a_body_farther_away_never_lowers_the_clearance(near: float, farther: float):
     def smallest(gap: float) -> float:
