@@ -9,9 +9,9 @@ from geoprint.export import Json
 from geoprint.model import FloatArray
 from geoprint.motion import NOTABLE_SHARE, TouchStatistics, Uncertainty
 from geoprint.pipeline.calibrating import CalibratedFixture, CalibratedTool
+from geoprint.pipeline.rounding import DECIMALS, rounded
 
 # Decimals of lengths [mm] and angles [degrees] in the object.
-DECIMALS = 6
 
 
 def calibration_text(found: CalibratedFixture | CalibratedTool) -> str:
@@ -148,8 +148,8 @@ def _fixture_object(found: CalibratedFixture) -> dict[str, Json]:
         "covariance_mm_rad": calibration.covariance.round(2 * DECIMALS).tolist(),
         "position": _uncertainty_object(found.position),
         "attitude": {
-            "deviation_deg": _rounded(np.degrees(found.turn.deviation)),
-            "within_deg": _rounded(np.degrees(found.turn.bound)),
+            "deviation_deg": rounded(np.degrees(found.turn.deviation)),
+            "within_deg": rounded(np.degrees(found.turn.bound)),
             "about": _numbers(found.turn.direction),
         },
         "surface": None
@@ -165,8 +165,8 @@ def _fixture_object(found: CalibratedFixture) -> dict[str, Json]:
             "again": next_point.again,
             "fixture_mm": _numbers(np.array(next_point.model)),
             "base_mm": _numbers(np.array(next_point.base)),
-            "deviation_mm": _rounded(next_point.deviation),
-            "within_mm": _rounded(next_point.bound),
+            "deviation_mm": rounded(next_point.deviation),
+            "within_mm": rounded(next_point.bound),
         },
     }
 
@@ -179,9 +179,9 @@ def _tool_object(found: CalibratedTool) -> dict[str, Json]:
         "before_mm": _numbers(found.before),
         "touched_mm": _numbers(calibration.touched),
         **_statistics_object(calibration.statistics, _pose_names(calibration.statistics)),
-        "deviation_mm": _rounded(calibration.deviation),
+        "deviation_mm": rounded(calibration.deviation),
         "along": _numbers(calibration.direction),
-        "within_mm": _rounded(calibration.bound),
+        "within_mm": rounded(calibration.bound),
         "fixture_outdated": found.cell.fixture is not None,
     }
 
@@ -189,17 +189,17 @@ def _tool_object(found: CalibratedTool) -> dict[str, Json]:
 def _statistics_object(statistics: TouchStatistics, names: tuple[str, ...]) -> dict[str, Json]:
     noise = statistics.noise
     return {
-        "rms_mm": _rounded(statistics.rms),
-        "noise_mm": _rounded(noise.deviation),
+        "rms_mm": rounded(statistics.rms),
+        "noise_mm": rounded(noise.deviation),
         "noise_given": noise.given,
-        "noise_between_mm": [_rounded(value) for value in noise.interval],
-        "chance_of_residuals": None if statistics.excess is None else _rounded(statistics.excess),
+        "noise_between_mm": [rounded(value) for value in noise.interval],
+        "chance_of_residuals": None if statistics.excess is None else rounded(statistics.excess),
         "points": [
             {
                 "name": name,
                 "residual_mm": _numbers(statistics.residuals[k]),
-                "miss_mm": _rounded(statistics.misses[k]),
-                "chance": _rounded(statistics.chances[k]),
+                "miss_mm": rounded(statistics.misses[k]),
+                "chance": rounded(statistics.chances[k]),
                 "odd": k in statistics.odd,
             }
             for k, name in enumerate(names)
@@ -213,8 +213,8 @@ def _pose_names(statistics: TouchStatistics) -> tuple[str, ...]:
 
 def _uncertainty_object(uncertainty: Uncertainty) -> dict[str, Json]:
     return {
-        "deviation_mm": _rounded(uncertainty.deviation),
-        "within_mm": _rounded(uncertainty.bound),
+        "deviation_mm": rounded(uncertainty.deviation),
+        "within_mm": rounded(uncertainty.bound),
         "at_mm": _numbers(uncertainty.place),
         "along": _numbers(uncertainty.direction),
     }
@@ -225,11 +225,7 @@ def _rows(matrix: FloatArray) -> list[list[float]]:
 
 
 def _numbers(values: FloatArray) -> list[float]:
-    return [_rounded(value) for value in values.tolist()]
-
-
-def _rounded(value: float) -> float:
-    return round(float(value), DECIMALS) + 0.0
+    return [rounded(value) for value in values.tolist()]
 
 
 def _listed(values: FloatArray, decimals: int) -> str:

@@ -12,6 +12,7 @@ from geoprint.backends import BACKENDS
 from geoprint.errors import GeoprintError
 from geoprint.export import Json
 from geoprint.model import Seed, Surface
+from geoprint.pipeline.rounding import rounded
 from geoprint.surfaces import (
     Finding,
     Inspection,
@@ -28,7 +29,6 @@ from geoprint.surfaces import (
 TRIAL_LEVELS = 4
 # Larger surfaces are not tried: that would take longer than everything else.
 TRIAL_FACES = 100_000
-DECIMALS = 6
 NOT_TRIED = "not tried"
 POSSIBLE = "yes"
 
@@ -91,15 +91,15 @@ def inspection_summary(seen: FileInspection) -> dict[str, Json]:
         "unit": seen.unit,
         "unit_assumed": seen.assumed,
         "unit_hint": seen.hint,
-        "size_mm": _rounded(seen.size),
+        "size_mm": _numbers(seen.size),
         "vertices": len(found.examined.vertices),
         "faces": len(found.examined.faces),
         "components": [
-            {"faces": faces, "area_mm2": round(area, DECIMALS), "place_mm": _rounded(place)}
+            {"faces": faces, "area_mm2": rounded(area), "place_mm": _numbers(place)}
             for faces, area, place in found.components
         ],
         "border": [
-            {"length_mm": round(rim.length, DECIMALS), "edges": rim.edges, "place_mm": _rounded(rim.place)}
+            {"length_mm": rounded(rim.length), "edges": rim.edges, "place_mm": _numbers(rim.place)}
             for rim in found.rims
         ],
         "genus": found.genus,
@@ -171,7 +171,7 @@ def _findings(found: Inspection) -> tuple[tuple[str, Finding], ...]:
 
 
 def _finding(finding: Finding) -> dict[str, Json]:
-    return {"count": finding.count, "places_mm": [_rounded(place) for place in finding.places]}
+    return {"count": finding.count, "places_mm": [_numbers(place) for place in finding.places]}
 
 
 def _border_text(found: Inspection) -> str:
@@ -187,5 +187,5 @@ def _place(place: tuple[float, ...]) -> str:
     return "({:.2f}, {:.2f}, {:.2f}) mm".format(*place)
 
 
-def _rounded(values: tuple[float, ...]) -> list[Json]:
-    return [round(value, DECIMALS) for value in values]
+def _numbers(values: tuple[float, ...]) -> list[Json]:
+    return [rounded(value) for value in values]

@@ -12,10 +12,9 @@ from typing import final
 from geoprint.deposition import following_flow
 from geoprint.export import Json
 from geoprint.model import FloatArray, PoseStream, SignalMode
+from geoprint.pipeline.rounding import rounded
 from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import LevelledLayer, Thickness, Uniformity
-
-DECIMALS = 6
 
 
 @final
@@ -62,10 +61,10 @@ def laid_summary(laid: Laid) -> dict[str, Json]:
     flow = laid.following_flow[laid.following_flow > 0.0]
     return {
         "flow": "follows the width" if laid.mode == "analog" else "constant",
-        "share_away_from_medial_axis": _rounded(laid.constant.away_share),
+        "share_away_from_medial_axis": rounded(laid.constant.away_share),
         "constant_flow": _thickness(laid.constant),
         "following_flow": _thickness(laid.following)
-        | {"least_mm3_per_mm": _rounded(flow.min()), "most_mm3_per_mm": _rounded(flow.max())},
+        | {"least_mm3_per_mm": rounded(flow.min()), "most_mm3_per_mm": rounded(flow.max())},
     }
 
 
@@ -84,11 +83,7 @@ def laid_text(laid: Laid) -> str:
 
 def _thickness(found: Thickness) -> dict[str, Json]:
     return {
-        "mean_mm": _rounded(found.mean),
-        "cv": None if found.cv is None else _rounded(found.cv),
-        "cv_near_medial_axis": None if found.near_cv is None else _rounded(found.near_cv),
+        "mean_mm": rounded(found.mean),
+        "cv": None if found.cv is None else rounded(found.cv),
+        "cv_near_medial_axis": None if found.near_cv is None else rounded(found.near_cv),
     }
-
-
-def _rounded(value: float) -> float:
-    return round(float(value), DECIMALS)

@@ -12,6 +12,7 @@ from geoprint.config import Job
 from geoprint.errors import FieldError, InputError
 from geoprint.export import Json
 from geoprint.model import FloatArray, Surface
+from geoprint.pipeline.rounding import rounded
 from geoprint.surfaces import (
     Joined,
     PreparationReport,
@@ -38,7 +39,6 @@ POINT_TOLERANCE = 1.0
 POINT_TOLERANCE_SHARE = 0.25
 # Edges for each radius: a circle cut through triangles that large is round to a thousandth of its radius.
 EDGES_PER_RADIUS = 12
-DECIMALS = 6
 
 
 @final
@@ -135,11 +135,11 @@ def patch_summary(patch: Patch) -> dict[str, Json]:
     return {
         "body": patch.body.name,
         "topology": found.topology,
-        "area_mm2": round(found.area, DECIMALS),
-        "rims_mm": [round(length, DECIMALS) for length in found.boundary_lengths],
+        "area_mm2": rounded(found.area),
+        "rims_mm": [rounded(length) for length in found.boundary_lengths],
         "faces": found.faces,
         "outside": patch.outside,
-        "point_off_body_mm": None if patch.missed is None else round(patch.missed, DECIMALS),
+        "point_off_body_mm": None if patch.missed is None else rounded(patch.missed),
         "changes": list(found.changes()),
     }
 

@@ -11,15 +11,15 @@ import numpy as np
 
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
-from geoprint.model import Slowdown, Surface
-from geoprint.motion import LIFT, NOTABLE_SHARE, Uncertainty
+from geoprint.model import Surface
+from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patches import patch_summary
-from geoprint.pipeline.planning import Plan, RobotPlan
-from geoprint.pipeline.switching_summary import switching_summary
-from geoprint.pipeline.target_report import targets_summary, targets_warnings
+from geoprint.pipeline.planning import Plan
+from geoprint.pipeline.robot_summary import robot_summary, robot_text
+from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.target_report import targets_warnings
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
@@ -31,8 +31,6 @@ NOTABLE_CV = 0.01
 CLOSEST_BACKEND = "fast-marching"
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
-# Decimals of lengths [mm] and angles [degrees] in plan.json: finer than any machine, short enough to read.
-DECIMALS = 6
 
 
 def summary(plan: Plan) -> dict[str, Json]:
@@ -55,18 +53,7 @@ def summary(plan: Plan) -> dict[str, Json]:
     if plan.laid is not None:
         result["deposition"] = laid_summary(plan.laid)
     if plan.robot is not None:
-        result |= {
-            "motion": _motion(plan, plan.robot)
-            | _calibration(plan.workpiece.uncertainty)
-            | {"targets": targets_summary(plan)},
-            "clearance": _clearance(plan.robot),
-            "program": {
-                "modules": [name for name, _ in plan.robot.program.modules],
-                "targets": plan.robot.program.targets,
-                "dry_run_only": plan.robot.program.dry_run,
-                "switching": switching_summary(plan.robot.switching),
-            },
-        }
+        result |= robot_summary(plan, plan.robot)
     result["timings_s"] = {name: round(seconds, 3) for name, seconds in plan.timings}
     result["peak_memory_mb"] = round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     result["warnings"] = list(_warnings(plan))
@@ -89,19 +76,7 @@ def outcome_text(plan: Plan) -> str:
     if plan.laid is not None:
         lines.append(laid_text(plan.laid))
     if plan.robot is not None:
-        motion, found = _motion(plan, plan.robot), plan.robot.clearance
-        lines += [
-            (
-                f"motion: {motion['duration_s']:.0f} s, smallest wrist angle {motion['smallest_wrist_angle_deg']:.1f} "
-                f"degrees, {plan.robot.program.targets} targets"
-            ),
-            attitude_text(plan.robot.joint_path, tool=plan.workpiece.cell.tool),
-            _pace_text(plan.robot),
-            (
-                f"clearance: {found.smallest:.2f} mm at the closest ({found.at}); "
-                f"not checked: {', '.join(found.not_checked)}"
-            ),
-        ]
+        lines += robot_text(plan, plan.robot)
     lines += [f"note: {warning}" for warning in _warnings(plan)]
     return "\n".join(lines)
 
@@ -111,32 +86,32 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
     return {
         "method": measured.method,
         "spacing": {
-            "mean": _rounded(measured.mean),
-            "cv": _rounded(measured.cv),
-            **{f"p{share}": _rounded(measured.percentile(share)) for share in (1, 5, 50, 95, 99)},
-            "max": _rounded(measured.percentile(100)),
-            "within_5_percent": _rounded(measured.within_5_percent),
+            "mean": rounded(measured.mean),
+            "cv": rounded(measured.cv),
+            **{f"p{share}": rounded(measured.percentile(share)) for share in (1, 5, 50, 95, 99)},
+            "max": rounded(measured.percentile(100)),
+            "within_5_percent": rounded(measured.within_5_percent),
         },
         "straight": {
-            "mean": _rounded(measured.straight.mean()),
-            "cv": _rounded(measured.straight.std() / measured.straight.mean()),
+            "mean": rounded(measured.straight.mean()),
+            "cv": rounded(measured.straight.std() / measured.straight.mean()),
         },
         "samples": len(measured.ratios),
-        "samples_bounded": _rounded(measured.bounded),
-        "largest_doubt": _rounded(measured.largest_doubt),
+        "samples_bounded": rounded(measured.bounded),
+        "largest_doubt": rounded(measured.largest_doubt),
         "samples_unreached": measured.unreached,
-        "samples_where_fronts_meet": _rounded(measured.meeting),
-        "gap": _rounded(measured.uncovered),
-        "overlap": _rounded(measured.overlap),
-        "area_unknown": _rounded(measured.unknown),
-        "fill": _rounded(measured.fill),
-        "width_cv": _rounded(measured.width_cv),
+        "samples_where_fronts_meet": rounded(measured.meeting),
+        "gap": rounded(measured.uncovered),
+        "overlap": rounded(measured.overlap),
+        "area_unknown": rounded(measured.unknown),
+        "fill": rounded(measured.fill),
+        "width_cv": rounded(measured.width_cv),
         "levels": [
-            {"level": level, "mean": _rounded(mean), "cv": _rounded(cv), "worst": _rounded(worst)}
+            {"level": level, "mean": rounded(mean), "cv": rounded(cv), "worst": rounded(worst)}
             for level, mean, cv, worst in measured.by_level()
         ],
         "worst_places": [
-            {"place_mm": [_rounded(value) for value in place], "level": level, "ratio": _rounded(ratio)}
+            {"place_mm": [rounded(value) for value in place], "level": level, "ratio": rounded(ratio)}
             for place, level, ratio in measured.worst(WORST_PLACES)
         ],
     }
@@ -190,13 +165,13 @@ def _surface(plan: Plan) -> dict[str, Json]:
         return {
             "vertices": len(surface.vertices),
             "faces": len(surface.faces),
-            "mean_edge_mm": _rounded(edge_lengths(surface).mean()),
+            "mean_edge_mm": rounded(edge_lengths(surface).mean()),
         }
 
     return {
         "topology": describe(plan.workpiece.part),
-        "area_mm2": _rounded(face_areas(plan.workpiece.part).sum()),
-        "size_mm": [_rounded(size) for size in np.ptp(plan.workpiece.part.vertices, axis=0)],
+        "area_mm2": rounded(face_areas(plan.workpiece.part).sum()),
+        "size_mm": [rounded(size) for size in np.ptp(plan.workpiece.part.vertices, axis=0)],
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
@@ -212,18 +187,18 @@ def _paths(plan: Plan) -> dict[str, Json]:
         "runs": plan.toolpath.curves.count,
         "levels": int(plan.toolpath.levels.max()) + 1,
         "poses": poses.count,
-        "deposit_mm": _rounded(lengths[poses.laid].sum()),
-        "travel_mm": _rounded(lengths[~poses.laid].sum()),
+        "deposit_mm": rounded(lengths[poses.laid].sum()),
+        "travel_mm": rounded(lengths[~poses.laid].sum()),
         "stops_while_laying": poses.stops_while_laying,
         "corners_rounded": len(plan.toolpath.fillets),
-        "corners_rounded_mm": [[_rounded(value) for value in place] for place in plan.toolpath.fillets],
+        "corners_rounded_mm": [[rounded(value) for value in place] for place in plan.toolpath.fillets],
         "corners_split": len(plan.toolpath.splits),
-        "corners_split_mm": [[_rounded(value) for value in place] for place in plan.toolpath.splits],
+        "corners_split_mm": [[rounded(value) for value in place] for place in plan.toolpath.splits],
         "dropped_runs": plan.toolpath.dropped_runs,
-        "dropped_mm": _rounded(plan.toolpath.dropped_length),
-        "largest_distance_mm": _rounded(plan.contours.distance.maximum),
-        "largest_lean_deg": _rounded(np.degrees(largest_lean(poses))),
-        "mean_lean_deg": _rounded(np.degrees(mean_lean(poses))),
+        "dropped_mm": rounded(plan.toolpath.dropped_length),
+        "largest_distance_mm": rounded(plan.contours.distance.maximum),
+        "largest_lean_deg": rounded(np.degrees(largest_lean(poses))),
+        "mean_lean_deg": rounded(np.degrees(mean_lean(poses))),
     }
 
 
@@ -231,11 +206,11 @@ def _field(plan: Plan) -> dict[str, Json]:
     workpiece = plan.workpiece
     found = diagnostics(workpiece.surface, plan.contours.distance)
     refinement: dict[str, Json] = {
-        "edge_length_mm": _rounded(workpiece.edge_length),
+        "edge_length_mm": rounded(workpiece.edge_length),
         "faces_before": len(workpiece.part.faces),
         "faces_after": len(workpiece.surface.faces),
     }
-    return {"refinement": refinement, **{name: _rounded(value) for name, value in asdict(found).items()}}
+    return {"refinement": refinement, **{name: rounded(value) for name, value in asdict(found).items()}}
 
 
 def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
@@ -245,98 +220,19 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
     return {
         "resolution": flattening.resolution,
-        "pixel_mm": _rounded(flattening.pixel),
-        "largest_pixel_on_surface_mm": _rounded(flattening.largest_pixel),
-        "area_scale": {f"p{share}": _rounded(found.scale_percentile(share)) for share in (1, 50, 99)},
-        "mean_dilatation": _rounded(found.mean_dilatation),
+        "pixel_mm": rounded(flattening.pixel),
+        "largest_pixel_on_surface_mm": rounded(flattening.largest_pixel),
+        "area_scale": {f"p{share}": rounded(found.scale_percentile(share)) for share in (1, 50, 99)},
+        "mean_dilatation": rounded(found.mean_dilatation),
         "predicted_spacing": [
             {
                 "level": int(level),
-                "mean": _rounded(predicted[levels == level].mean()),
-                "min": _rounded(predicted[levels == level].min()),
-                "max": _rounded(predicted[levels == level].max()),
+                "mean": rounded(predicted[levels == level].mean()),
+                "min": rounded(predicted[levels == level].min()),
+                "max": rounded(predicted[levels == level].max()),
             }
             for level in np.unique(levels)
         ],
-    }
-
-
-def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
-    placement = robot.placement
-    return {
-        "duration_s": _rounded(robot.trajectory.duration),
-        "branch": robot.joint_path.branch,
-        **attitude_summary(robot.joint_path, tool=plan.workpiece.cell.tool),
-        "smallest_wrist_angle_deg": _rounded(np.degrees(robot.joint_path.smallest_wrist_angle)),
-        "slowest_deposit_mm_s": _rounded(robot.trajectory.slowest_deposit),
-        "stretched_pieces": robot.trajectory.stretched,
-        "share_at_speed": _rounded(robot.trajectory.share_at_speed),
-        "share_on_ramps": _rounded(robot.trajectory.share_on_ramps),
-        "slowdowns": [_slowdown(slowdown) for slowdown in robot.trajectory.slowdowns],
-        "placement_calibrated": placement.calibrated,
-        "largest_touch_miss_mm": _rounded(placement.misses.max()) if placement.calibrated else None,
-        "T_base_work": [[_rounded(value) for value in row] for row in placement.T_base_work],
-    }
-
-
-def _calibration(uncertainty: Uncertainty | None) -> dict[str, Json]:
-    """Return how far the surface may lie off along its normal, where that is most; nothing where nobody calibrated."""
-    if uncertainty is None:
-        return {}
-    return {
-        "surface_uncertainty_mm": _rounded(uncertainty.deviation),
-        "surface_within_mm": _rounded(uncertainty.bound),
-        "surface_uncertain_at_mm": [_rounded(value) for value in uncertainty.place],
-    }
-
-
-def _slowdown(slowdown: Slowdown) -> dict[str, Json]:
-    return {
-        "run": slowdown.run,
-        "kind": slowdown.kind,
-        "place_mm": [_rounded(value) for value in slowdown.place],
-        "arc_mm": _rounded(slowdown.arc),
-        "length_mm": _rounded(slowdown.length),
-        "set_mm_s": slowdown.set_speed,
-        "held_mm_s": _rounded(slowdown.held_speed),
-        "joint": slowdown.joint,
-        "limit": slowdown.limit,
-    }
-
-
-def _pace_text(robot: RobotPlan) -> str:
-    """Return one line on the speed of the deposit that names the worst slowdown."""
-    found = robot.trajectory
-    line = f"speed: {found.share_at_speed:.1%} of the deposit within 1 % of the set speed"
-    if not found.slowdowns:
-        return f"{line}; the rest are the ramps at the ends of runs"
-    worst = min(found.slowdowns, key=lambda slowdown: slowdown.held_speed)
-    what = "is lowered" if worst.kind == "lowered" else "dips"
-    x, y, z = worst.place
-    others = len({slowdown.run for slowdown in found.slowdowns}) - 1
-    return (
-        f"{line}; run {worst.run} {what} to {worst.held_speed:.1f} mm/s by the {worst.limit} of joint {worst.joint} at "
-        f"({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} other runs by less" if others else "")
-    )
-
-
-def _clearance(robot: RobotPlan) -> dict[str, Json]:
-    found = robot.clearance
-    return {
-        "smallest_mm": _rounded(found.smallest),
-        "at": found.at,
-        "arm_smallest_mm": None if found.arm_smallest is None else _rounded(found.arm_smallest),
-        "arm_at": found.arm_at,
-        "kept_mm": found.kept,
-        "tip_margin_mm": _rounded(found.tip_margin),
-        "checks": found.checks,
-        "checked": list(found.checked),
-        "not_checked": list(found.not_checked),
-        "dry_run": {
-            "lift_mm": LIFT,
-            "smallest_mm": _rounded(robot.dry_clearance.smallest),
-            "at": robot.dry_clearance.at,
-        },
     }
 
 
@@ -377,7 +273,3 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     if lean >= NOTABLE_LEAN:
         warnings.append(f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast.")
     return tuple(warnings)
-
-
-def _rounded(value: float | np.floating) -> float:
-    return round(float(value), DECIMALS)

@@ -7,18 +7,16 @@ import numpy as np
 from geoprint.export import Json
 from geoprint.motion import close_targets
 from geoprint.pipeline.planning import Plan
-
-# Decimals of milliseconds.
-DECIMALS = 6
+from geoprint.pipeline.rounding import rounded
 
 
 def targets_summary(plan: Plan) -> dict[str, Json]:
     """Return the digested and the shortest time between targets [ms], and how many come sooner."""
     close, shortest = _close(plan)
     return {
-        "period_ms": round(1e3 * plan.workpiece.cell.robot.target_period, DECIMALS),
+        "period_ms": rounded(1e3 * plan.workpiece.cell.robot.target_period),
         "closer": close,
-        "shortest_ms": round(1e3 * shortest, DECIMALS),
+        "shortest_ms": rounded(1e3 * shortest),
     }
 
 

@@ -1,0 +1,13 @@
+"""How numbers appear in the JSON that a plan or a comparison leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+# Decimals of lengths [mm] and angles [degrees]: finer than any machine, short enough to read.
+DECIMALS = 6
+
+
+def rounded(value: float | np.floating) -> float:
+    """Return a number as JSON carries it; zero has no sign."""
+    return round(float(value), DECIMALS) + 0.0
