@@ -1,4 +1,4 @@
-"""What each body costs in the collision check: a table of `benchmarks.motion`, and the path that it times."""
+"""What each body costs in the collision check: a table of `benchmarks.motion`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import TypeVar
 
 import numpy as np
 
+from benchmarks.spirals import spiral
 from benchmarks.surfaces import make
 from benchmarks.tables import row, table
 from geoprint import transforms
-from geoprint.model import Cell, Lamp, PoseStream, Tool
+from geoprint.model import Cell, Lamp, Tool
 from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
 from geoprint.motion.arm_clearance import arm_motion
 from geoprint.motion.clearance import check_placements
@@ -20,9 +21,6 @@ from geoprint.motion.link_solids import link_solids
 from geoprint.motion.tool_solids import tool_solids
 
 Result = TypeVar("Result")
-
-RADIUS = 20.0  # of the dome of `benchmarks.surfaces` [mm]
-STEEPEST = 0.5  # polar angle at which the spiral ends [rad]
 
 
 def bodies(cell: Cell, arm: Arm, *, count: int) -> Iterator[str]:
@@ -57,32 +55,6 @@ def bodies(cell: Cell, arm: Arm, *, count: int) -> Iterator[str]:
     seconds = (following, placing, tool, max(with_lamp - tool, 0.0), everything - placing - tool)
     yield from table(f"collision check of {count} poses, {motion.tool.count} placements", *names)
     yield row("s, share", *(f"{value:.2f} s, {value / sum(seconds):.0%}" for value in seconds))
-
-
-def spiral(count: int, *, standoff: float) -> PoseStream:
-    """Return poses on a spiral over the top of the dome, evenly spaced, the nozzle against the normal."""
-    polar = STEEPEST * np.sqrt((np.arange(count) + 0.5) / count)
-    turn = 2.0 * np.pi * np.sqrt(count / 50.0) * polar / STEEPEST
-    normals = np.column_stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)])
-    down = np.diag([1.0, -1.0, -1.0])
-    rotations = transforms.smallest_rotation(down[:, 2], -normals) @ down
-    tips = (RADIUS + standoff) * normals
-    steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
-    ends = np.zeros(count, dtype=bool)
-    ends[[0, -1]] = True
-    return PoseStream(
-        tips=tips,
-        quaternions=transforms.same_sign(transforms.quaternion_of(rotations)),
-        normals=normals,
-        runs=np.zeros(count, dtype=np.int64),
-        levels=np.zeros(count, dtype=np.int64),
-        layers=np.zeros(count, dtype=np.int64),
-        deposit=np.ones(count, dtype=bool),
-        stops=ends,
-        arcs=np.append(0.0, np.cumsum(steps)),
-        flow=np.full(count, 0.5),
-        standoff=standoff,
-    )
 
 
 def _timed(work: Callable[[], Result]) -> tuple[Result, float]:

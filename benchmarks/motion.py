@@ -19,42 +19,29 @@ from __future__ import annotations
 import argparse
 import importlib
 import time
-import tracemalloc
 from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import partial
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.collision_bodies import bodies, spiral
+from benchmarks.collision_bodies import bodies
+from benchmarks.rotation import rotation
+from benchmarks.spirals import spiral
 from benchmarks.surfaces import make
 from benchmarks.tables import row, table
+from benchmarks.tip_speed import even_speed
 from geoprint import transforms
-from geoprint.config import job_of, load_cell
-from geoprint.model import Cell, FloatArray, JointPath, PoseStream, SearchWeights, Surface
+from geoprint.config import load_cell
+from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
 from geoprint.motion import (
     Arm,
     clearance,
     controller_path,
     reach,
-    reach_margin,
     retime,
     written_targets,
 )
-from geoprint.motion.attitude_search import Attitudes, UprightSearch
-from geoprint.motion.closed_form import BRANCHES
-from geoprint.motion.keyframes import path_lengths
-from geoprint.motion.ladder import Rungs, Terms, climb, cost_terms
-from geoprint.motion.margins import MINIMUM_WRIST_ANGLE
-from geoprint.motion.pose_samples import tool_poses
 from geoprint.motion.urdf import read_urdf
-from geoprint.paths import largest_lean, mean_lean
-from geoprint.paths.attitude import smoothed_axes, tool_quaternions
-from geoprint.pipeline.planning import Plan, cover
-from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece
 
 Result = TypeVar("Result")
 
@@ -64,14 +51,6 @@ POSITION_ERROR = 1e-10  # at which the iteration has converged [m, rad]
 MOST_ITERATIONS = 100
 ITERATED = 2_000  # poses for the iteration, which takes longest
 REPEATS = 5
-DOME = transforms.rigid(np.eye(3), np.array([300.0, 0.0, 50.0]))  # where the dome stands for the search
-ARC_RADIUS, ARC_ANGLE = 320.0, 1.5  # of the long arc about the base [mm, rad]
-DENSE_TURNS = 720  # of the dense ladder
-# Where the dome stands beside the dense ladder [mm]: where the part is put, near the base, aside, far and high.
-DENSE_PLACES = ((300.0, 0.0, 50.0), (220.0, 60.0, 50.0), (150.0, 280.0, 80.0), (420.0, -80.0, 120.0))
-PATCH_FOLDER = Path(__file__).parents[2] / "shared" / "data" / "patches"
-PATCHES = ("lv_lateral_disc_r15", "lv_anterior_disc_r30")
-MAX_TILT = float(np.radians(15.0))
 ADDED = (
     "\n(TOPP-RA alone times one spline through joints that are known; Pinocchio alone turns them back into poses. What "
     "geoprint adds: the joints themselves, by a search over eight branches and the turn about the nozzle; the cap on "
@@ -131,49 +110,6 @@ def agreement(arm: Arm, *, count: int) -> Iterator[str]:
     yield row("Arm.solutions", str(int(exists.sum())), f"{off:.1e}", f"{turned:.1e}")
 
 
-def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
-    """Yield a table of the search for turn and branch, and the cost of its way beside that of a dense ladder."""
-    terms = cost_terms(arm, weights=SearchWeights(), minimum_wrist_angle=MINIMUM_WRIST_ANGLE)
-    yield from table("poses", "turn and branch, us a pose", "with exact inverse and its checks", "peak bytes a pose")
-    for count in counts:
-        poses = spiral(count, standoff=0.3)
-        search = partial(_searched, poses, arm, terms, T_base_work=DOME)
-        times = [_least_cpu_seconds(work) for work in (search, partial(reach_margin, poses, arm, T_base_work=DOME))]
-        yield row(
-            str(count), *(f"{seconds / count * 1e6:.1f}" for seconds in times), f"{_peak_bytes(search) / count:.0f}"
-        )
-    yield from table("path", "cost of the way", "cost of the dense ladder", "ratio")
-    streams = [("dome", place, spiral(dense, standoff=0.3)) for place in DENSE_PLACES]
-    for name, place, poses in [*streams, ("arc about the base", (0.0, 0.0, 80.0), _arc(dense))]:
-        T_base_work = transforms.rigid(np.eye(3), np.array(place))
-        found = _cost_of(_searched(poses, arm, terms, T_base_work=T_base_work), poses, terms, T_base_work)
-        least = _dense_cost(poses, terms, T_base_work)
-        yield row(f"{name} at {place}", f"{found:.3f}", f"{least:.3f}", f"{found / least:.4f}")
-
-
-def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...]) -> Iterator[str]:
-    """Yield a table of the deposit within 1 % of the set speed, for noise [degrees] on the normals of real patches."""
-    columns = ("noise", "on slowdown", "at speed", "on ramps", "lean largest, mean", "not at speed")
-    yield from table(f"patch at {cell.process.speed:g} mm/s", *columns)
-    for name in PATCHES:
-        path = PATCH_FOLDER / f"{name}.ply"
-        if not path.exists():
-            yield row(name, *("not here" for _ in columns))
-            continue
-        stage, job = Stages(lambda _: None), job_of(surface=path, unit="mm", spacing=1.0, place="demo")
-        paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
-        for noise in noises:
-            joint_path, lean = _trembling(paths, arm, noise=noise)
-            for on_slowdown in ("lower", "follow"):
-                found = retime(joint_path, cell.robot, process=cell.process, on_slowdown=on_slowdown)
-                told = [
-                    f"run {slow.run} at {slow.arc:.1f} mm, {slow.held_speed:.1f} mm/s, joint {slow.joint} {slow.limit}"
-                    for slow in found.slowdowns
-                ]
-                shares = f"{found.share_at_speed:.2%}", f"{found.share_on_ramps:.2%}"
-                yield row(name, f"{noise:g} deg", on_slowdown, *shares, lean, "; ".join(told) or "nothing else")
-
-
 def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
     """Yield a table of seconds a stage and share, and the exponents with which they grow."""
     part = make("cap", faces=20_000)
@@ -194,71 +130,6 @@ def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
     slopes = np.polyfit(np.log(counts), np.log(rows), 1)[0]
     yield row("exponent", *(f"{slope:.2f}" for slope in slopes), "")
     yield ADDED
-
-
-def _arc(count: int) -> PoseStream:
-    """Return poses on a wide arc about the base, the nozzle straight down and not turned with it."""
-    azimuths = np.linspace(-ARC_ANGLE, ARC_ANGLE, count)
-    tips = ARC_RADIUS * np.column_stack([np.cos(azimuths), np.sin(azimuths), np.zeros(count)])
-    down = np.tile(transforms.quaternion_of(np.diag([1.0, -1.0, -1.0])), (count, 1))
-    return replace(
-        spiral(count, standoff=0.3), tips=tips, quaternions=down, normals=np.tile([0.0, 0.0, 1.0], (count, 1))
-    )
-
-
-def _searched(poses: PoseStream, arm: Arm, terms: Terms, *, T_base_work: FloatArray) -> Attitudes:
-    search = UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms)
-    return search.attitudes(search.branches[0], dense=np.zeros(poses.count, dtype=np.bool_))
-
-
-def _cost_of(attitudes: Attitudes, poses: PoseStream, terms: Terms, T_base_work: FloatArray) -> float:
-    """Return what the smooth way costs with every pose a rung."""
-    rungs = _every_pose(poses, attitudes.rotations[:, None], T_base_work=T_base_work)
-    return float(climb(rungs, terms, branches=np.arange(BRANCHES) == attitudes.branch).costs[attitudes.branch])
-
-
-def _dense_cost(poses: PoseStream, terms: Terms, T_base_work: FloatArray) -> float:
-    """Return the least cost over all branches and 720 turns at every pose."""
-    turns = 2.0 * np.pi * np.arange(DENSE_TURNS) / DENSE_TURNS - np.pi
-    rungs = _every_pose(poses, np.tile(turns, (poses.count, 1)), T_base_work=T_base_work)
-    return float(climb(rungs, terms, branches=np.ones(BRANCHES, dtype=np.bool_)).costs.min())
-
-
-def _every_pose(poses: PoseStream, turns: FloatArray, *, T_base_work: FloatArray) -> Rungs:
-    each = turns.shape[1]
-    return Rungs(
-        Ts_base_tool=tool_poses(poses, T_base_work=T_base_work),
-        deposit=poses.deposit,
-        steps=np.diff(path_lengths(poses)),
-        candidates=np.column_stack([turns.reshape(-1), np.zeros((turns.size, 2))]),
-        offsets=each * np.arange(poses.count + 1, dtype=np.int64),
-        extra=np.zeros(turns.size),
-    )
-
-
-def _peak_bytes(work: Callable[[], object]) -> int:
-    tracemalloc.start()
-    work()
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return peak
-
-
-def _trembling(paths: Plan, arm: Arm, *, noise: float) -> tuple[JointPath, str]:
-    """Return the joint path for normals with noise [degrees] before they are smoothed, and its leans from the true."""
-    stream, placement = paths.poses, paths.workpiece.placement
-    assert placement is not None
-    generator, quaternions = np.random.default_rng(0), stream.quaternions.copy()
-    for run, closed in enumerate(paths.toolpath.curves.closed):
-        rows = np.flatnonzero(stream.deposit & (stream.runs == run))
-        normals = stream.normals[rows] + generator.normal(scale=np.radians(noise), size=(rows.size, 3))
-        normals[-1] = normals[0] if closed else normals[-1]
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        axes = smoothed_axes(normals, stream.arcs[rows], closed=bool(closed), max_tilt=MAX_TILT)
-        quaternions[rows] = tool_quaternions(axes, R_base_work=placement.T_base_work[:3, :3])
-    poses = replace(stream, quaternions=transforms.same_sign(quaternions))
-    lean = f"{np.degrees(largest_lean(poses)):.2f}, {np.degrees(mean_lean(poses)):.2f} deg"
-    return reach(poses, arm, T_base_work=placement.T_base_work), lean
 
 
 def _chain(cell: Cell, arm: Arm, *, part: Surface, poses: PoseStream) -> list[float]:
@@ -339,17 +210,6 @@ def _timed(work: Callable[[], Result]) -> tuple[Result, float]:
 def _least_seconds(work: Callable[[], object]) -> float:
     work()
     return min(_timed(work)[1] for _ in range(REPEATS))
-
-
-def _least_cpu_seconds(work: Callable[[], object]) -> float:
-    """Return the least processor time of several runs: others on the machine lengthen the clock's."""
-    work()
-    times: list[float] = []
-    for _ in range(REPEATS):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return min(times)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.motion import spiral
+from benchmarks.spirals import spiral
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot
