@@ -3,7 +3,7 @@
 Data flows one way, through frozen values (`geoprint.model`):
 
     file -> Surface -> [backend] -> Contours -> Toolpath -> PoseStream -> JointPath -> Trajectory
-         -> Targets -> ControllerPath -> Clearance -> Program
+         -> Targets -> ControllerPath -> Clearance -> Orders -> Program
 
 and imports run one way, to the right (braces: mutually independent; `lint-imports` checks it):
 
@@ -12,13 +12,16 @@ and imports run one way, to the right (braces: mutually independent; `lint-impor
 
 `plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
 stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,
-`motion.reach`, `retime`, `written_targets`, `controller_path` and `clearance`, `export.rapid_program`,
+`motion.reach`, `retime`, `written_targets`, `controller_path` and `clearance`, `export.orders_of`, `rapid_program`,
 `quality.uniformity`. Lengths are mm, times s, angles rad.
 
 Sources, by the keys that docstrings use:
 
+    [3MF]               3MF Consortium: 3D Manufacturing Format, core specification 1.3 and production extension 1.1.
     [ABBRapid]          ABB Robotics: RAPID reference manual. Data type zonedata; motion and I/O principles, positioning
                         during program execution.
+    [Barequet1995]      Barequet, Sharir: Filling gaps in the boundary of a polyhedron. Comput. Aided Geom. Des. 12(2),
+                        1995.
     [Bates1988]         Bates, Watts: Nonlinear regression analysis and its applications. 1988.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
@@ -30,6 +33,8 @@ Sources, by the keys that docstrings use:
     [Chhabra2008]       Chhabra, Richardson: Non-Newtonian flow and applied rheology. 2nd edition, 2008.
     [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [Dey1999]           Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction. Publ. Inst. Math.
+                        (Beograd) 66, 1999.
     [Dowell1971]        Dowell, Jarratt: A modified regula falsi method for computing the root of an equation. BIT 11,
                         1971.
     [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based
@@ -37,13 +42,18 @@ Sources, by the keys that docstrings use:
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
     [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
                         1961.
+    [Hoppe1992]         Hoppe, DeRose, Duchamp, McDonald, Stuetzle: Surface reconstruction from unorganized points.
+                        SIGGRAPH 1992.
     [Huttenlocher1993]  Huttenlocher, Klanderman, Rucklidge: Comparing images using the Hausdorff distance. IEEE Trans.
                         Pattern Anal. Mach. Intell. 15(9), 1993.
     [Jacobson2013]      Jacobson, Kavan, Sorkine-Hornung: Robust inside-outside segmentation using generalized winding
                         numbers. ACM Trans. Graph. 32(4), 2013.
     [Kabsch1976]        Kabsch: A solution for the best rotation to relate two sets of vectors. Acta Cryst. A32, 1976.
     [Kahan2014]         Kahan: Miscalculating area and angles of a needle-like triangle. Lecture notes, Berkeley, 2014.
+    [Kazhdan2013]       Kazhdan, Hoppe: Screened Poisson surface reconstruction. ACM Trans. Graph. 32(3), 2013.
     [Kimmel1998]        Kimmel, Sethian: Computing geodesic paths on manifolds. Proc. Natl. Acad. Sci. 95(15), 1998.
+    [Lauterbach2009]    Lauterbach, Garland, Sengupta, Luebke, Manocha: Fast BVH construction on GPUs. Comput. Graph.
+                        Forum 28(2), 2009.
     [Levy2002]          Lévy, Petitjean, Ray, Maillot: Least squares conformal maps. ACM Trans. Graph. 21(3), 2002.
     [Lorensen1987]      Lorensen, Cline: Marching cubes. Computer Graphics 21(4), 1987; here its planar form.
     [Mitchell1987]      Mitchell, Mount, Papadimitriou: The discrete geodesic problem. SIAM J. Comput. 16(4), 1987.
@@ -56,6 +66,8 @@ Sources, by the keys that docstrings use:
     [Polthier1998]      Polthier, Schmies: Straightest geodesics on polyhedral surfaces. Mathematical Visualization,
                         1998.
     [Rabinowitsch1929]  Rabinowitsch: Über die Viskosität und Elastizität von Solen. Z. Phys. Chem. A145, 1929.
+    [Raya1990]          Raya, Udupa: Shape-based interpolation of multidimensional objects. IEEE Trans. Med. Imaging
+                        9(1), 1990.
     [Satterthwaite1946] Satterthwaite: An approximate distribution of estimates of variance components. Biometrics
                         Bulletin 2(6), 1946.
     [Sharp2019]         Sharp, Soliman, Crane: Navigating intrinsic triangulations. ACM Trans. Graph. 38(4), 2019.

@@ -8,6 +8,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
+from geoprint.export.orders import Orders, orders_of
+from geoprint.export.switching import Event, TipsAt, switching_events
 from geoprint.model import (
     BoolArray,
     Cell,
@@ -21,6 +23,7 @@ from geoprint.model import (
     Signals,
     Targets,
     Tool,
+    Trajectory,
 )
 
 CELL = Cell(
@@ -138,3 +141,52 @@ def targets(poses: PoseStream) -> Targets:
     zones = np.where(poses.stops, 0.0, np.where(index % 2, 0.1234, 0.3))
     speeds = np.where(poses.deposit, np.where(index % 3, 20.0, 19.876), 60.0)
     return Targets(poses=index, zones=zones, speeds=speeds)
+
+
+def trajectory(poses: PoseStream) -> Trajectory:
+    """The tip moves at 20 mm/s on deposit and 60 mm/s else, without ramps; a second from and to home."""
+    steps = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    durations = steps / np.where(poses.laid, 20.0, 60.0)
+    pose_times = 1.0 + np.append(0.0, np.cumsum(durations))
+    count = int(np.ceil((float(pose_times[-1]) + 1.0) * 1000)) + 1
+    times: FloatArray = np.arange(count, dtype=np.float64) / 1000
+    return Trajectory(
+        times=times,
+        joints=np.zeros((count, 6)),
+        runs=np.zeros(count, dtype=np.int64),
+        deposit=np.zeros(count, dtype=np.bool_),
+        pose_times=pose_times,
+        stretched=0,
+        slowest_deposit=20.0,
+        slowdowns=(),
+        share_at_speed=1.0,
+        share_on_ramps=0.0,
+    )
+
+
+def orders(
+    poses: PoseStream | None = None, placement: Placement = PLACEMENT, *, chosen: Targets | None = None
+) -> Orders:
+    """The orders of the small plan."""
+    poses = stream() if poses is None else poses
+    return orders_of(
+        joint_path(poses, placement), targets(poses) if chosen is None else chosen, trajectory(poses),
+        placement=placement, aloft=np.full(6, -0.9),
+    )  # fmt: skip
+
+
+def tips_of(poses: PoseStream) -> TipsAt:
+    """The tip's motion of `trajectory`."""
+    times = trajectory(poses).pose_times
+
+    def tips(moments: FloatArray) -> FloatArray:
+        x, y, z = (np.interp(moments, times, poses.tips[:, axis]) for axis in range(3))
+        return np.column_stack([x, y, z])
+
+    return tips
+
+
+def events(poses: PoseStream | None = None, cell: Cell = CELL) -> tuple[Event, ...]:
+    """Where the outputs of the small plan switch."""
+    poses = stream() if poses is None else poses
+    return switching_events(orders(poses), signals=cell.signals, tips_at=tips_of(poses))

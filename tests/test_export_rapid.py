@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from importlib.metadata import version
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,30 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export import rapid
+from geoprint.export.orders import orders_of
 from geoprint.export.rapid import rapid_program
+from geoprint.export.rapid_cell import guard_module
 from geoprint.export.rapid_verify import verify_program
-from geoprint.model import Cell, Placement, PoseStream, Program, Signals, Targets
-from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, joint_path, stream, targets
+from geoprint.model import Cell, Placement, PoseStream, Program, Purge, Signals, Targets
+from tests.export_cases import (
+    CELL,
+    DEMONSTRATION,
+    PLACEMENT,
+    events,
+    joint_path,
+    orders,
+    stream,
+    targets,
+    tips_of,
+    trajectory,
+)
 
+ANALOG = replace(
+    CELL,
+    signals=Signals(
+        mode="analog", dispenser="doValve", uv_lamp="doUV", flow="aoFlow", flow_per_mm3_s=0.1, flow_lag=0.04
+    ),
+)
 GOLDEN = Path(__file__).parent / "golden"
 
 
@@ -34,7 +54,7 @@ def write(
 ) -> Program:
     poses = stream() if poses is None else poses
     return rapid_program(
-        joint_path(poses, placement), targets(poses) if chosen is None else chosen, cell=cell, placement=placement,
+        orders(poses, placement, chosen=chosen), cell=cell, placement=placement, tips_at=tips_of(poses),
         part_name=part_name, spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
     )  # fmt: skip
 
@@ -73,21 +93,90 @@ def test_the_same_input_gives_the_same_bytes() -> None:
 
 def test_a_program_says_how_many_targets_it_has_and_that_it_may_deposit() -> None:
     program = write()
-    moves = len(re.findall(r"Move[JL] ", text_of(program, "GeoPrint.mod")))
+    moves = len(re.findall(r"(?:Move|Trigg)L ", text_of(program, "GeoPrint.mod")))
     assert (program.targets, program.dry_run) == (moves, False) == (18, False)
 
 
-def test_every_program_starts_as_a_dry_run() -> None:
-    assert "PERS bool geoDryRun:=TRUE;" in text_of(write(), "GeoCell.mod")
+def test_every_program_starts_as_a_slow_dry_run_from_its_first_run_on() -> None:
+    cell = text_of(write(), "GeoCell.mod")
+    assert "PERS bool geoDryRun:=TRUE;" in cell
+    assert "PERS num geoSpeedPct:=25;" in cell
+    assert "PERS num geoFirstRun:=1;" in cell
 
 
-def test_without_calibration_no_line_switches_an_output_on() -> None:
+def test_without_calibration_nothing_makes_a_program_deposit() -> None:
     program = write(placement=DEMONSTRATION)
     assert program.dry_run
-    for name in ("GeoCell.mod", "GeoPrint.mod"):
+    for name in ("GeoCell.mod", "GeoPrint.mod", "GeoGuard.mod"):
         assert "! PLACEMENT NOT CALIBRATED" in text_of(program, name)
-    assert not [line for line in code_of(program) if re.search(r"SetDO \w+,1", line)]
-    assert [line for line in code_of(write()) if re.search(r"SetDO \w+,1", line)]
+    assert not [line for line in code_of(program) if re.search(r"SetDO \w+,1|geoOn:=1", line)]
+    assert [line for line in code_of(write()) if "geoOn:=1" in line]
+
+
+def test_every_output_is_switched_on_by_the_variable_that_a_dry_run_keeps_at_0() -> None:
+    lines = [line for line in code_of(write(cell=ANALOG)) if re.match(r" +Trigg(IO|Speed)", line)]
+    values = {re.sub(r".*,|\\DipLag.*|;", "", line) for line in lines}
+    assert values == {"0", "geoOn", "0.05*geoOn"}
+
+
+def test_every_routine_that_moves_shuts_off_and_raises_on_an_error() -> None:
+    for _, text in write().modules[:3]:
+        for routine in re.findall(r"  PROC (.*?)  ENDPROC", text, re.DOTALL):
+            moves = re.search(r"Move\w+ |TriggL |GeoRun\d+;", routine)
+            assert not moves or routine.endswith("  ERROR\n    GeoSafe;\n    RAISE;\n"), routine
+
+
+@pytest.mark.parametrize("loading", [False, True])
+@pytest.mark.parametrize("primes", [False, True])
+@pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION])
+@pytest.mark.parametrize("signals", [CELL.signals, ANALOG.signals])
+def test_every_guard_is_whole_rapid_within_the_kernels_limits(
+    *, signals: Signals, placement: Placement, primes: bool, loading: bool
+) -> None:
+    text = guard_module(signals, placement=placement, primes=primes, loading=loading)
+    code = [line.strip() for line in text.split("\n") if not line.lstrip().startswith("!")]
+    assert text.startswith("MODULE GeoGuard\n")
+    assert text.endswith("ENDMODULE\n")
+    assert not re.search(r"[@<|](?!>)[A-Z]", text.replace("<>", ""))
+    assert sum(line.startswith("PROC ") for line in code) == code.count("ENDPROC")
+    assert sum(line.endswith(" THEN") for line in code) == code.count("ENDIF")
+    called = {line.split()[0].rstrip(";") for line in code if line.startswith("Geo")}
+    called |= set(re.findall(r"(?:\d|FALSE|TRUE|=|5) (Geo[A-Za-z]+)", text))
+    declared = {match[1] for line in code if (match := re.match(r"PROC (\w+)", line))}
+    assert called <= declared
+    assert max(len(word) for word in re.findall(r"\w+", text)) <= 32
+    assert max(len(string) for string in re.findall(r'"([^"]*)"', text)) <= 80
+    assert max(len(line) for line in text.split("\n")) <= 120
+
+
+def test_the_ways_from_and_to_home_take_the_planned_time() -> None:
+    found = write().modules
+    assert "CONST num nGeoThere:=1.000;" in dict(found)["GeoCell.mod"]
+    assert "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
+    assert "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
+
+
+def test_the_dry_run_is_lifted_along_the_bases_z_axis() -> None:
+    numbers = re.search(r"geoLift:=\[\[(.*?)\]", text_of(write(), "GeoCell.mod"))
+    assert numbers is not None
+    lift = PLACEMENT.T_base_work[:3, :3] @ np.array([float(number) for number in numbers[1].split(",")])
+    np.testing.assert_allclose(lift, [0.0, 0.0, 20.0], atol=1e-3)
+
+
+def test_a_place_to_prime_is_driven_to_and_the_valve_opens_there_unless_dry() -> None:
+    assert "GeoPrime" not in text_of(write(), "GeoGuard.mod")
+    cell = replace(CELL, purge=Purge(joints=np.full(6, 0.1), duration=2.5))
+    program = write(cell=cell)
+    assert "CONST num nGeoPrime:=2.500;" in text_of(program, "GeoCell.mod")
+    guard = text_of(program, "GeoGuard.mod")
+    assert "    GeoPrime;\n" in guard
+    assert "    IF NOT geoDryRun THEN\n      SetDO doValve,1;\n      WaitTime nGeoPrime;\n      GeoSafe;\n" in guard
+    assert "SetDO doValve,1" not in text_of(write(cell=cell, placement=DEMONSTRATION), "GeoGuard.mod")
+
+
+def test_depositing_at_a_fixed_pressure_is_refused_below_full_speed_and_allowed_where_the_flow_follows() -> None:
+    assert "CSpeedOverride()<>100" in text_of(write(), "GeoGuard.mod")
+    assert "CSpeedOverride" not in text_of(write(cell=ANALOG), "GeoGuard.mod")
 
 
 def test_speeds_and_zones_are_shared_and_never_above_the_plan() -> None:
@@ -113,20 +202,31 @@ def test_thinned_targets_are_written_and_the_rest_is_not() -> None:
     assert program.targets == kept.size < poses.count
 
 
-def test_runs_that_do_not_fit_one_module_are_spread_over_several(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rapid, "MODULE_LINES", 40)
+def test_runs_that_do_not_fit_one_module_are_loaded_one_module_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rapid, "MODULE_LINES", 55)
     program = write(stream(runs=5, points=9))
     names = [name for name, _ in program.modules]
-    assert names == ["GeoCell.mod", "GeoPath1.mod", "GeoPath2.mod", "GeoPath3.mod", "GeoPrint.mod", "GeoPrint.pgf"]
-    assert all(text.count("\n") <= 40 for _, text in program.modules)
-    assert "<Module>GeoPath2.mod</Module>" in text_of(program, "GeoPrint.pgf")
+    assert names == [
+        "GeoCell.mod", "GeoGuard.mod", "GeoPath1.mod", "GeoPath2.mod", "GeoPath3.mod", "GeoPrint.mod", "GeoPrint.pgf",
+    ]  # fmt: skip
+    assert all(text.count("\n") <= 55 for name, text in program.modules if name.startswith("GeoPath"))
+    assert "GeoPath" not in text_of(program, "GeoPrint.pgf")
+    main = [line.strip() for line in text_of(program, "GeoPrint.mod").split("\n")]
+    order = [
+        'StartLoad\\Dynamic,diskhome\\File:="GeoPath1.mod",geoLoading;', "WaitLoad geoLoading;", "GeoBegin;",
+        'StartLoad\\Dynamic,diskhome\\File:="GeoPath2.mod",geoLoading;', '%"GeoRun1"%;', '%"GeoRun2"%;',
+        "WaitLoad geoLoading;", 'UnLoad diskhome\\File:="GeoPath1.mod";',
+    ]  # fmt: skip
+    start = main.index(order[0])
+    assert main[start : start + len(order)] == order
 
 
-def test_a_run_longer_than_a_module_is_cut_into_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_longer_than_a_module_is_refused_because_the_valve_is_open_along_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(rapid, "MODULE_LINES", 40)
-    program = write(stream(runs=1, points=90))
-    assert "    GeoRun1Part3;" in text_of(program, "GeoPrint.mod")
-    assert all(text.count("\n") <= 40 for _, text in program.modules)
+    with pytest.raises(UsageError, match="run 1 has 93 targets"):
+        write(stream(runs=1, points=90))
 
 
 @pytest.mark.parametrize(
@@ -151,26 +251,36 @@ def test_no_text_at_all_changes_a_line_of_code(name: str) -> None:
     "name",
     [
         "", "do valve", "doUV,1;SetDO doX", "doUV\n", "1do", "_do", "d\u00f6", "do-UV", "a" * 33, "while", "MoveL",
-        "TRUE", "geoDryRun", "GEOON", "main", "tGeoNozzle", 'a"b', "do!",
+        "TRUE", "geoDryRun", "GEOON", "main", "tGeoNozzle", 'a"b', "do!", "<LAMP>", "run", "TriggIO",
     ],
 )  # fmt: skip
 def test_an_output_that_is_no_free_rapid_name_is_refused(name: str) -> None:
-    for field in ("dispenser", "uv_lamp"):
-        signals = {"dispenser": "doValve", "uv_lamp": "doUV", field: name}
-        cell = replace(CELL, signals=Signals(mode="io", **signals))
+    for field in ("dispenser", "uv_lamp", "flow"):
+        signals = replace(ANALOG.signals, **{field: name})  # pyright: ignore[reportArgumentType]
+        cell = replace(CELL, signals=signals)
         with pytest.raises(UsageError, match=f"signals.{field}"):
             write(cell=cell)
 
 
 def test_an_output_of_exactly_32_characters_is_taken() -> None:
     cell = replace(CELL, signals=Signals(mode="io", dispenser="a" * 32, uv_lamp="doUV"))
-    assert f"SetDO {'a' * 32},1;" in text_of(write(cell=cell), "GeoCell.mod")
+    assert f"SetDO {'a' * 32},0;" in text_of(write(cell=cell), "GeoGuard.mod")
 
 
-def test_analog_flow_is_refused_because_the_cell_names_no_analog_output() -> None:
+def test_analog_flow_without_an_analog_output_is_refused() -> None:
     cell = replace(CELL, signals=replace(CELL.signals, mode="analog"))
     with pytest.raises(UsageError, match="set mode to 'io'"):
         write(cell=cell)
+
+
+def test_the_flow_is_written_where_it_changes_by_a_percent_and_ends_with_each_deposit() -> None:
+    poses = stream(points=40)
+    poses = replace(poses, flow=np.where(poses.deposit, 0.5 * (1.0 + 0.001 * np.arange(poses.count)), 0.0))
+    text = text_of(write(poses, cell=ANALOG), "GeoPrint.mod")
+    scales = [float(found) for found in re.findall(r"tGeoFlow,0\\Start,0.04,aoFlow,([\d.E-]+)\*geoOn", text)]
+    assert 6 <= len(scales) <= 10
+    assert all(0.999 <= later / earlier <= 1.05 for earlier, later in pairwise(scales))
+    assert text.count("TriggSpeed tGeoNoFlow,0,0.04,aoFlow,0;") == 2
 
 
 @pytest.mark.parametrize(
@@ -193,8 +303,8 @@ def test_a_placement_that_is_not_the_one_of_the_joint_path_is_refused() -> None:
     poses = stream()
     moved = replace(PLACEMENT, T_fixture_work=np.eye(4))
     with pytest.raises(InputError, match="another placement"):
-        rapid_program(
-            joint_path(poses), targets(poses), cell=CELL, placement=moved, part_name="x", spacing=1.0
+        orders_of(
+            joint_path(poses), targets(poses), trajectory(poses), placement=moved, aloft=np.zeros(6)
         )  # fmt: skip
 
 
@@ -254,5 +364,5 @@ def test_any_placement_and_any_poses_read_back_as_written(frame: tuple[float, ..
     quaternions = Rotation.random(poses.count, random_state=generator).as_quat(scalar_first=True)
     poses = replace(poses, tips=generator.uniform(-900, 900, (poses.count, 3)), quaternions=quaternions)
     program = write(poses, placement=placement)
-    verify_program(program, joint_path(poses, placement), targets(poses), cell=CELL, placement=placement)
+    verify_program(program, orders(poses, placement), cell=CELL, placement=placement, events=events(poses))
     assert max(len(line) for line in code_of(program)) <= 220

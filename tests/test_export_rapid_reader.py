@@ -14,23 +14,21 @@ from geoprint.errors import VerificationError
 from geoprint.export.rapid import rapid_program
 from geoprint.export.rapid_verify import verify_program
 from geoprint.model import Placement, Program
-from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, joint_path, stream, targets
-
-POSES = stream()
-TARGETS = targets(POSES)
+from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
 
 
 def written(placement: Placement = PLACEMENT) -> Program:
     return rapid_program(
-        joint_path(POSES, placement), TARGETS, cell=CELL, placement=placement, part_name="rings", spacing=2.0
-    )
+        orders(placement=placement), cell=CELL, placement=placement, tips_at=tips_of(stream()), part_name="rings",
+        spacing=2.0,
+    )  # fmt: skip
 
 
 PROGRAM = written()
 
 
 def verify(program: Program, placement: Placement = PLACEMENT) -> None:
-    verify_program(program, joint_path(POSES, placement), TARGETS, cell=CELL, placement=placement)
+    verify_program(program, orders(placement=placement), cell=CELL, placement=placement, events=events())
 
 
 def damaged(module: str, change: Callable[[str], str], program: Program = PROGRAM) -> Program:
@@ -55,15 +53,13 @@ class Damage:
         return text[: match.start()] + match.expand(self.by) + text[match.end() :]
 
 
-P, C = "GeoPrint.mod", "GeoCell.mod"
-START = r"\[\[10\.0000,0\.0000,0\.3"
-LAST = r"MoveL.*\n  ENDPROC\nENDMODULE"
-LAST_OF_RUN_1 = r"MoveL.*\n    GeoOff;\n  ENDPROC\n  PROC"
-TAIL = r",vGeo2,zGeo2,tGeoNozzle\\WObj:=wGeoPart;"
+P, C, G = "GeoPrint.mod", "GeoCell.mod", "GeoGuard.mod"
+SECOND = r"\[\[5\.0000,8"
+HANDLER = r"  ERROR\n    GeoSafe;\n    RAISE;\n"
 DAMAGES = {
     "missing semicolon": Damage(P, r"wGeoPart;", "wGeoPart", "semicolon is missing", r"wGeoPart$"),
     "swapped groups": Damage(
-        P, r"\[(\[5[^]]*\]),(\[[^]]*\])", r"[\2,\1", "groups of", r"MoveL \[\[[^]]*\],\[5\.0000,8"
+        P, r"\[(\[5[^]]*\]),(\[[^]]*\])", r"[\2,\1", "groups of", r"TriggL \[\[[^]]*\],\[5\.0000,8"
     ),
     "swapped coordinates": Damage(P, r"\[\[5\.0000,8\.6603", "[[8.6603,5.0000", "position", r"\[\[8\.6603"),
     "NaN": Damage(P, r"\[\[5\.0000,8\.6603", "[[NaN,8.6603", "NaN is no RAPID number", "NaN"),
@@ -72,27 +68,48 @@ DAMAGES = {
     "four coordinates": Damage(P, r"\[\[5\.0000,", "[[5.0000,1.0,", "groups of", "5.0000,1.0,"),
     "33-character name": Damage(P, r"GeoRun2;", f"{'a' * 33};", "at most 32 characters", "aaaa"),
     "33-character procedure": Damage(P, r"PROC GeoRun2", f"PROC {'a' * 33}", "at most 32 characters", "aaaa"),
+    "33-character signal": Damage(P, r"doValve", "a" * 33, "at most 32 characters", "aaaa"),
     "81-character string": Damage(C, "=TRUE", f'="{"x" * 81}"', "at most 80 characters", "xxxx"),
     "other string": Damage(C, '""', '"T_ROB2"', "wobjdata", "T_ROB2"),
     "wrong quaternion": Damage(P, r"0\.08645827,-0", "0.08745827,-0", "quaternion", "0.08745827"),
     "quaternion of another attitude": Damage(P, r"\[0\.08645827,-0\.99500417", "[0.08645827,0.99500417",
                                              "quaternion", r"\[0\.08645827,0\.99500417"),
     "moved by half a micrometre": Damage(P, r"8\.6603", "8.6608", "position", "8.6608"),
-    "signal one move late": Damage(P, r"    GeoOn;\n(.*\n)", r"\1    GeoOn;\n", "after a rounded target", "no line"),
-    "signal one move early": Damage(P, r"(.*\n)    GeoOn;\n", r"    GeoOn;\n\1", "dovalve", START),
-    "on never given": Damage(P, r"    GeoOn;\n", "", "no output is on", r"\[\[5\.0000,8"),
-    "off never given": Damage(P, r"    GeoOff;\n(?=  ENDPROC)", "", "lays nothing", r"MoveL \[\[10\.0000,0\.0000,5"),
-    "off after a rounded target": Damage(
-        P, rf"({TAIL}\n)", r"\1    GeoOff;\n", "switches after a rounded target", "no line", nth=0
-    ),
-    "not off at the start": Damage(P, r"    GeoOff;\n    ConfJ", "    ConfJ", "switched off before", "MoveAbsJ"),
-    "dropped target": Damage(P, r"    MoveL \[\[5\.0000,8.*\n", "", "position", r"\[\[-5\.0000,8"),
-    "duplicated target": Damage(P, r"(    MoveL \[\[5\.0000,8.*\n)", r"\1\1", "position", "the second"),
+    "valve never opened": Damage(
+        P, r"    TriggIO tGeoValveOn.*\n", "", "is pulled, but not defined", r"TriggL.*tGeoValveOn"),
+    "valve not pulled": Damage(P, r"tGeoValveOn\\T2:=", "", "does not pull it", "TriggIO tGeoValveOn"),
+    "valve and lamp not pulled": Damage(
+        P, r"TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn", r"MoveL \1", "does not pull it", "TriggIO tGeoValveOn"),
+    "valve opened one move late": Damage(
+        P, r"((?:    TriggIO.*\n){2})(    )TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn(.*\n)    MoveL (.*),vGeo1,",
+        r"\2MoveL \3\4\1    TriggL \5,vGeo1,tGeoValveOn\\T2:=tGeoLampOn,", "the plan switches 2", SECOND),
+    "valve opened a millimetre late": Damage(
+        P, r"tGeoValveOn,0\.0000", "tGeoValveOn,1.0000", "the plan has 0.0000 mm", "tGeoValveOn,1"),
+    "valve opened at the end": Damage(P, r"tGeoValveOn,0\.0000\\Start", "tGeoValveOn,0.0000", "otherwise", "ValveOn,0"),
+    "valve never shut": Damage(P, r"ValveOff,0\.0000\\DOp:=doValve,0", r"ValveOff,0.0000\\DOp:=doValve,geoOn",
+                               "otherwise", r"ValveOff,0\.0000"),
+    "valve opened in a dry run": Damage(P, r"doValve,geoOn", "doValve,1", "no statement", "doValve,1"),
+    "lamp for valve": Damage(P, r"DOp:=doValve,geoOn", "DOp:=doUV,geoOn", "otherwise", "tGeoValveOn"),
+    "other output": Damage(P, r"DOp:=doUV,geoOn", "DOp:=doGripper,geoOn", "otherwise", "doGripper"),
+    "a flow that nobody asked for": Damage(
+        P, r"(    TriggIO tGeoValveOn)", r"    TriggSpeed tGeoValveOff,0\\Start,0,aoFlow,1*geoOn;\n\1",
+        "does not pull it", "TriggSpeed"),
+    "triggers out of order": Damage(P, r"\\T2:=tGeoLampOn", r"\\T3:=tGeoLampOn", "one after the other", "T3"),
+    "trigger without a trigger move": Damage(P, r"TriggL", "MoveL", "TriggL needs a trigger", SECOND),
+    "trigger of another type": Damage(C, "VAR triggdata tGeoLampOn", "CONST num tGeoLampOn:=1", "no VAR triggdata",
+                                      "no line"),
+    "SetDO on the path": Damage(P, r"    TriggIO tGeoValveOn", "    SetDO doValve,1;\n    TriggIO tGeoValveOn",
+                                "no statement", "SetDO"),
+    "dropped target": Damage(P, r"    MoveL \[\[-5\.0000,8.*\n", "", "position", r"\[\[-10\.0000,0"),
+    "duplicated target": Damage(P, r"(    MoveL \[\[-5\.0000,8.*\n)", r"\1\1", "position", "the second"),
     "dropped last target": Damage(
-        P, r"    MoveL .*\n(?=  ENDPROC\nEND)", "", "17 targets, the plan has 18", r"MoveL.*\n    GeoOff;\n  ENDPROC\nE"
+        P, rf"    MoveL .*\n(?={HANDLER}  ENDPROC\nENDMODULE)", "",
+        "17 targets, the plan has 18", r"TriggL.*\n  ERROR\n.*\n.*\n.*\nE"
     ),
-    "wrong zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo1", "zone", r"\[\[5\.0000,8"),
-    "rounded where it must stop": Damage(P, r"vGeo2,fine", "vGeo2,zGeo1", "switches after a rounded", "no line"),
+    "swapped targets": Damage(
+        P, r"(    MoveL \[\[-5\.0000,8.*\n)(    MoveL \[\[-10\.0000.*\n)", r"\2\1", "position", r"\[\[-10\.0000,0"),
+    "wrong zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo1", "zone", r"\[\[-10\.0000,0"),
+    "rounded where it must stop": Damage(P, r"vGeo2,fine", "vGeo2,zGeo1", "zone", r"vGeo2,zGeo1"),
     "unknown zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo9", "none is declared", "zGeo9"),
     "larger zone": Damage(C, r"FALSE,0\.3,0\.3", "FALSE,0.4,0.3", "zonedata", "FALSE,0.4"),
     "wrong speed": Damage(P, r"vGeo2,zGeo2", "vGeo3,zGeo2", "speed", r"vGeo3,zGeo2"),
@@ -103,7 +120,7 @@ DAMAGES = {
     "external axis": Damage(P, r"\[9E9,", "[0,", "external axes", r"\[0,9E9", nth=4),
     "wrong tool": Damage(P, "tGeoNozzle", "tool0", "tool0", "tool0", nth=3),
     "wrong work object": Damage(P, "wGeoPart", "wobj0", "wobj0", "wobj0", nth=3),
-    "no work object": Damage(P, r"\\WObj:=wGeoPart", "", "wobjdata", r"MoveL.*tGeoNozzle;", nth=3),
+    "no work object": Damage(P, r"\\WObj:=wGeoPart", "", "no work object", r"MoveL.*tGeoNozzle;", nth=3),
     "tool shifted": Damage(C, r"84\.8528", "84.8538", "tool frame", "84.8538"),
     "tool turned": Damage(C, r"0\.38268343", "-0.38268343", "tool frame", "-0.38268343"),
     "tool not held": Damage(C, r"tGeoNozzle:=\[TRUE", "tGeoNozzle:=[FALSE", "no tool held", "tGeoNozzle"),
@@ -111,41 +128,62 @@ DAMAGES = {
     "part shifted": Damage(C, r"312\.3457", "312.3467", "uframe", "312.3467"),
     "part shifted on its fixture": Damage(C, r"\[1\.2500", "[1.2600", "oframe", "1.2600"),
     "part turned": Damage(C, r"0\.25738118", "0.25738218", "uframe", "0.25738218"),
-    "constant tool": Damage(C, "PERS tooldata", "CONST tooldata", "not declared CONST", "tooldata"),
-    "home elsewhere": Damage(C, r"45\.00000", "45.00100", "home", "45.00100"),
-    "no way home": Damage(P, r"    MoveAbsJ.*\n(?=  ENDPROC)", "", "begin and end", LAST),
-    "joint move on the way": Damage(P, r"MoveL \[\[5", "MoveJ [[5", "MoveJ first, then MoveL", r"MoveJ \[\[5"),
-    "home on the way": Damage(P, "    GeoRun2;\n", "    MoveAbsJ jGeoHome,vGeo3,fine,tGeoNozzle;\n    GeoRun2;\n",
-                              "MoveAbsJ is not how", r"MoveAbsJ.*\n    GeoRun2"),
-    "unwatched configuration": Damage(P, r"ConfL\\On", r"ConfL\\Off", "main must set", "MODULE"),
-    "setting on the way": Damage(P, "    GeoRun2;\n", "    ConfL\\\\Off;\n    GeoRun2;\n", "on its way", r"ConfL\\Off"),
-    "run left out": Damage(P, "    GeoRun2;\n", "", "8 targets, the plan has 18", LAST_OF_RUN_1),
+    "constant tool": Damage(C, "PERS tooldata", "CONST tooldata", "not declared PERS", "tooldata"),
+    "home elsewhere": Damage(C, r"45\.00000", "45.00100", "jGeoHome", "45.00100"),
+    "first target elsewhere": Damage(C, r"jGeoStart:=\[\[-57\.2", "jGeoStart:=[[-57.3", "jGeoStart", "jGeoStart"),
+    "dry run elsewhere": Damage(C, r"jGeoAloft:=\[\[-51\.5", "jGeoAloft:=[[-51.6", "jGeoAloft", "jGeoAloft"),
+    "dry run not lifted": Damage(C, r"19\.8966", "0.0000", "geoLift", "geoLift"),
+    "frame of another plan": Damage(C, r"313\.0504", "313.1504", "geoFrame", "geoFrame"),
+    "faster home": Damage(C, r"nGeoBack:=1\.000", "nGeoBack:=0.500", "nGeoBack", "nGeoBack"),
+    "faster to unknown places": Damage(C, r"vGeoSlow:=\[20", "vGeoSlow:=[200", "vGeoSlow", "vGeoSlow"),
+    "begins without questions": Damage(P, "    GeoBegin;\n", "", "no procedure geoenter", "GeoEnter 1"),
+    "ends without end": Damage(P, "    GeoEnd 2;\n", "", "does not end with GeoEnd", "PROC main"),
+    "goes on after its end": Damage(P, "    GeoEnd 2;\n", "    GeoEnd 2;\n    GeoRun2;\n", "goes on after",
+                                    r"GeoRun2;\n  ERROR"),
+    "run not entered": Damage(P, "    GeoEnter 2;\n", "", "no procedure geoend", "GeoEnd 2"),
+    "run entered as another": Damage(P, "GeoEnter 2;", "GeoEnter 3;", "is entered after run 1", "GeoEnter 3"),
+    "guard that asks less": Damage(G, "far:=TRUE", "far:=FALSE", "the guard must say", "rax_1.*far:=FALSE"),
+    "guard that never shuts": Damage(G, "    SetDO doUV,0;\n", "", "the guard must say 'SetDO doUV,0;'", "ENDPROC"),
+    "guard with a line more": Damage(G, "ENDMODULE\n", "ENDMODULE\n! more\n", "the guard must say", "! more"),
+    "guard cut off": Damage(G, r"(?s)  PROC GeoEnd.*", "", "the guard", "no line"),
+    "no error handler": Damage(P, rf"{HANDLER}(?=  ENDPROC\n  PROC GeoRun2)", "", "no error handler",
+                               r"ENDPROC\n  PROC GeoRun2"),
+    "error handler that goes on": Damage(P, "RAISE;", "TRYNEXT;", "must go on with RAISE", "TRYNEXT"),
+    "run left out": Damage(P, "    GeoRun2;\n", "", "no procedure geoend", "GeoEnd 2"),
     "run that does not exist": Damage(P, "    GeoRun2;\n", "    GeoRun3;\n", "no procedure", "GeoRun3"),
     "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls itself", "no line"),
+    "run called late": Damage(P, "    GeoRun2;\n", '    %"GeoRun2"%;\n', "called by %", "%"),
     "deposits at once": Damage(C, "geoDryRun:=TRUE", "geoDryRun:=FALSE", "must be declared TRUE", "geoDryRun:="),
-    "no guard": Damage(C, r"    IF NOT geoDryRun THEN\n((?:.*\n){2})    ENDIF\n", r"\1", "in a dry run", "no line"),
-    "guard without end": Damage(C, r"    ENDIF\n", "", "ENDIF is missing", r"ENDPROC"),
-    "guard by something else": Damage(C, "IF NOT geoDryRun", "IF NOT tGeoNozzle", "no PERS bool", "IF NOT"),
-    "other output": Damage(C, "SetDO doUV,0", "SetDO doGripper,0", "no output of this cell", "doGripper"),
-    "third output": Damage(C, r"(    SetDO doUV,0;)", r"\1\n    SetDO doGripper,1;", "no output of", "doGripper"),
-    "lamp forgotten": Damage(C, r"      SetDO doUV,1;\n", "", "but the plan deposits", "no line"),
-    "unknown instruction": Damage(P, "    GeoRun2;", "    WaitTime 5;", "no statement", "WaitTime"),
-    "second statement in a line": Damage(P, "    GeoRun2;", "    GeoRun2; GeoOn;", "no statement", "GeoRun2; GeoOn"),
+    "at full speed at once": Damage(C, "geoSpeedPct:=25", "geoSpeedPct:=100", "must be declared 25", "geoSpeedPct"),
+    "starts later": Damage(C, "geoFirstRun:=1", "geoFirstRun:=2", "must be declared 1", "geoFirstRun"),
+    "data nobody uses": Damage(C, r"(  VAR triggdata tGeoValveOn;\n)", r"\1  VAR triggdata tGeoOther;\n",
+                               "no use for it", "tGeoOther"),
+    "a module loaded on the way": Damage(
+        P, "    GeoRun2;\n", '    StartLoad\\\\Dynamic,diskhome\\\\File:="GeoPrint.mod",geoLoading;\n    GeoRun2;\n',
+        "while another is on its way, or twice", "StartLoad"),
+    "unloaded too early": Damage(P, "    GeoRun2;\n", '    UnLoad diskhome\\\\File:="GeoPrint.mod";\n    GeoRun2;\n',
+                                 "is not loaded", "GeoRun2;"),
+    "unknown instruction": Damage(P, "    GeoRun2;", "    WaitTime 5;", "no procedure waittime", "WaitTime"),
+    "second statement in a line": Damage(
+        P, "    GeoRun2;", "    GeoRun2; GeoRun1;", "no statement", "GeoRun2; GeoRun1"
+    ),
     "empty line": Damage(P, "    GeoRun2;", "\n    GeoRun2;", "empty line", r"^$"),
     "not ASCII": Damage(P, "rings", "r\u00efngs", "printable ASCII", "Part:"),
     "tabulator": Damage(P, "    GeoRun2;", "\tGeoRun2;", "printable ASCII", "\t"),
     "carriage return": Damage(P, "GeoRun2;", "GeoRun2;\r", "printable ASCII", "\r"),
     "line too long": Damage(P, "! Part", f"! {'x' * 250} Part", "at most 250 characters", "xxxx"),
     "declared twice": Damage(C, r"(  CONST speeddata vGeo1.*\n)", r"\1\1", "declared twice", "the second"),
-    "procedure twice": Damage(C, "PROC GeoOff", "PROC GeoOn", "declared twice", "the second"),
+    "procedure twice": Damage(P, "PROC GeoRun2", "PROC GeoRun1", "declared twice", "the second"),
     "data after procedures": Damage(
-        C, r"(  PROC GeoOn)", r"  PROC Nothing()\n  ENDPROC\n  CONST num n:=1;\n\1", "wants data first", "CONST num"
+        P, r"(  PROC GeoRun2)", r"  CONST num n:=1;\n\1", "wants data first", "CONST num"
     ),
-    "end of a procedure missing": Damage(P, r"  ENDPROC\n(?=  PROC GeoRun1)", "", "no statement", "PROC GeoRun1"),
+    "end of a procedure missing": Damage(
+        P, r"  ENDPROC\n(?=  PROC GeoRun1)", "", "must go on with ENDPROC", "PROC GeoRun1"
+    ),
     "end of the last procedure missing": Damage(P, r"  ENDPROC\n(?=ENDMODULE)", "", "ENDPROC is missing", "ENDMODULE"),
     "end of the module missing": Damage(P, r"ENDMODULE\n", "", "ENDMODULE is missing", "no line"),
     "other module name": Damage(P, "MODULE GeoPrint", "MODULE GeoPrimt", "name of its file", "MODULE GeoPrimt"),
-    "module not listed": Damage("GeoPrint.pgf", r"\t<Module>GeoCell.mod</Module>\n", "", "does not list", "xml"),
+    "module not listed": Damage("GeoPrint.pgf", r"\t<Module>GeoCell.mod</Module>\n", "", "it must list", "xml"),
     "list broken": Damage("GeoPrint.pgf", "<Program>\n", "", "no list of modules", "xml"),
     "list of something else": Damage("GeoPrint.pgf", "GeoCell.mod<", "../a.mod<", "names no module", "a.mod"),
 }  # fmt: skip
@@ -181,12 +219,8 @@ def test_the_undamaged_programs_are_accepted() -> None:
 
 
 def test_a_demonstration_that_could_deposit_is_refused() -> None:
-    program = damaged(
-        "GeoCell.mod",
-        lambda text: text.replace("    SetDO doUV,0;", "    SetDO doUV,0;\n    SetDO doUV,1;"),
-        written(DEMONSTRATION),
-    )
-    with pytest.raises(VerificationError, match="although the placement is not calibrated"):
+    program = damaged("GeoGuard.mod", lambda text: text.replace("geoOn:=0;", "geoOn:=1;"), written(DEMONSTRATION))
+    with pytest.raises(VerificationError, match="the guard must say 'VAR num geoOn:=0;'"):
         verify(program, DEMONSTRATION)
 
 
@@ -197,7 +231,7 @@ def test_a_demonstration_that_does_not_say_so_is_refused() -> None:
 
 
 def test_a_calibrated_program_is_not_accepted_for_a_demonstration() -> None:
-    with pytest.raises(VerificationError, match="not calibrated"):
+    with pytest.raises(VerificationError, match="PLACEMENT NOT CALIBRATED"):
         verify(PROGRAM, DEMONSTRATION)
 
 
@@ -209,7 +243,7 @@ def test_a_module_of_more_than_15000_lines_is_refused() -> None:
 
 CODE = [
     (name, start + index)
-    for name, text in PROGRAM.modules[:2]
+    for name, text in PROGRAM.modules[:3]
     for start, line in ((match.start(), match[0]) for match in re.finditer(r"^(?! *!).+$", text, re.MULTILINE))
     for index, character in enumerate(line)
     if character not in " 0123456789"
@@ -224,7 +258,7 @@ def test_no_letter_sign_or_bracket_can_be_lost_unnoticed(place: tuple[str, int])
         verify(damaged(module, lambda text: text[:index] + text[index + 1 :]))
 
 
-PATH = PROGRAM.modules[1][1]
+PATH = dict(PROGRAM.modules)[P]
 NUMBERS = [match.span() for match in re.finditer(r"-?\d+\.\d{4,}", PATH) if match.start() > PATH.index("PROC main")]
 
 

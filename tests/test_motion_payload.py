@@ -15,6 +15,7 @@ from geoprint.motion.kinematics import Arm
 from geoprint.motion.payload import check_load, wrist_load
 from tests.arms import offset_wrist
 from tests.cells import bent_cell
+from tests.export_cases import orders
 
 CELL = bent_cell()
 ARM = Arm(CELL.robot, T_flange_tool=CELL.tool.T_flange_tool)
@@ -99,5 +100,5 @@ def test_an_arm_whose_load_nobody_has_stated_is_refused() -> None:
 def test_the_written_load_says_how_its_axes_are_turned() -> None:
     cell = replace(CELL, tool=tool(principal_axes=Rotation.from_euler("y", 90, degrees=True).as_matrix()))
     nowhere = Placement(np.eye(4), np.eye(4), calibrated=False, misses=np.empty(0))
-    text = cell_module(cell, placement=nowhere, declarations=[], header=[])
+    text = cell_module(cell, orders(), placement=nowhere, declarations=[], header=[])
     assert "[1.0000,[30.0000,40.0000,128.0000],[0.70710678,0.00000000,0.70710678,0.00000000],0.003000," in text

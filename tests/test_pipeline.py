@@ -134,7 +134,8 @@ def test_a_cell_with_switched_signals_lays_a_constant_flow_and_both_layers_are_t
 
 def test_a_cell_with_an_analog_signal_lays_a_flow_that_follows_the_width(tmp_path: Path) -> None:
     cell = tmp_path / "analog.toml"
-    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', 'mode = "analog"'), encoding="utf-8")
+    analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog), encoding="utf-8")
     part = saved(tmp_path, spherical_cap(radius=20.0, angle=1.0, rings=10, jitter_seed=1))
     planned = plan(job_of(surface=part, unit="mm", spacing=2.0, backend="lscm", cell=cell, robot=False))
     assert planned.laid is not None
@@ -247,7 +248,7 @@ def test_the_hash_in_plan_json_is_that_of_the_file_as_it_was_read(tmp_path: Path
 def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_path: Path) -> None:
     text = packaged_cell_text("irb120-bent45")
     for old, new, reason in (
-        ('mode = "io"', 'mode = "analog"', "cannot be written"),
+        ('mode = "io"', 'mode = "analog"', "needs flow, the analog output"),
         ("cog_mm = [25, 0, 65]", "cog_mm = [0, 0, 0]", "refuses a load"),
         ('dispenser = "doValve"', 'dispenser = "geoValve"', "is a word of RAPID"),
     ):

@@ -111,7 +111,7 @@ REFUSED = {
     "huge.ply": (binary_ply(faces=2_000_000_000), "it is cut off or damaged"),
     "cut_ascii.ply": (ASCII_PLY[: ASCII_PLY.rindex("3 0 3 2")].encode(), "at least 8 lines, but holds 7"),
     "cut_line.ply": (ASCII_PLY[:-3].encode(), "promises 4 faces and 4 vertices, but 3 faces and 4 vertices"),
-    "points.ply": (ASCII_PLY.replace("face 4", "face 0").encode(), "holds 4 vertices and 0 faces"),
+    "points.ply": (ASCII_PLY.replace("face 4", "face 0").encode(), "has 4 points at different places"),
     "nan.ply": (ASCII_PLY.replace("30 0 0", "nan 0 0").encode(), "NaN or infinite coordinates: 1, the first is"),
     "index.ply": (ASCII_PLY.replace("3 1 2 3", "3 1 2 4").encode(), "face 2 refers to vertex 4, but there are 4"),
     "negative.ply": (ASCII_PLY.replace("3 1 2 3", "3 1 2 -1").encode(), "face 2 refers to vertex -1"),
@@ -131,7 +131,7 @@ REFUSED = {
     "line.off": (OFF.replace("3 0 1 3", "3 0 1").encode(), "line 10 cannot be read: `3 0 1`"),
     "edge.off": (OFF.replace("3 0 1 3", "2 0 1").encode(), "line 10 cannot be read: `2 0 1`"),
     "negative.off": (OFF.replace("3 0 1 3", "3 0 1 -3").encode(), "face 1 refers to vertex -3"),
-    "part.step": (b"ISO-10303-21;", r"has the suffix `.step`, but geoprint reads .stl, .ply, .obj, .off"),
+    "part.dwg": (b"AC1032", r"has the suffix `.dwg`, but geoprint reads .stl, .ply, .obj, .off"),
 }  # fmt: skip
 
 

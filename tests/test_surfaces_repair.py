@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from geoprint.errors import InputError, MeshError
 from geoprint.model import Surface
 from geoprint.surfaces import face_areas, load, mean_normal, prepare
-from geoprint.surfaces.repair import WELD_SHARE, signed_volume
+from geoprint.surfaces.repair import signed_volume
 from geoprint.surfaces.topology import boundary_loops, describe, edges
+from geoprint.surfaces.welding import WELD_SHARE
 from tests import meshes
 from tests.shared_data import SHARED_DATA, shared
 
@@ -232,7 +233,7 @@ def test_several_pieces_are_refused_with_their_number_and_the_place_of_the_small
 
 
 @pytest.mark.parametrize("corner", ["inside", "rim"])
-def test_a_vertex_on_an_edge_it_does_not_belong_to_is_refused(corner: str) -> None:
+def test_an_edge_is_cut_at_a_vertex_that_lies_on_it(corner: str) -> None:
     plate = meshes.plate(divisions=(4, 4))
     a, b, c = plate.faces[{"inside": 12, "rim": 0}[corner]].tolist()
     middle = (plate.vertices[c] + plate.vertices[a]) / 2
@@ -243,8 +244,76 @@ def test_a_vertex_on_an_edge_it_does_not_belong_to_is_refused(corner: str) -> No
             + [[a, b, len(plate.vertices)], [b, c, len(plate.vertices)]]
         ),
     )
-    with pytest.raises(MeshError, match=r"T-junctions\): 1, the first at"):
-        prepare(split)
+    prepared, report = prepare(split)
+    assert (report.topology, report.junction_faces) == ("disc", 1)
+    assert face_areas(prepared).sum() == pytest.approx(1200.0)
+    assert report.changes() == ("1 faces added where vertices lie on edges (T-junctions)",)
+
+
+def test_an_edge_with_several_vertices_on_it_and_a_face_with_several_such_edges_are_cut() -> None:
+    corners = np.array([[0, 0, 0], [30, 0, 0], [0, 30, 0]], dtype=float)
+    below = np.array([[10, 0, 0], [20, 0, 0], [0, -9, 0], [10, -9, 0], [20, -9, 0], [30, -9, 0]], dtype=float)
+    beside = np.array([[0, 15, 0], [-9, 0, 0], [-9, 15, 0], [-9, 30, 0]], dtype=float)
+    strips = [[0, 5, 6], [0, 6, 3], [3, 6, 7], [3, 7, 4], [4, 7, 8], [4, 8, 1], [0, 9, 10], [10, 9, 11]]
+    faces = [[0, 1, 2], *strips, [9, 2, 11], [11, 2, 12]]
+    prepared, report = prepare(Surface(vertices=np.concatenate([corners, below, beside]), faces=np.array(faces)))
+    assert (report.topology, report.junction_faces) == ("disc", 3)
+    assert face_areas(prepared).sum() == pytest.approx(450 + 270 + 270)
+
+
+def test_a_missing_triangle_is_put_back_and_larger_holes_are_closed_when_asked() -> None:
+    plate = meshes.plate(divisions=(20, 15), jitter_seed=1)
+    area = face_areas(plate).sum()
+    centres = plate.vertices[plate.faces].mean(axis=1)
+    middle = int(np.argmin(np.linalg.norm(centres - [20.0, 15.0, 0.0], axis=1)))
+    missing = Surface(vertices=plate.vertices, faces=np.delete(plate.faces, middle, axis=0))
+    prepared, report = prepare(missing)
+    assert report.topology == "disc"
+    assert face_areas(prepared).sum() == pytest.approx(area)
+    assert report.filled_holes[0] == pytest.approx(centres[middle])
+    hole = np.linalg.norm(centres - [20.0, 15.0, 0.0], axis=1) < 6.0
+    holed = Surface(vertices=plate.vertices, faces=plate.faces[~hole])
+    assert prepare(holed)[1].topology == prepare(holed, longest_hole=10.0)[1].topology == "annulus"
+    prepared, report = prepare(holed, longest_hole=60.0)
+    assert (report.topology, len(report.filled_holes)) == ("disc", 1)
+    assert face_areas(prepared).sum() == pytest.approx(area)
+
+
+def test_the_rim_of_a_part_is_no_hole() -> None:
+    corners = np.array([[0, 0, 0], [30, 0, 0], [0, 30, 0], [8, 8, 2]], dtype=float)
+    fan = Surface(vertices=corners, faces=np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+    assert prepare(fan)[1].topology == prepare(fan, longest_hole=1e3)[1].topology == "disc"
+
+
+def test_a_closed_surface_with_a_missing_triangle_becomes_closed_and_faces_outward() -> None:
+    sphere = meshes.sphere(subdivisions=3)
+    inward = Surface(vertices=sphere.vertices, faces=sphere.faces[1:, ::-1])
+    prepared, report = prepare(inward)
+    assert report.topology == "closed, genus 0"
+    assert report.flipped_faces == len(sphere.faces) - 1
+    assert signed_volume(prepared) == pytest.approx(signed_volume(sphere))
+
+
+def test_specks_are_dropped_with_their_places_and_pieces_are_not() -> None:
+    speck = Surface(vertices=np.array([[90, 0, 0], [90.5, 0, 0], [90, 0.5, 0]]), faces=np.array([[0, 1, 2]]))
+    prepared, report = prepare(together(meshes.plate(), speck))
+    assert (report.dropped_debris_faces, report.debris_places) == (1, ((90.0, 0.0, 0.0),))
+    assert report.changes() == ("1 faces of specks dropped, at (90.00, 0.00, 0.00) mm",)
+    assert len(prepared.vertices) == len(meshes.plate().vertices)
+
+
+def test_a_sheet_folded_through_itself_is_refused_with_a_place() -> None:
+    plate = meshes.plate(divisions=(20, 15), jitter_seed=1)
+    vertices = plate.vertices.copy()
+    beyond = vertices[:, 0] > 25
+    # The far end goes back below the plate and comes up through it.
+    vertices[beyond, 2] = -3 + 8 * (vertices[beyond, 0] - 25) / 15
+    vertices[beyond, 0] = 50 - vertices[beyond, 0]
+    with pytest.raises(MeshError, match="passes through itself: pairs of faces that cross or lie on each other: ") as e:
+        prepare(Surface(vertices=vertices, faces=plate.faces))
+    place = e.value.details["place"]
+    assert isinstance(place, tuple)
+    assert abs(place[2]) < 3.0
 
 
 def test_a_flat_ear_on_the_rim_is_no_junction() -> None:
@@ -297,6 +366,7 @@ def test_every_patch_has_the_topology_and_size_that_its_record_states(name: str)
         ("x_slivers_zero_area.ply", {"dropped_degenerate_faces": 30}),
         ("x_unreferenced_vertices.ply", {"dropped_unreferenced_vertices": 200}),
         ("x_solid_header_binary.stl", {"welded_vertices": 1903}),
+        ("x_pinhole.ply", {"topology": "disc"}),
     ],
 )
 def test_crafted_defects_are_repaired_to_the_patch_they_were_made_from(name: str, changes: dict[str, int]) -> None:
@@ -314,7 +384,7 @@ def test_crafted_defects_are_repaired_to_the_patch_they_were_made_from(name: str
         ("x_fin.ply", "more than two faces: 1"),
         ("x_two_patches.ply", "consists of 2 pieces"),
         ("x_bowtie.ply", "consists of 2 pieces"),
-        ("x_t_junction.ply", r"T-junctions\): 1"),
+        ("x_folded_selfintersect.ply", "passes through itself"),
     ],
 )
 def test_crafted_defects_that_cannot_be_repaired_are_refused(name: str, message: str) -> None:

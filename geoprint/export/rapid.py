@@ -1,37 +1,43 @@
-r"""The RAPID program of a plan: GeoCell (what the cell is), GeoPrint (what is printed), GeoPath1... if it is long.
+r"""The RAPID program of a plan: GeoCell (what the cell is), GeoGuard (what is around the path), GeoPrint (the path).
 
-The forms are those that run in public programs: one `MoveL` a target with its robtarget written out in the line (no
-arrays to index, a line stands for itself, about 165 characters), shared speeddata and zonedata, ASCII throughout.
+The forms are those that run in public programs: one `MoveL` or `TriggL` a target with its robtarget written out in the
+line (no arrays to index, a line stands for itself, about 165 characters), shared speeddata and zonedata, ASCII
+throughout.
 
 `ConfL\On`: every target carries the configuration of the planned joint path, which is the one that was checked for
 collisions; a controller that would reach a target in another configuration stops instead of printing on.
 `SingArea\Off`: the nozzle's attitude is never traded for a way around a singularity.
 
-The modules run dry until somebody sets `geoDryRun` to FALSE: only then `GeoOn` opens the valve and lights the lamp.
-Without a calibrated placement `GeoOn` holds no instruction at all, so no setting makes such a program deposit. `GeoOff`
-never asks: switching off is always safe.
+The modules run dry until somebody sets `geoDryRun` to FALSE: until then, and on runs before `geoFirstRun`, `geoOn` is 0
+and the path is lifted; every trigger that switches on writes `geoOn`. Without a calibrated placement no line of the
+guard sets it, so no setting makes such a program deposit. Switching off writes 0 and never asks.
+
+A program that does not fit one module is spread over GeoPath1, GeoPath2, ..., which main loads from the controller's
+home folder while the one before runs. A run is never split: between two modules the tool is lifted and shut off.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import UsageError
 from geoprint.export import rapid_values as values
-from geoprint.export.rapid_cell import cell_module, header_lines, program_file
+from geoprint.export.orders import Orders
+from geoprint.export.rapid_cell import cell_module, guard_module, header_lines, output_names, program_file
+from geoprint.export.rapid_triggers import Triggers, triggers_of
 from geoprint.export.rapid_verify import verify_program
-from geoprint.model import BoolArray, Cell, FloatArray, JointPath, Placement, PoseStream, Program, Targets
+from geoprint.export.switching import TipsAt, switching_events
+from geoprint.model import Cell, FloatArray, Placement, Program
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
 MODULE_LINES = 15000
 # Three digits of a speed are below 1 % of it, two of a zone below 10 %: few distinct values, never above the plan.
 _SPEED_DIGITS = 3
 _ZONE_DIGITS = 2
-# Below this a controller knows no speed [mm/s].
-_SMALLEST_SPEED = 0.01
 # A zone below 1 um is a stop in all but name, and zonedata that small serves nobody.
 _SMALLEST_ZONE = 0.001
 # Reorientation and external axes as in the controller's own v20 ... v1000 [deg/s, mm/s, deg/s].
@@ -39,16 +45,16 @@ _OTHER_SPEEDS = "500,5000,1000"
 # The controller shrinks a zone to the smallest of its shares, so a zone must allow as much turning as the path has: a
 # surface of 6 mm radius turns the nozzle by 10 degrees each mm. The 0.1 of the predefined zones would stop at targets.
 _ZONE_TURN_DEG_PER_MM = 10.0
-# uframe and oframe must be the placement that the joint path was computed for.
-_SAME_PLACEMENT = 1e-6
+# What an error does in every routine that moves: shut off, and let the caller know.
+_ON_ERROR = ("  ERROR", "    GeoSafe;", "    RAISE;", "  ENDPROC")
 
 
 def rapid_program(
-    joint_path: JointPath,
-    targets: Targets,
+    orders: Orders,
     *,
     cell: Cell,
     placement: Placement,
+    tips_at: TipsAt,
     part_name: str,
     spacing: float,
     checked: Sequence[str] = (),
@@ -56,107 +62,64 @@ def rapid_program(
 ) -> Program:
     """Write the modules that drive the tool through the targets, and verify them by reading them back.
 
-    The program goes home (MoveAbsJ), to the first target (MoveJ), along the targets in part coordinates (MoveL), and
-    home again. The valve and the lamp are switched on at the first pose of each deposit and off at its last, both
-    stop points. Joint moves run at the tip speed of the first target and at travel speed: RAPID knows no share of the
-    joint speeds. The same input gives the same bytes.
+    The program asks its questions, goes home and to the first target in the planned times (MoveAbsJ), along the
+    targets in part coordinates (MoveL), and home again. Valve and lamp switch on the way, at the places of
+    `switching_events`. The same input gives the same bytes.
 
     Args:
-        joint_path: poses, joint angles and configurations.
-        targets: which poses are written, how fast, how rounded.
+        orders: targets and times.
         cell: the robot, the tool, the signals.
         placement: where the part stands: uframe and oframe of the work object.
+        tips_at: the tip's motion as it was timed.
         part_name: for the header.
         spacing: distance of neighbouring paths [mm], for the header.
         checked: sentences about what was checked, for the header.
         not_checked: sentences about what was not.
 
     Returns:
-        `GeoCell.mod`, path modules if any, `GeoPrint.mod`, and `GeoPrint.pgf` which lists them.
+        The modules, and `GeoPrint.pgf` which lists those that are loaded at once.
 
     Raises:
-        UsageError: the cell names or describes something that RAPID cannot take.
-        InputError: the targets do not cover the stream, or do not stop where the signals switch.
+        UsageError: the cell names or describes something that RAPID cannot take, a lag is longer than the way that is
+            there for it, or a run is longer than a module.
         VerificationError: the text that was written does not read back as the plan.
     """
-    deposits = _deposits(joint_path.poses, targets)
-    _check_placement(joint_path, placement)
-    names = _name_shared_data(targets, cell=cell)
-    runs = _motion_lines(joint_path, targets, deposits=deposits, names=names)
+    names = _name_shared_data(orders)
+    events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
+    triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
+    runs = _procedures(orders, _moves(orders, names=names, triggers=triggers), triggers=triggers)
     header = header_lines(
         cell=cell, placement=placement, part_name=part_name, spacing=spacing, runs=len(runs),
-        targets=targets.poses.size, checked=checked, not_checked=not_checked,
+        targets=orders.count, checked=checked, not_checked=not_checked,
     )  # fmt: skip
-    cell_text = cell_module(cell, placement=placement, declarations=names.declarations, header=header)
-    modules = [("GeoCell.mod", cell_text), *_path_modules(_procedures(runs), names=names, header=header)]
-    modules.append(("GeoPrint.pgf", program_file([name for name, _ in modules])))
-    program = Program(modules=tuple(modules), targets=targets.poses.size, dry_run=not placement.calibrated)
-    verify_program(program, joint_path, targets, cell=cell, placement=placement)
+    print_modules = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
+    loading = len(print_modules) > 1
+    guard = guard_module(cell.signals, placement=placement, primes=cell.purge is not None, loading=loading)
+    data = [*names.declarations, *triggers.declarations]
+    modules = [
+        ("GeoCell.mod", cell_module(cell, orders, placement=placement, declarations=data, header=header)),
+        ("GeoGuard.mod", guard),
+        *print_modules,
+    ]
+    listed = [name for name, _ in modules if not name.startswith("GeoPath")]
+    modules.append(("GeoPrint.pgf", program_file(listed)))
+    program = Program(modules=tuple(modules), targets=orders.count, dry_run=not placement.calibrated)
+    verify_program(program, orders, cell=cell, placement=placement, events=events)
     return program
 
 
 @dataclass(frozen=True, slots=True)
-class _Deposits:
-    """(t,) flags of the targets where the outputs are switched on, and off."""
-
-    starts: BoolArray
-    ends: BoolArray
-
-
-@dataclass(frozen=True, slots=True)
 class _SharedNames:
-    """Names of the speeddata and zonedata: of each target, of the way home, and their declarations."""
+    """Names of the speeddata and zonedata of each target, and their declarations."""
 
     speeds: list[str]
     zones: list[str]
-    home_speed: str
     declarations: list[str]
 
 
-def _deposits(poses: PoseStream, targets: Targets) -> _Deposits:
-    """Find where outputs switch, and check that the targets serve the whole stream and stop there."""
-    _check_targets(poses, targets)
-    after, before = np.append(poses.laid, np.False_), np.insert(poses.laid, 0, np.False_)
-    rests = np.zeros(poses.count, dtype=np.bool_)
-    rests[targets.poses[targets.zones == 0.0]] = True
-    alone = poses.deposit & ~after & ~before
-    wrong = np.flatnonzero(alone | ((after ^ before) & ~rests))
-    if wrong.size:
-        raise InputError(
-            f"pose {wrong[0]} of run {poses.runs[wrong[0]]} begins or ends a deposit, but is no target with zone 0 or "
-            "is the only pose of its deposit; outputs are switched where the tool rests. Thin the stream again.",
-            pose=int(wrong[0]),
-        )
-    return _Deposits(starts=(after & ~before)[targets.poses], ends=(before & ~after)[targets.poses])
-
-
-def _check_targets(poses: PoseStream, targets: Targets) -> None:
-    chosen = targets.poses
-    if not chosen.size or chosen[0] != 0 or chosen[-1] != poses.count - 1 or (np.diff(chosen) <= 0).any():
-        raise InputError(
-            f"targets must rise from pose 0 to pose {poses.count - 1}, the first and the last of the stream; "
-            "thin the stream again."
-        )
-    if targets.speeds.min() < _SMALLEST_SPEED or targets.zones.min() < 0.0:
-        raise InputError(
-            f"targets need speeds of at least {_SMALLEST_SPEED} mm/s and zones of at least 0 mm, found "
-            f"{targets.speeds.min():g} mm/s and {targets.zones.min():g} mm; thin the stream again."
-        )
-
-
-def _check_placement(joint_path: JointPath, placement: Placement) -> None:
-    difference = float(np.abs(joint_path.T_base_work - placement.T_base_work).max())
-    if difference > _SAME_PLACEMENT:
-        raise InputError(
-            f"the joint path was computed for another placement of the part (frames differ by {difference:.3g}); "
-            "compute it again for this one.",
-            difference=difference,
-        )
-
-
-def _name_shared_data(targets: Targets, *, cell: Cell) -> _SharedNames:
-    speeds = values.rounded_down(np.append(targets.speeds, cell.process.travel_speed), digits=_SPEED_DIGITS)
-    zones = np.where(targets.zones < _SMALLEST_ZONE, 0.0, values.rounded_down(targets.zones, digits=_ZONE_DIGITS))
+def _name_shared_data(orders: Orders) -> _SharedNames:
+    speeds = values.rounded_down(orders.speeds, digits=_SPEED_DIGITS)
+    zones = np.where(orders.zones < _SMALLEST_ZONE, 0.0, values.rounded_down(orders.zones, digits=_ZONE_DIGITS))
     distinct_speeds, speed_of = np.unique(speeds, return_inverse=True)
     distinct_zones, zone_of = np.unique(np.append(zones, 0.0), return_inverse=True)
     speed_names = [f"vGeo{k + 1}" for k in range(distinct_speeds.size)]
@@ -169,9 +132,8 @@ def _name_shared_data(targets: Targets, *, cell: Cell) -> _SharedNames:
         radius, turn = _plain(zone), _plain(zone * _ZONE_TURN_DEG_PER_MM)
         declarations.append(f"  CONST zonedata {name}:=[FALSE,{radius},{radius},{radius},{turn},{radius},{turn}];")
     return _SharedNames(
-        speeds=[speed_names[int(k)] for k in speed_of[:-1]],
+        speeds=[speed_names[int(k)] for k in speed_of],
         zones=[zone_names[int(k)] for k in zone_of[:-1]],
-        home_speed=speed_names[int(speed_of[-1])],
         declarations=declarations,
     )
 
@@ -181,77 +143,94 @@ def _plain(value: float) -> str:
     return values.number(value, decimals=5).rstrip("0").rstrip(".")
 
 
-def _motion_lines(
-    joint_path: JointPath, targets: Targets, *, deposits: _Deposits, names: _SharedNames
-) -> list[tuple[int, list[str]]]:
-    """Return run number and instructions of each run."""
-    poses = joint_path.poses
-    tips = np.round(poses.tips[targets.poses], values.POSITION_DECIMALS) + 0.0
-    quaternions = np.round(_unit(poses.quaternions[targets.poses]), values.QUATERNION_DECIMALS) + 0.0
+def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers) -> list[str]:
+    """Return the motion instruction of each target."""
+    tips = np.round(orders.tips, values.POSITION_DECIMALS) + 0.0
+    quaternions = np.round(_unit(orders.quaternions), values.QUATERNION_DECIMALS) + 0.0
     position, turn = f"%.{values.POSITION_DECIMALS}f", f"%.{values.QUATERNION_DECIMALS}f"
     form = (
         f"    %s [[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{values.NO_AXES}]"
-        ",%s,%s,tGeoNozzle\\WObj:=wGeoPart;"
+        ",%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
     )
+    verbs, pulled = ["MoveL"] * orders.count, [""] * orders.count
+    for target, trigger_names in triggers.pulled.items():
+        verbs[target] = "TriggL"
+        others = "".join(f"\\T{k}:={name}" for k, name in enumerate(trigger_names[1:], start=2))
+        pulled[target] = f"{trigger_names[0]}{others},"
     rows = zip(
-        tips.tolist(), quaternions.tolist(), joint_path.configuration[targets.poses].tolist(), names.speeds,
-        names.zones, strict=True,
+        verbs, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), names.speeds, pulled, names.zones,
+        strict=True,
     )  # fmt: skip
-    moves = [form % ("MoveL", *tip, *quaternion, *cf, speed, zone) for tip, quaternion, cf, speed, zone in rows]
-    moves[0] = moves[0].replace("MoveL", "MoveJ", 1)
-    runs = poses.runs[targets.poses]
-    members = ((int(run), np.flatnonzero(runs == run).tolist()) for run in np.unique(runs))
-    return [(run, _with_switching(moves, targets_of_run, deposits)) for run, targets_of_run in members]
-
-
-def _with_switching(moves: list[str], members: list[int], deposits: _Deposits) -> list[str]:
-    lines: list[str] = []
-    for k in members:
-        lines.append(moves[k])
-        if deposits.starts[k]:
-            lines.append("    GeoOn;")
-        if deposits.ends[k]:
-            lines.append("    GeoOff;")
-    return lines
+    return [form % (verb, *tip, *turned, *cf, speed, pull, zone) for verb, tip, turned, cf, speed, pull, zone in rows]
 
 
 def _unit(quaternions: FloatArray) -> FloatArray:
     return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
 
 
-def _procedures(runs: list[tuple[int, list[str]]]) -> list[tuple[str, list[str]]]:
-    """Return name and lines of the procedures: one a run, several only where a run alone would overflow a module.
-
-    A call costs the motion nothing: the controller looks ahead across it.
-    """
-    room = MODULE_LINES - 4  # MODULE, PROC, ENDPROC, ENDMODULE
+def _procedures(orders: Orders, moves: list[str], *, triggers: Triggers) -> list[tuple[str, list[str]]]:
+    """Return name and lines of the procedures: one a run."""
+    edges = [0, *(np.flatnonzero(np.diff(orders.runs) != 0) + 1).tolist(), orders.count]
     procedures: list[tuple[str, list[str]]] = []
-    for run, lines in runs:
-        for part, start in enumerate(range(0, len(lines), room)):
-            name = f"GeoRun{run + 1}" if len(lines) <= room else f"GeoRun{run + 1}Part{part + 1}"
-            procedures.append((name, [f"  PROC {name}()", *lines[start : start + room], "  ENDPROC"]))
+    for first, last in pairwise(edges):
+        number = int(orders.runs[first]) + 1
+        lines = [f"  PROC GeoRun{number}()", f"    GeoEnter {number};"]
+        for target in range(first, last):
+            lines += triggers.definitions.get(target, [])
+            lines.append(moves[target])
+        lines += _ON_ERROR
+        if len(lines) > MODULE_LINES - 2:  # MODULE, ENDMODULE
+            raise UsageError(
+                f"run {number} has {last - first} targets, more than the {MODULE_LINES} lines of a RAPID module, and "
+                "is never split, because the valve is open along it: print faster, or on a smaller part, so that it "
+                "has fewer targets.",
+                run=number - 1,
+                targets=last - first,
+            )
+        procedures.append((f"GeoRun{number}", lines))
     return procedures
 
 
-def _path_modules(
-    procedures: list[tuple[str, list[str]]], *, names: _SharedNames, header: list[str]
+def _print_modules(
+    procedures: list[tuple[str, list[str]]], *, header: list[str], last_run: int
 ) -> list[tuple[str, str]]:
-    """Return GeoPrint.mod with main and all runs, or with main alone behind as many GeoPath modules as are needed."""
-    home = f"    MoveAbsJ jGeoHome,{names.home_speed},fine,tGeoNozzle;"
-    settings = ["    GeoOff;", "    ConfJ\\On;", "    ConfL\\On;", "    SingArea\\Off;"]
+    """Return GeoPrint.mod with main and all runs, or behind as many GeoPath modules as are needed."""
     calls = [f"    {name};" for name, _ in procedures]
-    main = [*header, "  PROC main()", *settings, home, *calls, "    GeoOff;", home, "  ENDPROC"]
+    main = [*header, "  PROC main()", "    GeoBegin;", *calls, f"    GeoEnd {last_run};", *_ON_ERROR]
     room = MODULE_LINES - 2  # MODULE, ENDMODULE
     if len(main) + sum(len(lines) for _, lines in procedures) <= room:
         runs = [line for _, lines in procedures for line in lines]
         return [("GeoPrint.mod", _module("GeoPrint", [*main, *runs]))]
-    groups: list[list[str]] = [[]]
-    for _, lines in procedures:
-        if len(groups[-1]) + len(lines) > room:
+    groups: list[list[tuple[str, list[str]]]] = [[]]
+    for procedure in procedures:
+        if sum(len(lines) for _, lines in groups[-1]) + len(procedure[1]) > room:
             groups.append([])
-        groups[-1] += lines
-    paths = [(f"GeoPath{k + 1}.mod", _module(f"GeoPath{k + 1}", lines)) for k, lines in enumerate(groups)]
+        groups[-1].append(procedure)
+    paths = [
+        (f"GeoPath{k}.mod", _module(f"GeoPath{k}", [line for _, lines in group for line in lines]))
+        for k, group in enumerate(groups, start=1)
+    ]
+    main = _loading_main([[name for name, _ in group] for group in groups], header=header, last_run=last_run)
     return [*paths, ("GeoPrint.mod", _module("GeoPrint", main))]
+
+
+def _loading_main(groups: list[list[str]], *, header: list[str], last_run: int) -> list[str]:
+    """Return a main that loads each module while the one before runs, and forgets it afterwards."""
+    files = [f'"GeoPath{k}.mod"' for k in range(1, len(groups) + 1)]
+    lines = [*header, "  VAR loadsession geoLoading;", "  PROC main()"]
+    lines += [f"    GeoForget {file};" for file in files]
+    lines += [_start_load(files[0]), "    WaitLoad geoLoading;", "    GeoBegin;"]
+    for k, names in enumerate(groups):
+        following = files[k + 1 : k + 2]
+        lines += [_start_load(file) for file in following]
+        lines += [f'    %"{name}"%;' for name in names]
+        lines += ["    WaitLoad geoLoading;" for _ in following]
+        lines.append(f"    UnLoad diskhome\\File:={files[k]};")
+    return [*lines, f"    GeoEnd {last_run};", *_ON_ERROR]
+
+
+def _start_load(file: str) -> str:
+    return f"    StartLoad\\Dynamic,diskhome\\File:={file},geoLoading;"
 
 
 def _module(name: str, lines: Sequence[str]) -> str:

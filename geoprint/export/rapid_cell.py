@@ -1,17 +1,24 @@
-"""The standing part of a RAPID program: header, tool, work object, home, switching, and the list of its modules."""
+"""The standing part of a RAPID program: header, tool, work object, home, guard, and the list of its modules."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import resources
 from importlib.metadata import version
 
 import numpy as np
 
+from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.export import rapid_values as values
-from geoprint.model import Cell, Placement, Tool
-from geoprint.transforms import quaternion_of
+from geoprint.export.orders import Orders
+from geoprint.model import Cell, FloatArray, Placement, Signals, Tool
+from geoprint.motion import LIFT
 
+# The tip's speed on ways that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
+_SLOW = "[20,10,5000,1000]"
+# A joint move that is planned to take no time, because the arm is there already, is given this [s].
+_SHORTEST_MOVE = 0.1
 NOT_CALIBRATED = "PLACEMENT NOT CALIBRATED"
 
 
@@ -45,7 +52,7 @@ def header_lines(
             f"Placement calibrated; touched points lie within {miss:.2f} mm of where others put them."
         )
     else:
-        lines += values.comment(f"{NOT_CALIBRATED}: runs dry only. GeoOn holds no instruction, whatever geoDryRun is.")
+        lines += values.comment(f"{NOT_CALIBRATED}: runs dry only, whatever geoDryRun is.")
     lines += values.comment(f"Part: {part_name}")
     lines += values.comment(f"Cell: {cell.name}; robot: {cell.robot.model}")
     lines += values.comment(f"Spacing: {values.number(spacing, decimals=4)} mm; runs: {runs}; targets: {targets}")
@@ -55,9 +62,7 @@ def header_lines(
     for sentence in not_checked:
         lines += values.comment(f"Not checked: {sentence}")
     lines += values.comment("Not checked: the real cell. Run it dry and slowly first.")
-    lines += values.comment(
-        "A stop of the program leaves outputs as they are: tie them to the controller's stop events."
-    )
+    lines += values.comment("Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.")
     return lines
 
 
@@ -65,39 +70,99 @@ def check_cell(cell: Cell) -> None:
     """Check what a program needs of a cell, before a long plan is made for it.
 
     Raises:
-        UsageError: an output has no RAPID name, the mode is one that cannot be written, or the load is not physical.
+        UsageError: an output has no RAPID name or is missing, or the load is not physical.
     """
     _tooldata(cell.tool)
-    _switching(cell, calibrated=True)
+    output_names(cell.signals)
 
 
-def cell_module(cell: Cell, *, placement: Placement, declarations: Sequence[str], header: Sequence[str]) -> str:
-    """Return the text of GeoCell.mod.
+def output_names(signals: Signals) -> dict[str, str]:
+    """Return the RAPID name of each output, by the placeholder that stands for it in the guard.
+
+    Raises:
+        UsageError: a name is no RAPID name, or the flow has none although it is to follow the speed.
+    """
+    names = {
+        "VALVE": values.identifier(signals.dispenser, what="signals.dispenser"),
+        "LAMP": values.identifier(signals.uv_lamp, what="signals.uv_lamp"),
+    }
+    if signals.mode == "io":
+        return names
+    if signals.flow is None or signals.flow_per_mm3_s <= 0.0:
+        raise UsageError(
+            f"signals.mode is {signals.mode!r}, but the cell names no analog output for the flow: give signals.flow "
+            "and signals.flow_per_mm3_s, or set mode to 'io'."
+        )
+    return names | {"FLOW": values.identifier(signals.flow, what="signals.flow")}
+
+
+def cell_module(
+    cell: Cell, orders: Orders, *, placement: Placement, declarations: Sequence[str], header: Sequence[str]
+) -> str:
+    """Return the text of GeoCell.mod: what a person sets, what was measured, and the data that the runs share.
 
     Args:
         cell: tool, home and outputs.
+        orders: joints and times of the ways from and to home.
         placement: uframe and oframe of the work object.
         declarations: lines of the shared speeddata and zonedata.
         header: comment lines.
 
     Raises:
-        UsageError: an output has no RAPID name, the mode is one that cannot be written, or the load is not physical.
+        UsageError: the load is not physical.
     """
     frames = f"{values.pose(placement.T_base_fixture)},{values.pose(placement.T_fixture_work)}"
-    home = values.array(np.degrees(cell.robot.home), decimals=values.ANGLE_DECIMALS)
+    lift = transforms.inverse(placement.T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])
+    travel = values.significant(cell.process.travel_speed)
     lines = [
         "MODULE GeoCell",
         *header,
         "  PERS bool geoDryRun:=TRUE;",
+        "  PERS num geoSpeedPct:=25;",
+        "  PERS num geoFirstRun:=1;",
         f"  PERS tooldata tGeoNozzle:={_tooldata(cell.tool)};",
         f'  PERS wobjdata wGeoPart:=[FALSE,TRUE,"",{frames}];',
-        f"  CONST jointtarget jGeoHome:=[{home},{values.NO_AXES}];",
+        f"  CONST pose geoFrame:={values.pose(placement.T_base_work)};",
+        f"  CONST pose geoLift:=[{values.array(lift, decimals=values.POSITION_DECIMALS)},[1,0,0,0]];",
+        _jointtarget("jGeoHome", cell.robot.home),
+        _jointtarget("jGeoStart", orders.start),
+        _jointtarget("jGeoAloft", orders.aloft),
+        *_prime_data(cell, orders),
+        f"  CONST num nGeoThere:={_seconds(orders.there)};",
+        f"  CONST num nGeoBack:={_seconds(orders.back)};",
+        f"  CONST speeddata vGeoHome:=[{travel},500,5000,1000];",
+        f"  CONST speeddata vGeoSlow:={_SLOW};",
         *declarations,
-        *_switching(cell, calibrated=placement.calibrated),
         "ENDMODULE",
         "",
     ]
     return "\n".join(lines)
+
+
+def guard_module(signals: Signals, *, placement: Placement, primes: bool, loading: bool) -> str:
+    """Return the text of GeoGuard.mod: the routines of the package's template that this cell and program need.
+
+    Args:
+        signals: outputs and mode.
+        placement: whether it is calibrated.
+        primes: whether the cell has a place to prime.
+        loading: whether the program loads its modules while it runs.
+
+    Raises:
+        UsageError: an output has no RAPID name or is missing.
+    """
+    wanted = {signals.mode, "calibrated" if placement.calibrated else "demo"}
+    wanted |= {"prime"} if primes else set()
+    wanted |= {"loading"} if loading else set()
+    lines: list[str] = []
+    for line in resources.files("geoprint.export").joinpath("geo_guard.mod").read_text(encoding="ascii").split("\n"):
+        tags, _, text = line[1:].partition("|") if line.startswith("@") else ("", "", line)
+        if not tags or set(tags.split("+")) <= wanted:
+            lines.append(text)
+    text = "\n".join(lines)
+    for placeholder, name in output_names(signals).items():
+        text = text.replace(f"<{placeholder}>", name)
+    return text
 
 
 def program_file(modules: Sequence[str]) -> str:
@@ -116,32 +181,27 @@ def _tooldata(tool: Tool) -> str:
     mass = values.number(tool.mass_kg, decimals=values.POSITION_DECIMALS)
     cog = values.array(tool.cog, decimals=values.POSITION_DECIMALS)
     inertia = values.array(tool.inertia_kg_m2, decimals=values.INERTIA_DECIMALS)[1:-1]
-    axes = values.array(quaternion_of(tool.principal_axes), decimals=values.QUATERNION_DECIMALS)
+    axes = values.array(transforms.quaternion_of(tool.principal_axes), decimals=values.QUATERNION_DECIMALS)
     return f"[TRUE,{values.pose(tool.T_flange_tool)},[{mass},{cog},{axes},{inertia}]]"
 
 
-def _switching(cell: Cell, *, calibrated: bool) -> list[str]:
-    """Return the procedures GeoOn and GeoOff: the only places that name an output."""
-    if cell.signals.mode != "io":
-        raise UsageError(
-            f"signals.mode {cell.signals.mode!r} cannot be written: it needs an analog output that the cell file does "
-            "not name; set mode to 'io'."
-        )
-    dispenser = values.identifier(cell.signals.dispenser, what="signals.dispenser")
-    uv_lamp = values.identifier(cell.signals.uv_lamp, what="signals.uv_lamp")
-    on = [
-        "    IF NOT geoDryRun THEN",
-        f"      SetDO {dispenser},1;",
-        f"      SetDO {uv_lamp},1;",
-        "    ENDIF",
+def _jointtarget(name: str, joints: FloatArray) -> str:
+    angles = values.array(np.degrees(joints), decimals=values.ANGLE_DECIMALS)
+    return f"  CONST jointtarget {name}:=[{angles},{values.NO_AXES}];"
+
+
+def _seconds(duration: float) -> str:
+    return values.number(max(duration, _SHORTEST_MOVE), decimals=3)
+
+
+def _prime_data(cell: Cell, orders: Orders) -> list[str]:
+    if cell.purge is None:
+        return []
+    lines = [
+        _jointtarget("jGeoPrime", cell.purge.joints),
+        f"  CONST num nGeoPrime:={values.number(cell.purge.duration, decimals=3)};",
     ]
-    nothing = values.comment(f"{NOT_CALIBRATED}: nothing is switched on.", indent="    ")
-    return [
-        "  PROC GeoOn()",
-        *(on if calibrated else nothing),
-        "  ENDPROC",
-        "  PROC GeoOff()",
-        f"    SetDO {dispenser},0;",
-        f"    SetDO {uv_lamp},0;",
-        "  ENDPROC",
-    ]
+    if cell.signals.mode == "analog":
+        output = cell.signals.flow_per_mm3_s * float(orders.flow.max()) * cell.process.speed
+        lines.append(f"  CONST num nGeoPrimeFlow:={values.significant(output)};")
+    return lines

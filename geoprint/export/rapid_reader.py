@@ -14,15 +14,16 @@ from typing import NoReturn, cast, final
 from geoprint.export.rapid_text import (
     Call,
     Declaration,
-    EndGuard,
-    Guard,
+    FlowAt,
+    Loading,
+    LoadVerb,
     Move,
     MoveVerb,
     Place,
+    Procedure,
     RapidText,
-    Setting,
     Statement,
-    Switch,
+    SwitchAt,
     Value,
     refuse,
 )
@@ -35,18 +36,31 @@ LINE_LENGTH = 250
 MODULE_LINES = 15000
 # A RAPID num is single precision.
 _LARGEST_NUM = 3.4e38
+_NUMERIC = {int, float}
+# The value that every trigger writes which switches on; the guard keeps it 0 in a dry run.
+_ON = "geoOn"
 
 _WORD = r"[A-Za-z_][A-Za-z0-9_]*"
-_MOVE = re.compile(rf"(MoveL|MoveJ|MoveAbsJ) (\[.*\]|{_WORD}),({_WORD}),({_WORD}),({_WORD})(?:\\WObj:=({_WORD}))?;")
-_SWITCH = re.compile(rf"SetDO ({_WORD}),([01]);")
-_SETTING = re.compile(r"(?:ConfJ|ConfL)\\(?:On|Off);|SingArea\\(?:Off|Wrist);")
-_CALL = re.compile(rf"({_WORD});")
-_GUARD = re.compile(rf"IF NOT ({_WORD}) THEN")
+_NUM = r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:E[+-]?[0-9]+)?"
+_FILE = r"diskhome\\File:=\"([A-Za-z0-9]+\.mod)\""
+_MOVE = re.compile(
+    rf"(MoveL|TriggL) (\[[^;]*\]),({_WORD}),(?:({_WORD}(?:\\T[2-8]:={_WORD})*),)?({_WORD}),({_WORD})"
+    rf"(?:\\WObj:=({_WORD}))?;"
+)
+_SWITCH = re.compile(rf"TriggIO ({_WORD}),({_NUM})(\\Start)?\\DOp:=({_WORD}),({_ON}|0);")
+_FLOW = re.compile(
+    rf"TriggSpeed ({_WORD}),({_NUM})(\\Start)?,({_NUM}),({_WORD}),(?:({_NUM})\*{_ON}|0)(?:\\DipLag:=({_NUM}))?;"
+)
+_CALL = re.compile(rf"(?:({_WORD})|%\"({_WORD})\"%)(?: (?:({_NUM})|\"([^\"]*)\"))?;")
+_LOAD = re.compile(rf"StartLoad\\Dynamic,{_FILE},geoLoading;|WaitLoad geoLoading;|UnLoad {_FILE};")
 _DECLARATION = re.compile(rf"(PERS|CONST) ({_WORD}) ({_WORD}):=(.*);")
+_VARIABLE = re.compile(rf"VAR (triggdata|loadsession) ({_WORD});")
 _PROCEDURE = re.compile(rf"PROC ({_WORD})\(\)")
 _MODULE = re.compile(rf"MODULE ({_WORD})")
 _TOKEN = re.compile(r'"[^"]*"|[A-Za-z_][A-Za-z0-9_]*')
 _ROBTARGET_SHAPE = [3, 4, 4, 6]
+# The error handler of every procedure, and its end.
+_HANDLER = ("ERROR", "GeoSafe;", "RAISE;", "ENDPROC")
 
 
 def read_modules(modules: tuple[tuple[str, str], ...]) -> RapidText:
@@ -58,21 +72,46 @@ def read_modules(modules: tuple[tuple[str, str], ...]) -> RapidText:
     Raises:
         VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
     """
+    return joined(tuple(read_module(name, text) for name, text in modules))
+
+
+def read_module(name: str, text: str) -> RapidText:
+    """Read the text of one module.
+
+    Raises:
+        VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
+    """
+    reader = _ModuleReader(name, text)
     declarations: dict[str, Declaration] = {}
-    procedures: dict[str, tuple[Statement, ...]] = {}
+    procedures: dict[str, Procedure] = {}
+    for word, declaration in reader.declarations:
+        if word.lower() in declarations:
+            refuse(declaration.place, f"{word} is declared twice")
+        declarations[word.lower()] = declaration
+    for place, word, body in reader.procedures:
+        if word.lower() in declarations or word.lower() in procedures:
+            refuse(place, f"{word} is declared twice")
+        procedures[word.lower()] = Procedure(place, tuple(body))
+    return RapidText(declarations, procedures, {name: tuple(reader.comments)})
+
+
+def joined(modules: tuple[RapidText, ...]) -> RapidText:
+    """Return what several modules say together.
+
+    Raises:
+        VerificationError: a name is declared in two of them.
+    """
+    declarations: dict[str, Declaration] = {}
+    procedures: dict[str, Procedure] = {}
     comments: dict[str, tuple[str, ...]] = {}
-    for name, text in modules:
-        reader = _ModuleReader(name, text)
-        comments[name] = tuple(reader.comments)
-        for word, declaration in reader.declarations:
-            if word.lower() in declarations or word.lower() in procedures:
-                refuse(declaration.place, f"{word} is declared twice")
-            declarations[word.lower()] = declaration
-        for place, word, body in reader.procedures:
-            if word.lower() in declarations or word.lower() in procedures:
-                refuse(place, f"{word} is declared twice")
-            procedures[word.lower()] = tuple(body)
-    return RapidText(declarations=declarations, procedures=procedures, comments=comments)
+    for module in modules:
+        for word, item in (*module.declarations.items(), *module.procedures.items()):
+            if word in declarations or word in procedures:
+                refuse(item.place, f"{word} is declared twice")
+        declarations |= module.declarations
+        procedures |= module.procedures
+        comments |= module.comments
+    return RapidText(declarations, procedures, comments)
 
 
 def read_program_file(name: str, text: str) -> tuple[str, ...]:
@@ -94,6 +133,18 @@ def read_program_file(name: str, text: str) -> tuple[str, ...]:
     return tuple(listed)
 
 
+def check_line(line: str, place: Place) -> None:
+    """Check what holds for every line of a module: length and characters.
+
+    Raises:
+        VerificationError: it is too long, or not printable ASCII.
+    """
+    if len(line) > LINE_LENGTH:
+        refuse(place, f"a line has at most {LINE_LENGTH} characters, found {len(line)}")
+    if not line.isascii() or not line.isprintable():
+        refuse(place, "only printable ASCII is allowed")
+
+
 @final
 class _ModuleReader:
     """Reads one module line by line: header, data, then procedures."""
@@ -103,12 +154,13 @@ class _ModuleReader:
         self.procedures: list[tuple[Place, str, list[Statement]]] = []
         self.comments: list[str] = []
         self._body: list[Statement] | None = None
-        self._guarded = False
+        # How many lines of the error handler of the procedure were read.
+        self._handled = 0
         lines = text.split("\n")
         self._check_frame(name, lines)
         for number, line in enumerate(lines[1:-2], start=2):
             place = Place(name, number)
-            _check_characters(line, place)
+            check_line(line, place)
             code = line.strip(" ")
             if code.startswith("!"):
                 self.comments.append(code)
@@ -132,61 +184,85 @@ class _ModuleReader:
 
     def _outside(self, code: str, place: Place) -> None:
         procedure = _PROCEDURE.fullmatch(code)
+        variable = _VARIABLE.fullmatch(code)
         declaration = _DECLARATION.fullmatch(code)
         if procedure:
             _check_name(procedure[1], place)
-            self._body = []
+            self._body, self._handled = [], 0
             self.procedures.append((place, procedure[1], self._body))
-        elif declaration is None:
+        elif variable is None and declaration is None:
             refuse(place, _why(code))
         elif self.procedures:
-            refuse(place, f"{declaration[3]} is declared after a procedure; RAPID wants data first")
-        else:
+            refuse(place, "data is declared after a procedure; RAPID wants data first")
+        elif variable:
+            _check_name(variable[2], place)
+            self.declarations.append((variable[2], Declaration(place, "VAR", variable[1], None)))
+        elif declaration:
             storage, kind, name, literal = declaration.groups()
             _check_name(name, place)
             value = _decode(_TOKEN.sub(lambda word: _json_word(word[0], place), literal), place)
             self.declarations.append((name, Declaration(place, storage, kind, value)))
 
     def _inside(self, code: str, place: Place, body: list[Statement]) -> None:
-        if code == "ENDPROC":
-            if self._guarded:
-                refuse(place, "ENDIF is missing")
-            self._body = None
+        if not self._handled and code != _HANDLER[0]:
+            if code == _HANDLER[-1]:
+                refuse(place, "the procedure has no error handler, so that an error would leave the outputs on")
+            body.append(_statement(code, place))
             return
-        statement = _statement(code, place)
-        if isinstance(statement, Guard | EndGuard):
-            opens = isinstance(statement, Guard)
-            if opens == self._guarded:
-                refuse(place, "IF and ENDIF do not pair")
-            self._guarded = opens
-        body.append(statement)
+        if code != _HANDLER[self._handled]:
+            refuse(place, f"the error handler must go on with {_HANDLER[self._handled]}, found {code[:60]!r}")
+        self._handled += 1
+        if self._handled == len(_HANDLER):
+            self._body = None
 
 
 def _statement(code: str, place: Place) -> Statement:
     move = _MOVE.fullmatch(code)
     if move:
-        verb, target, speed, zone, tool, work = move.groups(default="")
-        for name in (speed, zone, tool, work):
-            _check_name(name or tool, place)
-        data = _robtarget(target, place) if target.startswith("[") else target.lower()
-        return Move(place, cast("MoveVerb", verb), data, speed.lower(), zone.lower(), tool.lower(), work.lower())
+        return _move(move, place)
     switch = _SWITCH.fullmatch(code)
     if switch:
-        _check_name(switch[1], place)
-        return Switch(place, switch[1], int(switch[2]))
-    if _SETTING.fullmatch(code):
-        return Setting(place, code)
-    guard = _GUARD.fullmatch(code)
-    if guard:
-        _check_name(guard[1], place)
-        return Guard(place, guard[1].lower())
-    if code == "ENDIF":
-        return EndGuard(place)
+        name, distance, start, signal, value = switch.groups()
+        _check_name(name, place)
+        _check_name(signal, place)
+        return SwitchAt(place, name.lower(), float(distance), start is not None, signal.lower(), value == _ON)
+    flow = _FLOW.fullmatch(code)
+    if flow:
+        name, distance, start, lag, signal, scale, dip = flow.groups()
+        _check_name(name, place)
+        _check_name(signal, place)
+        numbers = [float(text or 0.0) for text in (distance, lag, scale, dip)]
+        return FlowAt(
+            place, name.lower(), numbers[0], start is not None, numbers[1], signal.lower(), numbers[2], numbers[3]
+        )
+    load = _LOAD.fullmatch(code)
+    if load:
+        verb = re.split(r"[ \\]", code, maxsplit=1)[0]
+        return Loading(place, cast("LoadVerb", verb), load[1] or load[2] or "")
     call = _CALL.fullmatch(code)
     if call is None:
         refuse(place, _why(code))
-    _check_name(call[1], place)
-    return Call(place, call[1].lower())
+    name, late, number, text = call.groups()
+    _check_name(name or late, place)
+    if text is not None and len(text) > STRING_LENGTH:
+        refuse(place, f"a string has at most {STRING_LENGTH} characters, found {len(text)}")
+    return Call(place, (name or late).lower(), text if number is None else float(number), late is not None)
+
+
+def _move(move: re.Match[str], place: Place) -> Move:
+    verb, target, speed, triggers, zone, tool, work = move.groups(default="")
+    names = re.split(r"\\T[2-8]:=", triggers) if triggers else []
+    if (verb == "TriggL") != bool(names):
+        refuse(place, "TriggL needs a trigger, and MoveL takes none")
+    if re.findall(r"\\T([2-8])", triggers) != [str(k) for k in range(2, len(names) + 1)]:
+        refuse(place, "the triggers are not numbered one after the other")
+    for name in (speed, zone, tool, work or tool, *names):
+        _check_name(name, place)
+    pulled = tuple(name.lower() for name in names)
+    return Move(
+        place, cast("MoveVerb", verb), _robtarget(target, place), speed.lower(), pulled, zone.lower(), tool.lower(),
+        work.lower(),
+    )  # fmt: skip
 
 
 def _robtarget(literal: str, place: Place) -> tuple[float, ...]:
@@ -196,14 +272,12 @@ def _robtarget(literal: str, place: Place) -> tuple[float, ...]:
     shape = [len(part) if isinstance(part, list) else 0 for part in parts]
     if shape != _ROBTARGET_SHAPE:
         refuse(place, f"a robtarget has groups of {_ROBTARGET_SHAPE} numbers, found {shape}")
-    numbers = [number for part in parts for number in cast("list[Value]", part)]
-    return tuple(_number(number, place) for number in numbers)
-
-
-def _number(value: Value, place: Place) -> float:
-    if type(value) not in {float, int} or abs(cast("float", value)) > _LARGEST_NUM:
-        refuse(place, f"{value!r} is no number that a controller can hold")
-    return cast("float", value)
+    position, quaternion, configuration, axes = cast("list[list[Value]]", parts)
+    numbers = [*position, *quaternion, *configuration, *axes]
+    # All at once: this is done for every target.
+    if not {*map(type, numbers)} <= _NUMERIC or max(map(abs, cast("list[float]", numbers))) > _LARGEST_NUM:
+        refuse(place, f"{literal[:60]!r} holds something that is no number that a controller can hold")
+    return tuple(cast("list[float]", numbers))
 
 
 def _refuse_constant(word: str) -> NoReturn:
@@ -226,16 +300,9 @@ def _json_word(word: str, place: Place) -> str:
         return word.lower()
     if word.startswith('"') and len(word) - 2 > STRING_LENGTH:
         refuse(place, f"a string has at most {STRING_LENGTH} characters, found {len(word) - 2}")
-    if not word.startswith('"') and not re.fullmatch(r"E[0-9]+", word):
+    if not word.startswith('"') and not re.fullmatch(r"E[0-9]*", word):
         refuse(place, f"{word[:40]!r} is no literal")
     return word
-
-
-def _check_characters(line: str, place: Place) -> None:
-    if len(line) > LINE_LENGTH:
-        refuse(place, f"a line has at most {LINE_LENGTH} characters, found {len(line)}")
-    if not line.isascii() or not line.isprintable():
-        refuse(place, "only printable ASCII is allowed")
 
 
 def _check_name(name: str, place: Place) -> None:
@@ -247,6 +314,6 @@ def _why(code: str) -> str:
     """Say what is wrong with a line that matched no statement."""
     if not code:
         return "an empty line, which geoprint never writes"
-    if not code.endswith(";") and not re.match(r"IF|PROC|MODULE|END", code):
+    if not code.endswith(";") and not re.match(r"PROC|MODULE|END|ERROR", code):
         return f"the semicolon is missing after {code[-30:]!r}"
     return f"{code[:60]!r} is no statement of a geoprint program"

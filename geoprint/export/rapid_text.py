@@ -1,4 +1,4 @@
-"""What the RAPID reader understands, as values: places, data and statements."""
+"""What the RAPID reader understands, as values: places, data and statements. Names are in lower case."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Literal, NoReturn, TypeAlias, final
 
 from geoprint.errors import VerificationError
 
-Value: TypeAlias = "float | int | bool | str | list[Value]"
-MoveVerb: TypeAlias = Literal["MoveAbsJ", "MoveJ", "MoveL"]
+Value: TypeAlias = "float | int | bool | str | list[Value] | None"
+MoveVerb: TypeAlias = Literal["MoveL", "TriggL"]
+LoadVerb: TypeAlias = Literal["StartLoad", "WaitLoad", "UnLoad"]
 
 
 @final
@@ -24,23 +25,24 @@ class Place:
 @final
 @dataclass(frozen=True, slots=True)
 class Move:
-    """A motion instruction; names are in lower case, `work` is empty where no work object is given.
+    """A straight move to a robtarget.
 
     Attributes:
         place: where it stands.
         verb: the instruction.
-        target: the 17 numbers of a robtarget (position, quaternion, configuration, external axes), or the name of a
-            jointtarget.
+        target: the 17 numbers of the robtarget (position, quaternion, configuration, external axes).
         speed: name of its speeddata.
+        triggers: names of the triggdata that it pulls.
         zone: name of its zonedata, or 'fine'.
         tool: name of its tooldata.
-        work: name of its wobjdata.
+        work: name of its wobjdata, or empty.
     """
 
     place: Place
     verb: MoveVerb
-    target: tuple[float, ...] | str
+    target: tuple[float, ...]
     speed: str
+    triggers: tuple[str, ...]
     zone: str
     tool: str
     work: str
@@ -48,56 +50,80 @@ class Move:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Switch:
-    """SetDO of one output to 0 or 1."""
+class SwitchAt:
+    """TriggIO: a digital output takes a value at a distance from the end of a move, or from its start.
+
+    Attributes:
+        place: where it stands.
+        name: of its triggdata.
+        distance: [mm].
+        from_start: whether the distance counts from the start.
+        signal: the output.
+        on: whether the value is geoOn; else 0.
+    """
 
     place: Place
+    name: str
+    distance: float
+    from_start: bool
     signal: str
-    value: int
+    on: bool
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class FlowAt:
+    """TriggSpeed: from a place on an analog output is proportional to the speed of the tip.
+
+    Attributes:
+        place: where it stands.
+        name: of its triggdata.
+        distance: [mm].
+        from_start: whether the distance counts from the start.
+        lag: by which the output leads [s].
+        signal: the output.
+        scale: output for 1 mm/s; multiplied by geoOn unless 0.
+        dip_lag: by which the output leads a change of the speed [s].
+    """
+
+    place: Place
+    name: str
+    distance: float
+    from_start: bool
+    lag: float
+    signal: str
+    scale: float
+    dip_lag: float
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Call of a procedure; the name is in lower case."""
+    """Call of a procedure, by name or late by a string, with at most one number or text."""
 
     place: Place
     name: str
+    argument: float | str | None
+    late: bool
 
 
 @final
 @dataclass(frozen=True, slots=True)
-class Guard:
-    """IF NOT variable THEN; what follows up to EndGuard runs while the variable is FALSE."""
+class Loading:
+    """StartLoad or UnLoad of a file, or WaitLoad for the one that is on its way (no file)."""
 
     place: Place
-    variable: str
+    verb: LoadVerb
+    file: str
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class EndGuard:
-    """ENDIF."""
-
-    place: Place
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Setting:
-    """ConfJ, ConfL or SingArea with its switch, as written."""
-
-    place: Place
-    text: str
-
-
-Statement: TypeAlias = Move | Switch | Call | Guard | EndGuard | Setting
+Statement: TypeAlias = Move | SwitchAt | FlowAt | Call | Loading
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """A datum of a module: storage is PERS or CONST, kind its RAPID type."""
+    """A datum of a module: storage is PERS, CONST or VAR, kind its RAPID type; a VAR has no value."""
 
     place: Place
     storage: str
@@ -107,11 +133,20 @@ class Declaration:
 
 @final
 @dataclass(frozen=True, slots=True)
+class Procedure:
+    """Statements of a procedure, whose error handler shuts off and raises."""
+
+    place: Place
+    body: tuple[Statement, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class RapidText:
-    """What the modules say: data and procedures by lower-case name, and the comments of each module."""
+    """What the modules say: data and procedures by name, and the comments of each module."""
 
     declarations: Mapping[str, Declaration]
-    procedures: Mapping[str, tuple[Statement, ...]]
+    procedures: Mapping[str, Procedure]
     comments: Mapping[str, tuple[str, ...]]
 
 
@@ -125,4 +160,5 @@ def refuse(place: Place, reason: str) -> NoReturn:
         f"{place.module}, line {place.line}: {reason}. Do not run this program; write it again from its plan.",
         module=place.module,
         line=place.line,
+        reason=reason,
     )

@@ -43,7 +43,12 @@ _KERNEL_WORDS = (
 )
 _USED_NAMES = (
     "bool num string pos orient pose confdata robtarget jointtarget tooldata loaddata wobjdata speeddata zonedata "
-    "movej movel moveabsj setdo confj confl singarea fine tool0 wobj0 load0 main on off wobj "
+    "triggdata loadsession movej movel moveabsj triggl triggio triggspeed setdo setao confj confl singarea velset "
+    "pdispset pdispoff eoffsoff tperase tpwrite tpreadfk cjointt cspeedoverride poseinv posemult vectmagn abs atan2 "
+    "startload waitload unload waittime diskhome errno err_unload fine tool0 wobj0 load0 main on off start wobj "
+    "noeoffs dynamic file dop diplag ctask t t2 t3 t4 t5 t6 t7 t8 "
+    # Parameters and local data of the guard's routines would hide an output of the same name.
+    "why shift axis turn jnow far answer run "
 )
 RESERVED = frozenset((_KERNEL_WORDS + _USED_NAMES).split())
 # Every name that geoprint declares itself starts so, after at most one letter for its type.
@@ -104,6 +109,21 @@ def number(value: float, *, decimals: int) -> str:
     if not math.isfinite(value):
         raise InputError(f"a RAPID number must be finite, found {value}; check the cell file.")
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
+def significant(value: float) -> str:
+    """Return a number with at most six significant digits, which single precision holds.
+
+    Raises:
+        InputError: it is NaN or infinite.
+
+    Examples:
+        >>> significant(20.0), significant(0.00001234)
+        ('20', '1.234E-05')
+    """
+    if not math.isfinite(value):
+        raise InputError(f"a RAPID number must be finite, found {value}; check the cell file.")
+    return f"{value + 0.0:.6G}"
 
 
 def array(values: FloatArray | Sequence[float], *, decimals: int) -> str:

@@ -79,7 +79,7 @@ class TrajectoryTable:
 
 def poses_table(poses: PoseStream) -> bytes:
     """Return the text of poses.csv: one row a pose, in part coordinates."""
-    return _table(_pose_rows(poses), columns=POSES_COLUMNS, decimals=_POSES_DECIMALS)
+    return table_bytes(_pose_rows(poses), columns=POSES_COLUMNS, decimals=_POSES_DECIMALS)
 
 
 def trajectory_table(trajectory: Trajectory) -> bytes:
@@ -95,7 +95,7 @@ def trajectory_table(trajectory: Trajectory) -> bytes:
             f"trajectory row {row} is at {trajectory.times[row]!r} s; the table holds whole milliseconds: "
             "sample the trajectory each millisecond."
         )
-    return _table(_trajectory_rows(trajectory), columns=TRAJECTORY_COLUMNS, decimals=_TRAJECTORY_DECIMALS)
+    return table_bytes(_trajectory_rows(trajectory), columns=TRAJECTORY_COLUMNS, decimals=_TRAJECTORY_DECIMALS)
 
 
 def read_poses_table(path: Path) -> PosesTable:
@@ -107,11 +107,11 @@ def read_poses_table(path: Path) -> PosesTable:
     Raises:
         VerificationError: columns or numbers are not those of such a table.
     """
-    data = _read(path, columns=POSES_COLUMNS)
+    data = read_columns(path, columns=POSES_COLUMNS)
     return PosesTable(
-        runs=_whole(data, 0, path=path, columns=POSES_COLUMNS),
-        layers=_whole(data, 1, path=path, columns=POSES_COLUMNS),
-        levels=_whole(data, 2, path=path, columns=POSES_COLUMNS),
+        runs=whole_column(data, 0, path=path, columns=POSES_COLUMNS),
+        layers=whole_column(data, 1, path=path, columns=POSES_COLUMNS),
+        levels=whole_column(data, 2, path=path, columns=POSES_COLUMNS),
         deposit=_flag(data, 3, path=path, columns=POSES_COLUMNS),
         points=data[:, 4:7],
         quaternions=data[:, 7:11],
@@ -130,12 +130,12 @@ def read_trajectory_table(path: Path) -> TrajectoryTable:
     Raises:
         VerificationError: columns or numbers are not those of such a table.
     """
-    data = _read(path, columns=TRAJECTORY_COLUMNS)
+    data = read_columns(path, columns=TRAJECTORY_COLUMNS)
     return TrajectoryTable(
         times=data[:, 0],
         joints=data[:, 1:7],
         deposit=_flag(data, 7, path=path, columns=TRAJECTORY_COLUMNS),
-        runs=_whole(data, 8, path=path, columns=TRAJECTORY_COLUMNS),
+        runs=whole_column(data, 8, path=path, columns=TRAJECTORY_COLUMNS),
     )
 
 
@@ -171,7 +171,14 @@ def _trajectory_rows(trajectory: Trajectory) -> FloatArray:
     return np.column_stack(columns).astype(np.float64)
 
 
-def _table(rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> bytes:
+def table_bytes(rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> bytes:
+    """Return a table as text.
+
+    Args:
+        rows: (rows, columns).
+        columns: their names.
+        decimals: of each column.
+    """
     line = ",".join(f"%.{places}f" for places in decimals) + "\n"
     blocks = [(",".join(columns) + "\n").encode("ascii")]
     for start in range(0, len(rows), _BLOCK_ROWS):
@@ -183,8 +190,16 @@ def _table(rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, .
     return b"".join(blocks)
 
 
-def _read(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
-    """Return the (rows, columns) numbers below a header."""
+def read_columns(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
+    """Return the (rows, columns) numbers below a header.
+
+    Args:
+        path: the file.
+        columns: names that the header must have.
+
+    Raises:
+        VerificationError: header, form or a number is wrong.
+    """
     try:
         text = path.read_bytes().decode("ascii", errors="replace")
     except OSError as error:
@@ -207,7 +222,12 @@ def _read(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
     return data
 
 
-def _whole(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> IntArray:
+def whole_column(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> IntArray:
+    """Return a column that must hold whole numbers.
+
+    Raises:
+        VerificationError: it does not.
+    """
     wrong = data[:, column] != np.round(data[:, column])
     if wrong.any():
         row = int(np.argmax(wrong))
@@ -228,7 +248,7 @@ def _flag(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]
 
 
 def _verify(path: Path, rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> None:
-    found = _read(path, columns=columns)
+    found = read_columns(path, columns=columns)
     if len(found) != len(rows):
         raise VerificationError(f"{path} has {len(found)} rows, the plan has {len(rows)}; write the table again.")
     halves = 0.5 * 10.0 ** -np.array(decimals, dtype=np.float64) * np.array([places > 0 for places in decimals])

@@ -169,17 +169,48 @@ class Process:
 @final
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """The controller's outputs that a program switches.
+    """The controller's outputs that a program switches, and how late their equipment follows.
 
     Attributes:
         mode: 'io' switches valve and lamp; 'analog' also lets the flow follow the speed.
         dispenser: digital output that opens the valve.
         uv_lamp: digital output that turns the lamp on.
+        valve_open: time from the command until material flows [s].
+        valve_close: time from the command until no material flows [s].
+        uv_lead: how long before the material the lamp is switched on [s].
+        uv_tail: how long after the material the lamp is switched off [s].
+        flow: analog output that sets the flow, in mode 'analog'.
+        flow_per_mm3_s: value of that output for a flow of 1 mm3/s, in the output's own unit.
+        flow_lag: time from a new value of that output until the flow follows [s].
     """
 
     mode: SignalMode
     dispenser: str
     uv_lamp: str
+    valve_open: float = 0.0
+    valve_close: float = 0.0
+    uv_lead: float = 0.0
+    uv_tail: float = 0.0
+    flow: str | None = None
+    flow_per_mm3_s: float = 0.0
+    flow_lag: float = 0.0
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Purge:
+    """Where the nozzle is primed before the first run.
+
+    Attributes:
+        joints: (6,) the arm over a cup or a pad [rad].
+        duration: how long the valve stays open there [s].
+    """
+
+    joints: FloatArray
+    duration: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, joints="float: 6")
 
 
 @final
@@ -281,6 +312,7 @@ class Cell:
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
         demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
+        purge: where the nozzle is primed, or None where a person does that.
         material: what the syringe holds, or None where nobody has measured it.
         search: what the choice of rotation, lean and branch counts.
     """
@@ -294,8 +326,15 @@ class Cell:
     demo_position: FloatArray
     demo_rotation: FloatArray
     fixture: TouchedPoints | None
+    purge: Purge | None = None
     material: Material | None = None
     search: SearchWeights = SearchWeights()
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")
+        limits = self.robot.limits
+        if self.purge is not None and ((self.purge.joints < limits[:, 0]) | (self.purge.joints > limits[:, 1])).any():
+            raise InputError(
+                f"purge: the joints {np.degrees(self.purge.joints).round(1).tolist()} degrees are outside the limits "
+                "of the robot; jog the arm over the cup and read them there."
+            )

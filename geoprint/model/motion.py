@@ -184,7 +184,7 @@ class Clearance:
             the links were not checked.
         arm_at: where that is, as text, or None.
         kept: distance that was proven at every pose and between poses [mm].
-        tip_margin: smallest room under the rim of the needle's tip on deposit [mm].
+        tip_margin: smallest room under the rim of the needle's tip on deposit [mm]; infinite where nothing is laid.
         checks: number of tool placements tested.
         checked: pairs that were tested.
         not_checked: what was left out, said so that nobody takes it for clear.

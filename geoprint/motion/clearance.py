@@ -64,7 +64,8 @@ def clearance(
         tool: its solids.
         process: clearance to keep.
         T_base_work: (4, 4) where the part stands [mm].
-        poses: the stream that the path prints; its stand-off is that of the tip over the surface.
+        poses: the stream that the path prints; its stand-off is that of the tip over the surface. One that lays
+            nothing has no rim over the surface, and the tip margin is infinite.
         part: the surface that is printed on.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
         obstacles: boxes in the base frame; the arm stands on those that end below its foot.
@@ -90,7 +91,8 @@ def clearance(
         obstacles=obstacles,
         T_work_base=T_work_base,
     )
-    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=poses.standoff)
+    standoff = poses.standoff if poses.deposit.any() else None
+    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
     arm_found = check_arm(
         motion,
         links=links,
@@ -199,14 +201,19 @@ def _top(box: Box) -> float:
     return float(box.centre[2] + box.size[2] / 2)
 
 
-def _check_tool(placements: Placements, scene: _Scene, *, tool: Tool, process: Process, standoff: float) -> Clearance:
+def _check_tool(
+    placements: Placements, scene: _Scene, *, tool: Tool, process: Process, standoff: float | None
+) -> Clearance:
+    """Check the tool; without a stand-off nothing is laid."""
     check_rigid(placements.poses)
     world = CollisionWorld(scene.tool, targets=scene.targets)
     _check_sides(placements, world)
     hits = find_hits(world, placements)
     if hits is not None:
         raise _too_close(hits, world, placements, kept=scene.kept)
-    room = _tip_room(placements, world, radius=tool.needle_diameter / 2, standoff=standoff)
+    room = np.inf
+    if standoff is not None:
+        room = _tip_room(placements, world, radius=tool.needle_diameter / 2, standoff=standoff)
     closest = smallest_distance(placements, world, scene.trees)
     lamp = () if tool.lamp is not None else (WITHOUT_LAMP,)
     surroundings = () if scene.has_body else ("surroundings",)

@@ -67,6 +67,25 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
     )
 
 
+def there_and_back(joints: FloatArray, arm: Arm, *, step: float) -> ControllerPath:
+    """Follow a joint move from home to other joints and back, which lays nothing.
+
+    Args:
+        joints: (6,) [rad].
+        arm: with its tool.
+        step: largest movement of the tip between neighbouring rows [mm], positive.
+    """
+    there = _joint_move(arm.robot.home, joints, arm, step=step)
+    rows = np.concatenate([there, there[-2::-1]])
+    return ControllerPath(
+        joints=rows,
+        runs=np.full(len(rows), -1),
+        deposit=np.zeros(len(rows), np.bool_),
+        rounding=np.zeros_like(rows),
+        step=step,
+    )
+
+
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Lines:

@@ -10,6 +10,7 @@ from geoprint.pipeline.calibrating import (
 )
 from geoprint.pipeline.calibration_text import calibration_summary, calibration_text
 from geoprint.pipeline.cell_writer import check_cell_writable
+from geoprint.pipeline.checking import Checked, Finding, check_bundle
 from geoprint.pipeline.comparison import (
     COMPARED,
     Comparison,
@@ -27,10 +28,13 @@ from geoprint.pipeline.comparison_files import (
 )
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
+from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
+from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_of, patch_summary, patch_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
 from geoprint.pipeline.recommending import recommendation
+from geoprint.pipeline.run_sheet import check_summary, run_sheet
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
@@ -41,8 +45,13 @@ __all__ = [
     "COMPARED",
     "CalibratedFixture",
     "CalibratedTool",
+    "Checked",
     "Comparison",
     "FailedPart",
+    "FileInspection",
+    "Finding",
+    "Patch",
+    "PatchChoice",
     "Plan",
     "Planned",
     "Proposal",
@@ -54,23 +63,33 @@ __all__ = [
     "calibrate_tool",
     "calibration_summary",
     "calibration_text",
+    "check_bundle",
     "check_cell_writable",
+    "check_summary",
     "compare",
     "compare_parts",
     "comparison_picture",
     "comparison_report",
     "comparison_summary",
     "comparison_table",
+    "cut_patch",
     "examine",
     "fit_flow",
     "fit_summary",
+    "inspect_file",
+    "inspection_summary",
+    "inspection_text",
     "material_table",
     "outcome_text",
+    "patch_of",
+    "patch_summary",
+    "patch_text",
     "plan",
     "proposal_summary",
     "proposal_text",
     "propose_placement",
     "recommendation",
+    "run_sheet",
     "save_calibrated",
     "save_comparisons",
     "save_plan",

@@ -31,6 +31,7 @@ from geoprint.report import (
     Picture,
     Replay,
     ViewSurface,
+    switching_figure,
     view_surface,
 )
 from geoprint.transforms import apply, inverse
@@ -70,11 +71,7 @@ def part_report(comparison: Comparison, *, faces: int) -> PartReport:
         refused=comparison.refused,
         table=report_table(planned),
         path_distances=PathDistances(names, apart.hausdorff, apart.mean) if len(names) > 1 else None,
-        pictures=tuple(
-            Picture(f"{name}: chart, distance image and level curves", "png", chart_picture(plan, plan.flattening))
-            for name, plan in ((name, outcome.plan) for name, outcome in planned)
-            if plan.flattening is not None
-        ),
+        pictures=tuple(picture for name, outcome in planned for picture in _pictures(name, outcome.plan)),
         settings=_settings(first),
         inputs=tuple(
             (path.name, digest)
@@ -83,6 +80,20 @@ def part_report(comparison: Comparison, *, faces: int) -> PartReport:
         ),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
+
+
+def _pictures(name: str, plan: Plan) -> list[Picture]:
+    """Return the figures of one backend that are not interactive."""
+    pictures: list[Picture] = []
+    if plan.flattening is not None:
+        chart = chart_picture(plan, plan.flattening)
+        pictures.append(Picture(f"{name}: chart, distance image and level curves", "png", chart))
+    if plan.robot is not None:
+        found = plan.robot.switching
+        title = f"{name}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
+        drawn = switching_figure(found.deposits, found.material, found.lamp, title=title)
+        pictures.append(Picture(f"{name}: when material is laid, flows, and the lamp is on", "png", drawn))
+    return pictures
 
 
 def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:

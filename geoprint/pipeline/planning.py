@@ -11,7 +11,15 @@ import numpy as np
 from geoprint.backends import Backend, Flattening, Lscm
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, ReachError
-from geoprint.export import rapid_program
+from geoprint.export import (
+    Orders,
+    Timeline,
+    check_timeline,
+    orders_of,
+    rapid_program,
+    read_back,
+    timeline,
+)
 from geoprint.model import (
     Clearance,
     Contours,
@@ -26,14 +34,18 @@ from geoprint.model import (
     Trajectory,
 )
 from geoprint.motion import (
+    ALOFT_STEP,
     Arm,
     Leaning,
     NozzleRoom,
+    aloft_path,
     check_load,
     clearance,
     controller_path,
     reach,
     retime,
+    there_and_back,
+    tips_at,
     written_targets,
 )
 from geoprint.paths import arrange, poses
@@ -46,7 +58,20 @@ from geoprint.quality import Uniformity, uniformity
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotPlan:
-    """The robot's part of a plan; it exists only where every check was passed."""
+    """The robot's part of a plan; it exists only where every check was passed.
+
+    Attributes:
+        placement: where the part stands.
+        joint_path: poses, joints and configurations.
+        trajectory: when the arm is where.
+        targets: poses that the program names.
+        controller_path: the motion as the controller interpolates it.
+        clearance: what the collision check of that motion found.
+        dry_clearance: what that of the dry run found.
+        orders: what the program carries out.
+        program: its text.
+        switching: what flows when, simulated from that text.
+    """
 
     placement: Placement
     joint_path: JointPath
@@ -54,7 +79,10 @@ class RobotPlan:
     targets: Targets
     controller_path: ControllerPath
     clearance: Clearance
+    dry_clearance: Clearance
+    orders: Orders
     program: Program
+    switching: Timeline
 
 
 @final
@@ -214,30 +242,46 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
-        found = clearance(
-            path,
-            arm,
-            tool=cell.tool,
-            process=cell.process,
-            T_base_work=placement.T_base_work,
-            poses=joint_path.poses,
-            part=workpiece.part,
-            body=workpiece.body,
-            obstacles=cell.obstacles,
-        )
+        found = _clearance(path, joint_path, workpiece, placement, arm)
+        aloft, aloft_targets = aloft_path(joint_path, targets, arm)
+        dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
+        dry_found = _clearance(dry, aloft, workpiece, placement, arm)
+        if cell.purge is not None:
+            priming = there_and_back(cell.purge.joints, arm, step=ALOFT_STEP)
+            _clearance(priming, aloft, workpiece, placement, arm)
     with stage("program"):
+        orders = orders_of(joint_path, targets, trajectory, placement=placement, aloft=aloft.joints[0])
+        tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
         program = rapid_program(
-            joint_path,
-            targets,
+            orders,
             cell=cell,
             placement=placement,
+            tips_at=tips,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,
             checked=(*found.checked, check_load(cell.tool, arm).sentence),
             not_checked=found.not_checked,
         )
-    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, program)
+        switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
+        check_timeline(switching)
+    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
+
+
+def _clearance(
+    path: ControllerPath, joint_path: JointPath, workpiece: Workpiece, placement: Placement, arm: Arm
+) -> Clearance:
+    return clearance(
+        path,
+        arm,
+        tool=workpiece.cell.tool,
+        process=workpiece.cell.process,
+        T_base_work=placement.T_base_work,
+        poses=joint_path.poses,
+        part=workpiece.part,
+        body=workpiece.body,
+        obstacles=workpiece.cell.obstacles,
+    )
 
 
 def _backend(job: Job, surface: Surface) -> Backend:

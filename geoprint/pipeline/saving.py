@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export import (
+    Setup,
     json_bytes,
     poses_table,
+    setup_file,
+    targets_table,
     trajectory_table,
     verify_poses_table,
-    verify_program,
     verify_trajectory_table,
     write_bundle,
 )
 from geoprint.pipeline.chart_picture import chart_picture
+from geoprint.pipeline.checking import RAPID_FOLDER, check_program
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.summary import summary
 from geoprint.surfaces import load, ply_bytes
-
-RAPID_FOLDER = "rapid"
 
 
 def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> None:
@@ -52,7 +52,12 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
     if plan.flattening is not None:
         files["chart.png"] = chart_picture(plan, plan.flattening)
     if plan.robot is not None:
+        orders = plan.robot.orders
         files["trajectory.csv"] = trajectory_table(plan.robot.trajectory)
+        files["targets.csv"] = targets_table(orders)
+        files["setup.json"] = setup_file(
+            Setup(plan.workpiece.cell, plan.robot.placement, start=orders.start, aloft=orders.aloft)
+        )
         for name, text in plan.robot.program.modules:
             files[f"{RAPID_FOLDER}/{name}"] = text.encode("ascii")
     return files
@@ -70,20 +75,11 @@ def verify_files(plan: Plan, folder: Path) -> None:
         raise VerificationError("plan.json does not count the poses of the plan; the disk may be faulty: write again.")
     if plan.robot is None:
         return
-    robot = plan.robot
-    verify_trajectory_table(folder / "trajectory.csv", robot.trajectory)
-    texts = tuple((name, _text(folder / RAPID_FOLDER / name)) for name, _ in robot.program.modules)
-    verify_program(
-        replace(robot.program, modules=texts),
-        robot.joint_path,
-        robot.targets,
-        cell=plan.workpiece.cell,
-        placement=robot.placement,
-    )
-
-
-def _text(path: Path) -> str:
-    return path.read_bytes().decode("ascii")
+    verify_trajectory_table(folder / "trajectory.csv", plan.robot.trajectory)
+    for finding in check_program(folder, [f"{RAPID_FOLDER}/{name}" for name, _ in plan.robot.program.modules]).findings:
+        raise VerificationError(
+            f"{finding.file}, line {finding.line}: {finding.reason}; please report this as a defect of geoprint."
+        )
 
 
 def _verify_surface(plan: Plan, path: Path) -> None:

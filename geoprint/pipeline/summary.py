@@ -12,14 +12,16 @@ import numpy as np
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import Slowdown, Surface
-from geoprint.motion import NOTABLE_SHARE, Uncertainty
+from geoprint.motion import LIFT, NOTABLE_SHARE, Uncertainty
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.laying import laid_summary, laid_text
+from geoprint.pipeline.patches import patch_summary
 from geoprint.pipeline.planning import Plan, RobotPlan
+from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.pipeline.target_report import targets_summary, targets_warnings
 from geoprint.quality import Uniformity
-from geoprint.surfaces import describe, edge_lengths, face_areas
+from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
@@ -62,6 +64,7 @@ def summary(plan: Plan) -> dict[str, Json]:
                 "modules": [name for name, _ in plan.robot.program.modules],
                 "targets": plan.robot.program.targets,
                 "dry_run_only": plan.robot.program.dry_run,
+                "switching": switching_summary(plan.robot.switching),
             },
         }
     result["timings_s"] = {name: round(seconds, 3) for name, seconds in plan.timings}
@@ -149,6 +152,12 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "rounds": plan.job.rounds,
         "seed": plan.job.seed,
         "flip": plan.job.flip,
+        "label": plan.job.label,
+        "at_mm": plan.job.at,
+        "radius_mm": plan.job.radius,
+        "cone_deg": plan.job.cone_deg,
+        "box_mm": plan.job.box,
+        "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
         "max_tilt_deg": plan.job.max_tilt,
@@ -165,10 +174,12 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
 
 def _input(plan: Plan) -> dict[str, Json]:
     def of(path: Path, digest: str) -> dict[str, Json]:
-        return {"name": path.name, "sha256": digest, "unit": plan.job.unit}
+        return {"name": path.name, "sha256": digest, "unit": plan.workpiece.unit}
 
     digests = plan.workpiece.digests
     result = of(plan.job.surface, digests[0])
+    if plan.workpiece.notes:
+        result["made"] = dict(plan.workpiece.notes)
     if plan.job.body is not None:
         result["body"] = of(plan.job.body, digests[1])
     return result
@@ -189,6 +200,8 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         "preparation": asdict(plan.workpiece.preparation),
+        "patch": None if plan.workpiece.patch is None else patch_summary(plan.workpiece.patch),
+        "side": asdict(plan.workpiece.side),
     }
 
 
@@ -319,11 +332,23 @@ def _clearance(robot: RobotPlan) -> dict[str, Json]:
         "checks": found.checks,
         "checked": list(found.checked),
         "not_checked": list(found.not_checked),
+        "dry_run": {
+            "lift_mm": LIFT,
+            "smallest_mm": _rounded(robot.dry_clearance.smallest),
+            "at": robot.dry_clearance.at,
+        },
     }
 
 
 def _warnings(plan: Plan) -> tuple[str, ...]:
-    warnings: list[str] = []
+    workpiece, preparation = plan.workpiece, plan.workpiece.preparation
+    hint = unit_hint(workpiece.part, unit=workpiece.unit)
+    warnings: list[str] = [hint] if hint else []
+    warnings.append(workpiece.side.sentence)
+    if preparation.changes():
+        warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
+    if not preparation.crossings_checked:
+        warnings.append("not checked: whether the surface passes through itself, because its triangles are so thin.")
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     warnings += targets_warnings(plan)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import final
 
@@ -26,12 +26,16 @@ from geoprint.motion import (
     refuse_uncertain,
     require_abb_conventions,
 )
+from geoprint.pipeline.outside import Side, printed_side
+from geoprint.pipeline.patches import Patch, patch_of
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
+    Notes,
     PreparationReport,
     boundary_seed,
     closest,
     load,
+    load_file,
     mean_normal,
     point_seed,
     prepare,
@@ -56,8 +60,12 @@ class Workpiece:
     Attributes:
         cell: the machine.
         part: the surface as prepared, before refinement.
-        body: what the part lies on, or None.
+        unit: of the part's file.
+        notes: how the part's mesh was made, where its file holds something else.
+        side: which side of the part is printed on, and how that was found.
+        body: what the part lies on, which is what it was cut from where the job names no other; or None.
         digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read.
+        patch: how the part was cut from its body, or None where the file is the part.
         preparation: what preparing changed.
         edge_length: that the part was refined to [mm].
         surface: the refined surface to plan on.
@@ -69,8 +77,12 @@ class Workpiece:
 
     cell: Cell
     part: Surface
+    unit: str
+    notes: Notes
+    side: Side
     body: Surface | None
     digests: tuple[str, ...]
+    patch: Patch | None
     preparation: PreparationReport
     edge_length: float
     surface: Surface
@@ -98,15 +110,34 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         cell = load_cell(job.cell)
         _require_placement(job, cell)
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
-        part, preparation = prepare(load(job.surface, unit=job.unit, flip=job.flip))
-        body = None if job.body is None else _body(part, load(job.body, unit=job.unit))
+        loaded = load_file(job.surface, unit=job.unit, label=job.label)
+        patch = patch_of(job, loaded.surface)
+        prepared, preparation, body = _prepared(job, loaded.surface, patch)
+        if job.body is not None:
+            body = _body(prepared, load(job.body, unit=job.unit))
+        part, side = printed_side(prepared, body, flip=job.flip)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
         spacing = _wanted_spacing(job, part)
         edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
         surface = refine(part, edge_length=edge_length)
         seed = _seed(job, surface)
-    return Workpiece(cell, part, body, digests, preparation, edge_length, surface, seed, placement, uncertainty)
+    return Workpiece(
+        cell=cell,
+        part=part,
+        unit=loaded.unit,
+        notes=loaded.notes,
+        side=side,
+        body=body,
+        digests=digests,
+        patch=patch,
+        preparation=preparation,
+        edge_length=edge_length,
+        surface=surface,
+        seed=seed,
+        placement=placement,
+        uncertainty=uncertainty,
+    )
 
 
 def backend_factory(name: str) -> BackendFactory:
@@ -157,6 +188,15 @@ def _require_placement(job: Job, cell: Cell) -> None:
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
         require_abb_conventions(arm)
         check_load(cell.tool, arm)
+
+
+def _prepared(job: Job, loaded: Surface, patch: Patch | None) -> tuple[Surface, PreparationReport, Surface | None]:
+    """Return the part on the side that the job asks for, what preparing changed, and the body it was cut from."""
+    if patch is not None:
+        part, preparation, body = patch.surface, patch.preparation, patch.body
+    else:
+        (part, preparation), body = prepare(loaded, longest_hole=job.fill_holes), None
+    return (replace(part, faces=part.faces[:, ::-1]) if job.flip else part), preparation, body
 
 
 def _sha256(path: Path) -> str:

@@ -2,8 +2,10 @@
 
 from geoprint.report.chart_figure import FlattenedPart, chart_figure
 from geoprint.report.figures import Coverage, coverage_figure
+from geoprint.report.inspection_figure import inspection_figure
 from geoprint.report.page import html_report
 from geoprint.report.paper_figures import paper_figures
+from geoprint.report.switching_figure import switching_figure
 from geoprint.report.values import (
     COVERED,
     GAP,
@@ -35,6 +37,8 @@ __all__ = [
     "chart_figure",
     "coverage_figure",
     "html_report",
+    "inspection_figure",
     "paper_figures",
+    "switching_figure",
     "view_surface",
 ]

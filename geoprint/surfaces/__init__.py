@@ -1,6 +1,21 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
-from geoprint.surfaces.io import UNITS, load, ply_bytes, save_ply
+from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
+from geoprint.surfaces.contraction import contracted
+from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.inspection import Finding, Inspection, inspect
+from geoprint.surfaces.io import (
+    UNITS,
+    Loaded,
+    likely_unit,
+    load,
+    load_file,
+    load_with_unit,
+    ply_bytes,
+    save_ply,
+    suggested_unit,
+    unit_hint,
+)
 from geoprint.surfaces.operators import (
     cotangent_laplacian,
     divergence,
@@ -15,7 +30,7 @@ from geoprint.surfaces.operators import (
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
-from geoprint.surfaces.repair import PreparationReport, prepare
+from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare, signed_volume
 from geoprint.surfaces.seeds import boundary_seed, point_seed
 from geoprint.surfaces.topology import (
     boundary_half_edges,
@@ -32,14 +47,21 @@ from geoprint.surfaces.topology import (
 
 __all__ = [
     "UNITS",
+    "Finding",
+    "Inspection",
+    "Joined",
+    "Loaded",
+    "Notes",
     "PolylineDistance",
     "PreparationReport",
     "arc_lengths",
     "boundary_half_edges",
     "boundary_loops",
     "boundary_seed",
+    "clipped",
     "closest",
     "component_labels",
+    "contracted",
     "cotangent_laplacian",
     "describe",
     "divergence",
@@ -50,20 +72,31 @@ __all__ = [
     "even_points",
     "face_areas",
     "face_normals",
+    "faces_within",
     "gradient",
     "half_edges",
+    "inspect",
+    "join",
+    "likely_unit",
     "load",
+    "load_file",
+    "load_with_unit",
     "lumped_mass",
     "mean_normal",
     "normals",
     "numbered_edges",
+    "part_of",
+    "piece_at",
     "ply_bytes",
     "point_seed",
     "positions",
     "prepare",
     "refine",
     "save_ply",
+    "signed_volume",
+    "suggested_unit",
     "twins",
+    "unit_hint",
     "vertex_normals",
     "vertex_points",
 ]

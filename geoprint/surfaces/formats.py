@@ -1,4 +1,4 @@
-"""Reading STL, PLY, OBJ and OFF files into plain arrays, and refusing the damaged ones.
+"""Reading STL, PLY, OBJ, OFF and 3MF files, also zipped, into plain arrays, and refusing the damaged ones.
 
 Readers answer many damaged files with a mesh that is empty or lacks a part. So what a file promises (the count of a
 binary STL, the header of a PLY) is compared with its length before it is read, and with what came out after.
@@ -7,19 +7,32 @@ binary STL, the header of a PLY) is compared with its length before it is read, 
 from __future__ import annotations
 
 import re
+import stat
 import warnings
 from collections.abc import Mapping
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, final
 
 import numpy as np
 
-from geoprint.errors import GeoprintError, InputError
+from geoprint.errors import GeoprintError, InputError, UsageError
+from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.archives import only_mesh
+from geoprint.surfaces.cad import KINDS, read_cad
+from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.label_volumes import read_volume
+from geoprint.surfaces.point_clouds import read_point_ply, read_point_text, reconstruct
 from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
+from geoprint.surfaces.three_mf import read_3mf
+
+# Largest file that is read [bytes]: 40 million triangles of a binary STL.
+LARGEST_FILE = 1 << 31
 
 STL_HEADER_BYTES = 84
-STL_TRIANGLE_BYTES = 50
+STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+STL_TRIANGLE_BYTES = STL_TRIANGLE.itemsize
 PLY_SIZES = {
     "char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
     "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8,
@@ -30,48 +43,102 @@ class _Reader(Protocol):
     def __call__(self, data: bytes, /, *, name: str) -> MeshArrays: ...
 
 
-def read_mesh(path: Path) -> MeshArrays:
-    """Read a mesh file by its suffix.
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshFile:
+    """What a mesh file holds.
+
+    Attributes:
+        vertices: (n, 3) positions in the file's unit.
+        faces: (m, 3) vertex indices; polygons are triangulated.
+        unit: of the positions, a key of `io.UNITS`; None where the format carries none.
+        notes: how the mesh was made, where the file holds something else.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    unit: str | None
+    notes: Notes = ()
+
+
+def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
+    """Read a mesh file by its suffix, or make a mesh of what else it holds.
 
     Args:
-        path: of a .stl, .ply, .obj or .off file.
+        path: of a .stl, .ply, .obj, .off or .3mf file, of a .zip file that holds one of these, or of one of the
+            VOLUMES.
+        label: of a label volume, which one is meant.
 
     Returns:
-        (n, 3) vertices in the file's unit and (m, 3) faces; polygons are triangulated.
+        What the file holds.
 
     Raises:
         InputError: the file is missing, unreadable, of another kind, damaged, or its length disagrees with what it
             promises; it holds no faces, a coordinate that is not finite, or a face that refers to a vertex that is
-            not there.
+            not there; an archive holds no mesh, several, or one that is packed too tightly.
+        UsageError: a label is given for a file that has none or is missing, or an optional package is not installed.
     """
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
+    suffix = ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
+    if suffix not in SUFFIXES:
         raise InputError(
-            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(_READERS)}; "
+            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
             "export the mesh as one of these."
         )
+    if label is not None and suffix not in VOLUMES:
+        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `--label` out.")
     data = _content(path)
+    if suffix == ".zip":
+        suffix, data = only_mesh(data, suffixes=[*_READERS, ".3mf"], name=path.name)
     try:
-        vertices, faces = reader(data, name=path.name)
-    except GeoprintError:
+        file = _file(data, suffix=suffix, label=label, name=path.name)
+    except (GeoprintError, MemoryError):
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
         raise InputError(
-            f"`{path.name}` cannot be read as {path.suffix.lower()} ({type(error).__name__}: {error}); "
+            f"`{path.name}` cannot be read as {suffix} ({type(error).__name__}: {str(error)[:200]!r}); "
             "it is damaged or not what its suffix says, so export it again."
         ) from error
-    if len(faces) == 0:
-        raise InputError(f"`{path.name}` holds no faces; a surface needs triangles, so export it as a mesh.")
-    check_indices(faces, vertices=len(vertices), name=path.name)
-    broken = ~np.isfinite(vertices).all(axis=1)
+    _check(file, name=path.name)
+    return file
+
+
+def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile:
+    """Return what a file of a known kind holds, unchecked."""
+    if suffix == ".3mf":
+        return MeshFile(*read_3mf(data, name=name))
+    if suffix in VOLUMES:
+        made = read_volume(data, suffix=suffix, label=label, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    if suffix in KINDS:
+        made = read_cad(data, suffix=suffix, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    if suffix in CLOUDS or (suffix == ".ply" and _without_faces(data)):
+        cloud = (read_point_ply if suffix == ".ply" else read_point_text)(data, name=name)
+        made = reconstruct(cloud, name=name)
+        return MeshFile(made.vertices, made.faces, made.unit, made.notes)
+    return MeshFile(*_READERS[suffix](data, name=name), None)
+
+
+def _without_faces(data: bytes) -> bool:
+    """Return whether a PLY file holds vertices alone."""
+    header = data[: data.find(b"end_header")].split(b"\n")
+    counts = {words[1]: words[2] for words in map(bytes.split, header) if len(words) == 3 and words[0] == b"element"}
+    return counts.get(b"vertex", b"0") != b"0" and counts.get(b"face", b"0") == b"0"
+
+
+def _check(file: MeshFile, *, name: str) -> None:
+    """Refuse a mesh without faces, with faces that refer to nothing, or with coordinates that are not finite."""
+    if len(file.faces) == 0:
+        raise InputError(f"`{name}` holds no faces; a surface needs triangles, so export it as a mesh.")
+    check_indices(file.faces, vertices=len(file.vertices), name=name)
+    broken = ~np.isfinite(file.vertices).all(axis=1)
     if broken.any():
         raise InputError(
-            f"`{path.name}`: vertices with NaN or infinite coordinates: {int(broken.sum())}, the first is vertex "
+            f"`{name}`: vertices with NaN or infinite coordinates: {int(broken.sum())}, the first is vertex "
             f"{int(np.argmax(broken))}; repair the mesh where it was made.",
             vertices=int(broken.sum()),
             vertex=int(np.argmax(broken)),
         )
-    return vertices, faces
 
 
 def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
@@ -91,7 +158,9 @@ def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
     """
     announced = int.from_bytes(data[80:STL_HEADER_BYTES], "little")
     if len(data) == STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced:
-        return _through_trimesh(data, kind="stl", faces=announced, name=name)
+        triangles = np.frombuffer(data, dtype=STL_TRIANGLE, offset=STL_HEADER_BYTES)
+        vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
+        return vertices, np.arange(len(vertices)).reshape(-1, 3)
     # trimesh needs UTF-8; other bytes can only stand in names.
     text = data.decode("utf-8-sig", errors="replace").lower()
     if text.lstrip().startswith("solid") and ("facet" in text or "endsolid" in text):
@@ -151,6 +220,9 @@ def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
 
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
+CLOUDS = (".xyz", ".pwn")
+VOLUMES = (".nii", ".nii.gz", ".nrrd")
+SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES, *CLOUDS)
 
 
 def _content(path: Path) -> bytes:
@@ -158,11 +230,21 @@ def _content(path: Path) -> bytes:
     if path.is_dir():
         raise InputError(f"`{path}` is a directory; give the mesh file in it.")
     try:
-        data = path.read_bytes()
+        found = path.stat()
+        # Reading a pipe or a device might never end.
+        plain = stat.S_ISREG(found.st_mode)
+        data = path.read_bytes() if plain and found.st_size <= LARGEST_FILE else None
     except FileNotFoundError as error:
         raise InputError(f"`{path}` does not exist; check the name and the folder.") from error
     except (OSError, ValueError) as error:
         raise InputError(f"`{path}` cannot be read ({error}); check its permissions and its name.") from error
+    if data is None:
+        what = f"{found.st_size} bytes large" if plain else "a pipe or a device"
+        raise InputError(
+            f"`{path.name}` is {what}; plain files of up to {LARGEST_FILE >> 30} GiB are read, so copy or decimate it "
+            "first.",
+            bytes=found.st_size,
+        )
     if not data:
         raise InputError(f"`{path.name}` is empty (0 bytes); copy or export it again.")
     if data.startswith(b"version https://git-lfs"):

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import final
 
 import numpy as np
 
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
+from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.formats import read_mesh
+from geoprint.surfaces.topology import used_vertices
 
 # Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
 UNITS = {"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001}
@@ -21,23 +25,51 @@ USUAL_SIZE = (10.0, 500.0)
 RESOLUTION_SHARE = 1e-4
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """A surface as a file has it.
+
+    Attributes:
+        surface: in mm, named after the file.
+        unit: of the file's coordinates.
+        notes: how the mesh was made, where the file holds something else.
+    """
+
+    surface: Surface
+    unit: str
+    notes: Notes
+
+
 def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
-    """Read a mesh file and turn its coordinates into mm.
+    """Return the surface of `load_file`."""
+    return load_file(path, unit=unit, flip=flip).surface
+
+
+def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple[Surface, str]:
+    """Return the surface of `load_file`, and the unit of the file."""
+    loaded = load_file(path, unit=unit, flip=flip)
+    return loaded.surface, loaded.unit
+
+
+def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | None = None) -> Loaded:
+    """Read a mesh file, or make a mesh of what it holds, and turn its coordinates into mm.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
     that.
 
     Args:
-        path: of a .stl (ASCII or binary), .ply, .obj or .off file.
-        unit: of the file's coordinates, a key of UNITS; None, since these formats carry no unit, is answered by an
-            error that shows what the size would be in each.
+        path: of one of `formats.SUFFIXES`.
+        unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
+            carry no unit, None is answered by an error that shows what the size would be in each.
         flip: whether to turn the winding, where the file's says inside what is outside.
+        label: of a label volume, which one is meant.
 
     Returns:
-        The surface in mm, named after the file.
+        The surface in mm, named after the file, and how it was read.
 
     Raises:
-        UsageError: the unit is missing or unknown.
+        UsageError: the unit is missing, unknown, or another one than the file says.
         InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
             implausible, or the part lies so far from the origin that single precision does not resolve it.
     """
@@ -45,16 +77,20 @@ def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    vertices, faces = read_mesh(path)
+    file = read_mesh(path, label=label)
+    vertices, faces = file.vertices, file.faces
+    if file.unit is not None and unit not in {None, file.unit}:
+        raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
+    unit = unit or file.unit
     # Vertices that no face uses do not belong to the part.
-    used = vertices[np.unique(faces)]
+    used = vertices[used_vertices(faces)]
     extents = used.max(axis=0) - used.min(axis=0)
     if unit is None:
         raise UsageError(_missing_unit(path.name, extents))
-    _check_size(path.name, extents * UNITS[unit], unit=unit)
+    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
     _check_resolution(path.name, used * UNITS[unit])
     wound = faces[:, ::-1] if flip else faces
-    return Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name)
+    return Loaded(Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit, file.notes)
 
 
 def ply_bytes(surface: Surface) -> bytes:
@@ -99,6 +135,35 @@ def likely_unit(size: float) -> str | None:
     return None
 
 
+def suggested_unit(path: Path) -> str:
+    """Return the unit that a file carries, or else the one in which it most likely is.
+
+    Raises:
+        InputError: as `load`.
+    """
+    file = read_mesh(path)
+    used = file.vertices[used_vertices(file.faces)]
+    return file.unit or likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
+
+
+def unit_hint(surface: Surface, *, unit: str) -> str | None:
+    """Return a sentence where a part is so small or large that its unit may be wrong, else None.
+
+    Args:
+        surface: in mm.
+        unit: that its file was read in.
+    """
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    likely = likely_unit(size / UNITS[unit])
+    smallest, largest = USUAL_SIZE
+    if smallest <= size <= largest or likely in {None, unit}:
+        return None
+    return (
+        f"{surface.name} is {_in_words(size)} large in {unit}, most parts have {smallest:g} to {largest:g} mm; "
+        f"with `--unit {likely}` it would be {_in_words(size / UNITS[unit] * UNITS[str(likely)])}: check the unit."
+    )
+
+
 def _missing_unit(name: str, extents: FloatArray) -> str:
     size = float(extents.max())
     unit = likely_unit(size)
@@ -108,12 +173,12 @@ def _missing_unit(name: str, extents: FloatArray) -> str:
     return f"`{name}` has no unit; it spans {spans}: {readings}; {advice}."
 
 
-def _check_size(name: str, extents: FloatArray, *, unit: str) -> None:
+def _check_size(name: str, extents: FloatArray, *, unit: str, carried: bool) -> None:
     size = float(extents.max())
     smallest, largest = PLAUSIBLE_SIZE
     if smallest <= size <= largest:
         return
-    likely = likely_unit(size / UNITS[unit])
+    likely = None if carried else likely_unit(size / UNITS[unit])
     advice = f"it would be {_in_words(size / UNITS[unit] * UNITS[likely])} with `--unit {likely}`" if likely else ""
     raise InputError(
         f"`{name}` is {_in_words(size)} large in {unit}, a part has {smallest:g} mm to {largest / 1000:g} m; "

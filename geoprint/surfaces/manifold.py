@@ -1,19 +1,15 @@
-"""What makes triangles a surface: two faces at an edge at most, one fan at a vertex, two sides, one piece, no slits."""
+"""What makes triangles a surface: two faces at an edge at most, one fan at a vertex, two sides, one piece."""
 
 from __future__ import annotations
-
-from typing import cast
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from geoprint.errors import MeshError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, IntArray, Surface
+from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import (
-    boundary_half_edges,
-    component_labels,
     face_counts,
     half_edges,
     numbered_edges,
@@ -32,10 +28,10 @@ def check_edges(surface: Surface) -> None:
     if crowded.size:
         place = surface.vertices[sides[crowded[0]]].mean(axis=0)
         raise MeshError(
-            f"{surface.name}: edges with more than two faces: {crowded.size}, the first at {_place(place)}; a surface "
-            "has one or two there, so remove the extra faces.",
+            f"{surface.name}: edges with more than two faces: {crowded.size}, the first at {in_words(place)}; a "
+            "surface has one or two there, so remove the extra faces.",
             edges=int(crowded.size),
-            place=_triple(place),
+            place=triple(place),
         )
 
 
@@ -57,6 +53,8 @@ def turned_faces(surface: Surface) -> BoolArray:
     rising = np.less(*half_edges(surface.faces).T)
     # Half-edges of one edge agree when they run against each other.
     agree = rising[half] != rising[other[half]]
+    if agree.all():
+        return np.zeros(count, dtype=np.bool_)
     here, there = half // 3, other[half] // 3
     rows = np.concatenate([here, here + count])
     columns = np.concatenate([np.where(agree, there, there + count), np.where(agree, there + count, there)])
@@ -66,8 +64,8 @@ def turned_faces(surface: Surface) -> BoolArray:
         place = surface.vertices[surface.faces[np.argmax(as_is == turned), 0]]
         raise MeshError(
             f"{surface.name} is not orientable: like a Moebius strip it has one side only, so 'outside' has no meaning "
-            f"for the piece at {_place(place)}; cut it open.",
-            place=_triple(place),
+            f"for the piece at {in_words(place)}; cut it open.",
+            place=triple(place),
         )
     agreeing = np.bincount(as_is, minlength=int(sheets.max()) + 1)
     # Sheets are numbered by their first node, and the first face of a piece is there as it is before it is turned.
@@ -92,68 +90,35 @@ def split_vertices(surface: Surface) -> Surface:
     fans = _components(half, touching, nodes=3 * len(surface.faces))
     vertex_of_fan = np.empty(int(fans.max()) + 1, dtype=np.int64)
     vertex_of_fan[fans] = surface.faces.ravel()
-    _, first = np.unique(vertex_of_fan, return_index=True)
-    extra = np.setdiff1d(np.arange(vertex_of_fan.size), first)
+    first = np.zeros(len(surface.vertices), dtype=np.int64)
+    # The last of several assignments stands: backwards, the first fan of each vertex.
+    first[vertex_of_fan[::-1]] = np.arange(vertex_of_fan.size)[::-1]
+    extra = np.flatnonzero(first[vertex_of_fan] != np.arange(vertex_of_fan.size))
     own = vertex_of_fan.copy()
     own[extra] = len(surface.vertices) + np.arange(extra.size)
     vertices = np.concatenate([surface.vertices, surface.vertices[vertex_of_fan[extra]]])
     return Surface(vertices=vertices, faces=own[fans].reshape(-1, 3), name=surface.name)
 
 
-def check_connected(surface: Surface) -> None:
+def check_connected(surface: Surface, labels: IntArray) -> None:
     """Refuse a surface in several pieces; those that touch in a vertex alone are separate.
+
+    Args:
+        surface: in as many pieces as there are labels.
+        labels: (m,) piece of each face, as `topology.component_labels` numbers them; numbers may be left out.
 
     Raises:
         MeshError: how many, and a vertex of the smallest.
     """
-    labels = component_labels(surface)
-    sizes = np.bincount(labels)
+    pieces, sizes = np.unique(labels, return_counts=True)
     if sizes.size > 1:
-        smallest = int(np.argmin(sizes))
+        smallest = pieces[np.argmin(sizes)]
         place = surface.vertices[surface.faces[np.argmax(labels == smallest), 0]]
         raise MeshError(
             f"{surface.name} consists of {sizes.size} pieces that no edge joins, the largest with {sizes.max()} faces "
-            f"and the smallest with {sizes.min()} at {_place(place)}; plan one at a time and delete the others.",
+            f"and the smallest with {sizes.min()} at {in_words(place)}; plan one at a time and delete the others.",
             pieces=int(sizes.size),
-            place=_triple(place),
-        )
-
-
-def check_junctions(surface: Surface, *, tolerance: float) -> None:
-    """Refuse rim vertices that lie on another rim edge: a T-junction, where the surface has a slit without width.
-
-    Args:
-        surface: with coincident rim vertices joined.
-        tolerance: distance from the edge, and from its ends, that counts as on it [mm].
-
-    Raises:
-        MeshError: how many, and the first of them.
-    """
-    sides = boundary_half_edges(surface.faces)
-    if sides.size == 0:
-        return
-    rim = half_edges(surface.faces)[sides]
-    start, along = surface.vertices[rim[:, 0]], surface.vertices[rim[:, 1]] - surface.vertices[rim[:, 0]]
-    length = np.linalg.norm(along, axis=1)
-    vertices = np.unique(rim)
-    tree = KDTree(surface.vertices[vertices])
-    near = cast("list[list[int]]", tree.query_ball_point(start + along / 2, length / 2 + tolerance))
-    side = np.repeat(np.arange(sides.size), [len(found) for found in near])
-    vertex = vertices[np.concatenate([np.asarray(found, dtype=np.int64) for found in near])]
-    offset = surface.vertices[vertex] - start[side]
-    reached = np.einsum("kx,kx->k", offset, along[side]) / length[side]
-    aside = np.linalg.norm(offset - (reached / length[side])[:, None] * along[side], axis=1)
-    on_edge = (aside <= tolerance) & (reached > tolerance) & (reached < length[side] - tolerance)
-    # The third corner of the edge's own face is only the tip of a flat triangle.
-    own = (surface.faces[sides[side] // 3] == vertex[:, None]).any(axis=1)
-    slits = np.unique(vertex[on_edge & ~own])
-    if slits.size:
-        place = surface.vertices[slits[0]]
-        raise MeshError(
-            f"{surface.name}: vertices that lie on an edge they do not belong to (T-junctions): {slits.size}, the "
-            f"first at {_place(place)}; paths would start from such a slit as from a rim, so split the edge there.",
-            vertices=int(slits.size),
-            place=_triple(place),
+            place=triple(place),
         )
 
 
@@ -161,11 +126,3 @@ def _components(rows: IntArray, columns: IntArray, *, nodes: int) -> IntArray:
     """Return the component of each node of a graph, numbered by first node."""
     graph = coo_array((np.ones(rows.size, dtype=np.int8), (rows, columns)), shape=(nodes, nodes))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
-
-
-def _place(position: FloatArray) -> str:
-    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*position)
-
-
-def _triple(position: FloatArray) -> tuple[float, ...]:
-    return tuple(position.tolist())

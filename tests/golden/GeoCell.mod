@@ -8,24 +8,28 @@ MODULE GeoCell
   ! Checked: clearance of the nozzle
   ! Not checked: the operator
   ! Not checked: the real cell. Run it dry and slowly first.
-  ! A stop of the program leaves outputs as they are: tie them to the controller's stop events.
+  ! Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.
   PERS bool geoDryRun:=TRUE;
+  PERS num geoSpeedPct:=25;
+  PERS num geoFirstRun:=1;
   PERS tooldata tGeoNozzle:=[TRUE,[[84.8528,0.0000,124.8528],[0.92387953,0.00000000,0.38268343,0.00000000]],[0.6000,[10.0000,0.0000,60.0000],[1.00000000,0.00000000,0.00000000,0.00000000],0.002000,0.002000,0.000500]];
   PERS wobjdata wGeoPart:=[FALSE,TRUE,"",[[312.3457,-20.5000,41.0000],[0.96497132,-0.01397527,0.04888730,0.25738118]],[[1.2500,2.5000,10.0000],[1.00000000,0.00000000,0.00000000,0.00000000]]];
+  CONST pose geoFrame:=[[313.0504,-17.1916,50.8168],[0.96497132,-0.01397527,0.04888730,0.25738118]];
+  CONST pose geoLift:=[[-2.0309,-0.0361,19.8966],[1,0,0,0]];
   CONST jointtarget jGeoHome:=[[0.00000,-10.00000,20.00000,0.00000,45.00000,-30.00000],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST jointtarget jGeoStart:=[[-57.29578,-57.29578,-57.29578,-57.29578,-57.29578,-57.29578],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST jointtarget jGeoAloft:=[[-51.56620,-51.56620,-51.56620,-51.56620,-51.56620,-51.56620],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST num nGeoThere:=1.000;
+  CONST num nGeoBack:=1.000;
+  CONST speeddata vGeoHome:=[60,500,5000,1000];
+  CONST speeddata vGeoSlow:=[20,10,5000,1000];
   CONST speeddata vGeo1:=[19.8,500,5000,1000];
   CONST speeddata vGeo2:=[20,500,5000,1000];
   CONST speeddata vGeo3:=[60,500,5000,1000];
   CONST zonedata zGeo1:=[FALSE,0.12,0.12,0.12,1.2,0.12,1.2];
   CONST zonedata zGeo2:=[FALSE,0.3,0.3,0.3,3,0.3,3];
-  PROC GeoOn()
-    IF NOT geoDryRun THEN
-      SetDO doValve,1;
-      SetDO doUV,1;
-    ENDIF
-  ENDPROC
-  PROC GeoOff()
-    SetDO doValve,0;
-    SetDO doUV,0;
-  ENDPROC
+  VAR triggdata tGeoValveOn;
+  VAR triggdata tGeoValveOff;
+  VAR triggdata tGeoLampOn;
+  VAR triggdata tGeoLampOff;
 ENDMODULE

@@ -1,0 +1,67 @@
+"""The application that commands are registered with, and how it ends."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from typing import Annotated
+
+import typer
+
+from geoprint.cli.cells import calibrate, doctor, fit_flow, init
+from geoprint.cli.parts import check, inspect, patch
+from geoprint.cli.planning import compare, place, plan, recommend
+from geoprint.cli.terminal import say
+from geoprint.errors import GeoprintError, ResourceError
+
+app = typer.Typer(
+    name="geoprint",
+    help="Plan evenly spaced print paths on a curved surface and write the robot program that prints them.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+# As help lists them.
+for command in (plan, compare, place, recommend, inspect, patch, check, init, calibrate, fit_flow, doctor):
+    app.command()(command)
+
+STOPPED_BY_USER = 130
+
+
+def main() -> None:
+    """Run the command line and end the process with the exit status of the outcome."""
+    try:
+        app()
+    except GeoprintError as error:
+        say(f"geoprint: {error}")
+        sys.exit(error.exit_status)
+    except SystemExit as end:
+        if end.code == STOPPED_BY_USER:
+            say("geoprint: stopped; nothing was written.")
+        raise
+    except MemoryError:
+        say("geoprint: out of memory; choose a larger spacing or a smaller part.")
+        sys.exit(ResourceError.exit_status)
+    except Exception:  # the one place where a defect may end: with its traceback
+        traceback.print_exc()
+        say("geoprint: this is a defect of geoprint; please report it with the lines above.")
+        sys.exit(GeoprintError.exit_status)
+
+
+def _show_version(wanted: bool) -> None:  # noqa: FBT001  (the form that typer calls)
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(version("geoprint"))
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    *,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and end.")
+    ] = False,
+) -> None:
+    """Hold what every command shares."""

@@ -1,0 +1,109 @@
+"""Commands about the cell: init, calibrate, fit-flow, doctor."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geoprint.cli.options import (
+    AsJson,
+    CellPath,
+    Overwrite,
+    Unit,
+)
+from geoprint.cli.terminal import say
+from geoprint.errors import ExportError, UsageError
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(help="Where to write the cell files.")] = Path(),
+) -> None:
+    """Write the commented cell files that geoprint comes with, to be adapted to your cell."""
+    from geoprint.config import PACKAGED_CELLS, packaged_cell_text
+
+    paths = [folder / f"{name}.toml" for name in PACKAGED_CELLS]
+    for path in paths:
+        if path.exists():
+            raise UsageError(f"{path} exists already; remove it or choose another folder: `geoprint init FOLDER`.")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, path in zip(PACKAGED_CELLS, paths, strict=True):
+            path.write_text(packaged_cell_text(name), encoding="utf-8")
+            say(f"wrote {path}")
+    except OSError as error:
+        raise ExportError(f"the cell files cannot be written to {folder} ({error}); choose another folder.") from error
+
+
+def calibrate(
+    touched: Annotated[
+        Path | None, typer.Argument(help="Table of touched points: name,x,y,z in mm, base frame.", show_default=False)
+    ] = None,
+    *,
+    model: Annotated[
+        Path | None, typer.Option(help="Table of the fixture's points: name,x,y,z in mm, its own frame.")
+    ] = None,
+    tcp: Annotated[
+        Path | None,
+        typer.Option(
+            help="Instead: table of poses in which the tip touched one point, x,y,z,q1,q2,q3,q4 or j1,...,j6."
+        ),
+    ] = None,
+    part: Annotated[Path | None, typer.Option(help="Mesh of the part at which the uncertainty matters.")] = None,
+    unit: Unit = None,
+    cell: CellPath = None,
+    out: Annotated[Path | None, typer.Option(help="Cell file to write; without it nothing is written.")] = None,
+    noise_mm: Annotated[
+        float | None, typer.Option(help="Standard deviation of a touch in each direction; estimated if not given.")
+    ] = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Find where the fixture stands from touched points, or the tool centre point, and say how well that is known."""
+    from geoprint.pipeline import calibrate as run
+    from geoprint.pipeline import calibration_summary, calibration_text, check_cell_writable, save_calibrated
+
+    if out is not None:
+        check_cell_writable(out, overwrite=overwrite)
+    found = run(touched, model=model, tcp=tcp, cell=cell, part=part, unit=unit, noise=noise_mm)
+    if as_json:
+        typer.echo(json.dumps(calibration_summary(found), indent=2))
+    say(calibration_text(found))
+    if out is not None:
+        save_calibrated(found, out, overwrite=overwrite)
+        say(f"written and read back: {out}")
+
+
+def fit_flow(
+    measured: Annotated[
+        Path,
+        typer.Argument(
+            help="CSV with the columns pressure_kpa,duration_s,mass_g or pressure_kpa,speed_mm_s,width_mm,height_mm.",
+            show_default=False,
+        ),
+    ],
+    *,
+    density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
+    model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
+    cell: CellPath = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
+    from geoprint.pipeline import fit_flow as run
+    from geoprint.pipeline import fit_summary, material_table
+
+    fit = run(measured, cell=cell, density=density, model=model)
+    if as_json:
+        typer.echo(json.dumps(fit_summary(fit, density=density), indent=2))
+    else:
+        typer.echo(material_table(fit, density=density, source=measured.name))
+
+
+def doctor() -> None:
+    """Show versions and prove that kinematics and collision check work on this machine."""
+    from geoprint.pipeline import examine
+
+    for line in examine():
+        typer.echo(line)

@@ -1,0 +1,84 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geoprint.errors import UsageError
+
+Part = Annotated[
+    Path,
+    typer.Argument(help="Mesh of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP.", show_default=False),
+]
+Parts = Annotated[
+    list[Path], typer.Argument(help="Meshes of the parts: STL, OBJ, PLY, OFF or 3MF.", show_default=False)
+]
+Out = Annotated[Path, typer.Option(help="Folder for the result.", show_default=False)]
+Unit = Annotated[str | None, typer.Option(help="Length unit of the file: mm, cm, m, um or in.")]
+Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouring paths in mm.")]
+Rounds = Annotated[int | None, typer.Option(help="Number of rounds from the seed inwards.")]
+Step = Annotated[str | None, typer.Option(help="Step of the normalised distance, 0.05 or 1/20 for 20 rounds.")]
+Resolution = Annotated[
+    int | None, typer.Option(help="Pixels along the longer side of lscm's raster; by default 16 a spacing.")
+]
+SeedPoint = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
+]
+Label = Annotated[int | None, typer.Option(help="Which label of a label volume (.nii, .nii.gz, .nrrd).")]
+At = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(help="Cut the part out of the file: the piece about the point X Y Z (mm) ..."),
+]
+Radius = Annotated[float | None, typer.Option(help="... up to this far along the surface in mm ...")]
+Cone = Annotated[float | None, typer.Option(help="... and where its normal turns at most this far, in degrees.")]
+PatchBox = Annotated[
+    tuple[float, float, float, float, float, float] | None,
+    typer.Option("--box", help="Cut the part out of the file by a box: lowest and highest X Y Z in mm."),
+]
+Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
+CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
+Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
+MaxTilt = Annotated[float, typer.Option(help="How far the nozzle may lean from the surface normal, in degrees.")]
+Slow = Annotated[
+    str, typer.Option(help="Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.")
+]
+Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
+NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
+Samples = Annotated[
+    bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
+]
+Figures = Annotated[bool, typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.")]
+FillHoles = Annotated[
+    float | None, typer.Option(help="Close holes whose border is up to this long in mm; by default missing triangles.")
+]
+MaxMemory = Annotated[float | None, typer.Option(help="Stop with status 6 beyond this much memory in GB.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
+
+
+def backend_names(text: str) -> list[str]:
+    """Return the names in a comma-separated list; `all` stands for every backend."""
+    from geoprint.backends import BACKENDS
+
+    return list(BACKENDS) if text.strip() == "all" else [name.strip() for name in text.split(",")]
+
+
+def rounds_of(rounds: int | None, step: str | None) -> int | None:
+    """Turn the paper's step of the normalised distance into rounds."""
+    if step is None:
+        return rounds
+    if rounds is not None:
+        raise UsageError("give either `--rounds` or `--step`, not both: rounds are 1 / step.")
+    top, _, bottom = step.partition("/")
+    try:
+        value = float(top) / float(bottom or 1)
+        count = round(1.0 / value)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        count, value = 0, 0.0
+    if count < 1 or abs(count * value - 1.0) > 1e-6:
+        raise UsageError(f"`--step {step}` does not divide the distance into whole rounds; write 0.05 or 1/20.")
+    return count

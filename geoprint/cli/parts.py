@@ -1,0 +1,102 @@
+"""Commands about files: inspect a part, cut a patch from it, check a bundle."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geoprint.cli.options import (
+    AsJson,
+    At,
+    Cone,
+    FillHoles,
+    Label,
+    MaxMemory,
+    Overwrite,
+    Part,
+    PatchBox,
+    Radius,
+    Unit,
+)
+from geoprint.cli.terminal import limit_memory, say
+from geoprint.errors import ExportError, UsageError, VerificationError
+
+
+def inspect(
+    surface: Part,
+    *,
+    unit: Unit = None,
+    fill_holes: FillHoles = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
+    max_memory: MaxMemory = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it."""
+    from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
+
+    limit_memory(max_memory)
+    seen = inspect_file(surface, unit=unit, longest_hole=fill_holes)
+    if picture is not None:
+        from geoprint.report import inspection_figure
+
+        try:
+            picture.write_bytes(inspection_figure(seen.found, title=seen.name))
+        except OSError as error:
+            raise ExportError(f"`{picture}` cannot be written ({error}); choose another place.") from error
+    if as_json:
+        typer.echo(json.dumps(inspection_summary(seen), indent=2))
+    say(inspection_text(seen))
+
+
+def patch(
+    body: Part,
+    *,
+    out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
+    unit: Unit = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Cut a patch out of a body, through its triangles, so that its rim is smooth."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import patch_of, patch_summary, patch_text
+    from geoprint.surfaces import load_file, save_ply
+
+    if out.exists() and not overwrite:
+        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
+    if out.suffix.lower() != ".ply":
+        raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
+    job = job_of(surface=body, unit=unit, label=label, at=at, radius=radius, cone_deg=cone, box=box)
+    cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
+    if cut is None:
+        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
+    save_ply(cut.surface, out)
+    if as_json:
+        typer.echo(json.dumps(patch_summary(cut), indent=2))
+    say(f"{patch_text(cut)}\nwritten: {out} (in mm)")
+
+
+def check(
+    bundle: Annotated[Path, typer.Argument(help="Folder that `geoprint plan` wrote.", show_default=False)],
+    *,
+    as_json: AsJson = False,
+) -> None:
+    """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
+    from geoprint.pipeline import check_bundle, check_summary, run_sheet
+
+    checked = check_bundle(bundle)
+    if as_json:
+        typer.echo(json.dumps(check_summary(checked), indent=2))
+    say(run_sheet(checked))
+    if checked.findings:
+        raise VerificationError(
+            f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
+            "program; write it again with `geoprint plan`."
+        )

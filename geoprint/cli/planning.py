@@ -1,0 +1,205 @@
+"""Commands that plan: plan, compare, place, recommend."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geoprint.cli.options import (
+    AsJson,
+    At,
+    Body,
+    CellPath,
+    Cone,
+    Figures,
+    FillHoles,
+    Flip,
+    Label,
+    MaxMemory,
+    MaxTilt,
+    NoRobot,
+    Out,
+    Overwrite,
+    Part,
+    Parts,
+    PatchBox,
+    Place,
+    Radius,
+    Resolution,
+    Rounds,
+    Samples,
+    SeedPoint,
+    Slow,
+    Spacing,
+    Step,
+    Unit,
+    backend_names,
+    rounds_of,
+)
+from geoprint.cli.terminal import limit_memory, say, watch
+
+
+def plan(
+    surface: Part,
+    *,
+    out: Out,
+    unit: Unit = None,
+    backend: Annotated[str, typer.Option(help="Planning backend.")] = "heat",
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    resolution: Resolution = None,
+    seed: SeedPoint = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
+    body: Body = None,
+    cell: CellPath = None,
+    place: Place = None,
+    max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
+    flip: Flip = False,
+    no_robot: NoRobot = False,
+    fill_holes: FillHoles = None,
+    max_memory: MaxMemory = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Plan one part with one backend and write the program, the tables and plan.json."""
+    from geoprint.config import job_of
+    from geoprint.export import check_writable
+    from geoprint.pipeline import outcome_text, save_plan, summary
+    from geoprint.pipeline import plan as run
+
+    job = job_of(
+        surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
+        rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        fill_holes=fill_holes,
+        label=label, at=at, radius=radius, cone_deg=cone, box=box,
+        max_tilt=max_tilt, on_slowdown=on_slowdown,
+    )  # fmt: skip
+    limit_memory(max_memory)
+    check_writable(out, overwrite=overwrite)
+    with watch() as observe:
+        planned = run(job, observe=observe)
+        observe("writing")
+        save_plan(planned, out, overwrite=overwrite)
+    if as_json:
+        typer.echo(json.dumps(summary(planned), indent=2))
+    say(f"{outcome_text(planned)}\nwritten and verified: {out}")
+
+
+def compare(
+    surfaces: Parts,
+    *,
+    out: Out,
+    unit: Unit = None,
+    backends: Annotated[str, typer.Option(help="Backends to compare, with commas between them, or all.")] = "lscm,heat",
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    resolution: Resolution = None,
+    seed: SeedPoint = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
+    body: Body = None,
+    cell: CellPath = None,
+    place: Place = None,
+    max_tilt: MaxTilt = 15.0,
+    on_slowdown: Slow = "lower",
+    flip: Flip = False,
+    no_robot: NoRobot = False,
+    fill_holes: FillHoles = None,
+    max_memory: MaxMemory = None,
+    samples: Samples = False,
+    figures: Figures = False,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
+    from geoprint.config import job_of
+    from geoprint.export import check_writable
+    from geoprint.pipeline import compare_parts, comparison_summary, comparison_table, save_comparisons
+
+    jobs = [
+        job_of(
+            surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
+            rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+            max_tilt=max_tilt, on_slowdown=on_slowdown, fill_holes=fill_holes,
+        label=label, at=at, radius=radius, cone_deg=cone, box=box,
+        )
+        for surface in surfaces
+    ]  # fmt: skip
+    limit_memory(max_memory)
+    check_writable(out, overwrite=overwrite)
+    with watch() as observe:
+        compared = compare_parts(jobs, backends=backend_names(backends), observe=observe)
+        observe("writing")
+        save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
+    if as_json:
+        typer.echo(json.dumps(comparison_summary(compared), indent=2))
+    say(f"{comparison_table(compared)}\nwritten and verified: {out}")
+
+
+def place(
+    surface: Part,
+    *,
+    unit: Unit = None,
+    backend: Annotated[str, typer.Option(help="Planning backend.")] = "heat",
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    seed: SeedPoint = None,
+    body: Body = None,
+    cell: CellPath = None,
+    flip: Flip = False,
+    height: Annotated[float | None, typer.Option(help="Height of the part's centroid in mm; any if not given.")] = None,
+    tilt: Annotated[float, typer.Option(help="How far from upright the part may be tilted, in degrees.")] = 0.0,
+    as_json: AsJson = False,
+) -> None:
+    """Look for the place at which the arm prints a part farthest from its limits; writes nothing."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import proposal_summary, proposal_text, propose_placement
+
+    job = job_of(
+        surface=surface, unit=unit, flip=flip, backend=backend, spacing=spacing, rounds=rounds, seed=seed, body=body,
+        cell=cell, place="demo",
+    )  # fmt: skip
+    with watch() as observe:
+        proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)
+    if as_json:
+        typer.echo(json.dumps(proposal_summary(proposal), indent=2))
+    say(proposal_text(proposal))
+
+
+def recommend(
+    surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
+    *,
+    pressure: Annotated[float, typer.Option(help="Air pressure in kPa.", show_default=False)],
+    unit: Unit = None,
+    spacing: Spacing = None,
+    rounds: Rounds = None,
+    step: Step = None,
+    cell: CellPath = None,
+    good: Annotated[
+        tuple[float, int] | None,
+        typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:  # fmt: skip
+    """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
+    from geoprint.config import job_of
+    from geoprint.pipeline import recommendation
+
+    job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=rounds_of(rounds, step), cell=cell)
+    found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    if as_json:
+        typer.echo(json.dumps(found, indent=2))
+    say(text)

@@ -1,0 +1,98 @@
+"""What to plan, as the command line or a program asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+
+from geoprint.config.strict import Table, Triple, describe
+from geoprint.errors import UsageError
+from geoprint.model import OnSlowdown
+
+
+class Job(Table):
+    """What to plan, as the command line or a program asks for it.
+
+    Attributes:
+        surface: mesh file of the part.
+        unit: length unit of the file, None where the file carries it.
+        flip: whether the file's winding is turned, so that the other side is printed.
+        backend: name of the planning backend.
+        resolution: pixels along the longer side of the raster of a backend that has one.
+        spacing: distance between neighbouring paths [mm]; or
+        rounds: number of levels between the seed and the farthest point.
+        seed: point [mm] from which distance is measured, instead of the border.
+        body: mesh file of what the part lies on, in the same coordinates and unit.
+        cell: cell file; a packaged one if not given.
+        place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
+        robot: whether the robot's chain is planned too.
+        label: of a label volume, which one is the part or its body.
+        at: point [mm] on or near a body that the part is cut from; with it
+        radius: greatest distance from the point along the surface [mm]; and
+        cone_deg: greatest angle between the surface's normal and that at the point [degrees].
+        box: lowest x, y, z and highest x, y, z [mm] that the part is cut out by.
+        max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
+        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
+        fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
+    """
+
+    surface: Path
+    unit: Literal["mm", "cm", "m", "um", "in"] | None = None
+    flip: bool = False
+    backend: str = "heat"
+    resolution: PositiveInt | None = None
+    spacing: PositiveFloat | None = None
+    rounds: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    seed: Triple | None = None
+    body: Path | None = None
+    cell: Path | None = None
+    place: Literal["demo"] | None = None
+    robot: bool = True
+    label: PositiveInt | None = None
+    at: Triple | None = None
+    radius: PositiveFloat | None = None
+    cone_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
+    box: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
+    max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
+    on_slowdown: OnSlowdown = "lower"
+    fill_holes: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _one_of_spacing_and_rounds(self) -> Self:
+        if self.spacing is not None and self.rounds is not None:
+            raise ValueError("give either spacing or rounds, not both: each follows from the other")
+        return self
+
+    @model_validator(mode="after")
+    def _patch_is_bounded(self) -> Self:
+        if self.at is None and (self.radius is not None or self.cone_deg is not None):
+            raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
+        if self.at is not None and self.radius is None and self.cone_deg is None and self.box is None:
+            raise ValueError("the point `at` needs a bound of the patch: give a radius, a cone or a box")
+        if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
+            raise ValueError("a box is its lowest x y z and then its highest x y z")
+        return self
+
+
+def job_of(**values: object) -> Job:
+    """Return the job with the given values.
+
+    Args:
+        **values: attributes of `Job`; files as text or paths, the seed as any sequence of three numbers.
+
+    Raises:
+        UsageError: a value is unknown, missing or meaningless; the sentence names it.
+    """
+    given = dict(values)
+    for name, value in values.items():
+        if name in {"surface", "body", "cell"} and isinstance(value, str):
+            given[name] = Path(value)
+        if name in {"seed", "at", "box"} and isinstance(value, Sequence):
+            given[name] = [*value]
+    try:
+        return Job.model_validate(given)
+    except ValidationError as error:
+        raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error

@@ -1,0 +1,27 @@
+"""What every table that a person writes has in common: unknown keys, wrong types, NaN and infinity are refused."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+# Three numbers: a place, or three angles.
+Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+class Table(BaseModel):
+    """A table whose keys are all known and whose numbers are all finite."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def describe(error: ValidationError) -> str:
+    """Say in one phrase what the first wrong key of a table is, and how many more there are."""
+    problems = error.errors()
+    first = problems[0]
+    where = ".".join(str(part) for part in first["loc"]) or "the table"
+    message = first["msg"].removeprefix("Value error, ")
+    found = "" if first["type"] in {"missing", "value_error"} else f", found {first['input']!r}"
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    return f"{where}: {message[0].lower()}{message[1:]}{found}{more}"

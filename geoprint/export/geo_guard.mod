@@ -1,0 +1,134 @@
+MODULE GeoGuard
+  ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
+  ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
+  ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
+@demo|  ! PLACEMENT NOT CALIBRATED: nothing here switches an output on, whatever geoDryRun is.
+  VAR num geoOn:=0;
+  VAR bool geoStopped:=FALSE;
+  PROC GeoSafe()
+    SetDO <VALVE>,0;
+    SetDO <LAMP>,0;
+@analog|    SetAO <FLOW>,0;
+  ENDPROC
+  PROC GeoStopped()
+    IF <VALVE>=1 geoStopped:=TRUE;
+    GeoSafe;
+  ENDPROC
+  PROC GeoRefuse(string why)
+    geoOn:=0;
+    GeoSafe;
+    TPWrite "geoprint stops here:";
+    TPWrite why;
+    EXIT;
+  ENDPROC
+  PROC GeoBegin()
+    GeoSafe;
+    geoOn:=0;
+    geoStopped:=FALSE;
+    TPErase;
+    IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
+    ConfJ\On;
+    ConfL\On;
+    SingArea\Off;
+    PDispOff;
+    EOffsOff;
+    VelSet geoSpeedPct,250;
+    GeoAskFrame;
+    GeoAskHome;
+@prime|    GeoPrime;
+@demo|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|    IF geoDryRun OR geoFirstRun>1 THEN
+@calibrated|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|    ELSE
+@calibrated|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|    ENDIF
+  ERROR
+    GeoSafe;
+    RAISE;
+  ENDPROC
+  PROC GeoAskFrame()
+    VAR pose shift;
+    VAR pos axis;
+    VAR num turn;
+    shift:=PoseMult(PoseInv(geoFrame),PoseMult(wGeoPart.uframe,wGeoPart.oframe));
+    axis:=[shift.rot.q2,shift.rot.q3,shift.rot.q4];
+    turn:=2*ATan2(VectMagn(axis),Abs(shift.rot.q1));
+    IF VectMagn(shift.trans)>1 OR turn>0.5 GeoRefuse "the work object is not the planned one: replan.";
+  ENDPROC
+  PROC GeoAskHome()
+    VAR jointtarget jNow;
+    VAR bool far:=FALSE;
+    VAR num answer;
+    jNow:=CJointT();
+    IF Abs(jNow.robax.rax_1-jGeoHome.robax.rax_1)>5 far:=TRUE;
+    IF Abs(jNow.robax.rax_2-jGeoHome.robax.rax_2)>5 far:=TRUE;
+    IF Abs(jNow.robax.rax_3-jGeoHome.robax.rax_3)>5 far:=TRUE;
+    IF Abs(jNow.robax.rax_4-jGeoHome.robax.rax_4)>5 far:=TRUE;
+    IF Abs(jNow.robax.rax_5-jGeoHome.robax.rax_5)>5 far:=TRUE;
+    IF Abs(jNow.robax.rax_6-jGeoHome.robax.rax_6)>5 far:=TRUE;
+    IF far THEN
+      TPWrite "The arm is farther than 5 degrees from home.";
+      TPWrite "Nobody has checked the way there: look before you answer.";
+      TPReadFK answer,"Move home slowly?","Move","","","","Stop";
+      IF answer<>1 GeoRefuse "jog the arm home, then start from main.";
+    ENDIF
+    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+  ERROR
+    GeoSafe;
+    RAISE;
+  ENDPROC
+  PROC GeoAskStopped(num run)
+    IF geoStopped THEN
+      TPWrite "Material was stopped in run "\Num:=run;
+      GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
+    ENDIF
+  ENDPROC
+  PROC GeoEnter(num run)
+    SetDO <VALVE>,0;
+    GeoAskStopped run-1;
+@demo|    geoOn:=0;
+@demo|    ConfL\Off;
+@demo|    PDispSet geoLift;
+@calibrated|    IF geoDryRun OR run<geoFirstRun THEN
+@calibrated|      geoOn:=0;
+@calibrated|      ConfL\Off;
+@calibrated|      PDispSet geoLift;
+@calibrated|    ELSE
+@calibrated+io|      IF geoSpeedPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
+@calibrated+io|        GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
+@calibrated+io|      ENDIF
+@calibrated|      PDispOff;
+@calibrated|      ConfL\On;
+@calibrated|      geoOn:=1;
+@calibrated|    ENDIF
+  ENDPROC
+  PROC GeoEnd(num run)
+    GeoSafe;
+    GeoAskStopped run;
+    geoOn:=0;
+    PDispOff;
+    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack,fine,tGeoNozzle;
+  ERROR
+    GeoSafe;
+    RAISE;
+  ENDPROC
+@prime|  PROC GeoPrime()
+@prime|    MoveAbsJ jGeoPrime\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@prime+calibrated|    IF NOT geoDryRun THEN
+@prime+calibrated+analog|      SetAO <FLOW>,nGeoPrimeFlow;
+@prime+calibrated|      SetDO <VALVE>,1;
+@prime+calibrated|      WaitTime nGeoPrime;
+@prime+calibrated|      GeoSafe;
+@prime+calibrated|    ENDIF
+@prime|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@prime|  ERROR
+@prime|    GeoSafe;
+@prime|    RAISE;
+@prime|  ENDPROC
+@loading|  PROC GeoForget(string file)
+@loading|    UnLoad diskhome\File:=file;
+@loading|  ERROR
+@loading|    IF ERRNO=ERR_UNLOAD TRYNEXT;
+@loading|    RAISE;
+@loading|  ENDPROC
+ENDMODULE

@@ -1,0 +1,164 @@
+"""What a program has to carry out: its targets with their times, and the places where outputs switch.
+
+Orders are made of a plan once, before any text is written; the writer turns them into RAPID, and whoever reads RAPID
+back compares it with them. They exist only where the targets serve the whole stream.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Placement, PoseStream, Targets, Trajectory
+from geoprint.model.arrays import freeze_arrays
+
+# Below this a controller knows no speed [mm/s].
+SMALLEST_SPEED = 0.01
+# Times are those of targets.csv, so that whoever reads it finds the same places of switching [s].
+TIME_DECIMALS = 6
+# uframe and oframe must be the placement that the joint path was computed for.
+_SAME_PLACEMENT = 1e-6
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Orders:
+    """The targets of a program.
+
+    Attributes:
+        poses: (t,) row of the pose stream (and of poses.csv) that each target is.
+        tips: (t, 3) tip of the nozzle in the work frame [mm].
+        quaternions: (t, 4) attitude of the tool, w x y z.
+        configuration: (t, 4) cf1, cf4, cf6, cfx.
+        zones: (t,) radius in which the controller may round the target [mm]; 0 stops there.
+        speeds: (t,) of the tip on the way to the target [mm/s].
+        runs: (t,) run of each target.
+        laid: (t,) whether material is laid from the target to the next one; not from the last.
+        flow: (t,) volume to lay per length on the way from the target to the next [mm3/mm], 0 where none is laid.
+        times: (t,) when each is passed; home is left at 0 [s].
+        start: (6,) joints at the first target [rad].
+        aloft: (6,) joints at the first target of the dry run, which is driven higher [rad].
+        duration: from home to home [s].
+    """
+
+    poses: IntArray
+    tips: FloatArray
+    quaternions: FloatArray
+    configuration: IntArray
+    zones: FloatArray
+    speeds: FloatArray
+    runs: IntArray
+    laid: BoolArray
+    flow: FloatArray
+    times: FloatArray
+    start: FloatArray
+    aloft: FloatArray
+    duration: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, poses="int: t", tips="float: t 3", quaternions="float: t 4", configuration="int: t 4",
+            zones="float: t", speeds="float: t", runs="int: t", laid="bool: t", flow="float: t", times="float: t",
+            start="float: 6", aloft="float: 6",
+        )  # fmt: skip
+
+    @property
+    def count(self) -> int:
+        """Number of targets t."""
+        return int(self.poses.size)
+
+    @property
+    def deposits(self) -> tuple[tuple[int, int], ...]:
+        """First and last target of each stretch on which material is laid, in order."""
+        edges = np.diff(self.laid.astype(np.int8), prepend=0)
+        starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+        return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
+
+    @property
+    def there(self) -> float:
+        """Time from home to the first target [s]."""
+        return float(self.times[0])
+
+    @property
+    def back(self) -> float:
+        """Time from the last target to home [s]."""
+        return self.duration - float(self.times[-1])
+
+
+def orders_of(
+    joint_path: JointPath, targets: Targets, trajectory: Trajectory, *, placement: Placement, aloft: FloatArray
+) -> Orders:
+    """Return the orders of a plan.
+
+    Args:
+        joint_path: poses, joint angles and configurations.
+        targets: which poses are written, how fast, how rounded.
+        trajectory: when each pose is passed.
+        placement: where the part stands; the joint path must have been computed for it.
+        aloft: (6,) joints at the first target of the dry run [rad].
+
+    Raises:
+        InputError: the targets do not serve the whole stream or do not stop where the signals switch, or the
+            placement is another one.
+    """
+    difference = float(np.abs(joint_path.T_base_work - placement.T_base_work).max())
+    if difference > _SAME_PLACEMENT:
+        raise InputError(
+            f"the joint path was computed for another placement of the part (frames differ by {difference:.3g}); "
+            "compute it again for this one.",
+            difference=difference,
+        )
+    poses, chosen = joint_path.poses, targets.poses
+    _check_targets(poses, targets)
+    laid = np.append(poses.laid, np.False_)[chosen]
+    return Orders(
+        poses=chosen,
+        tips=poses.tips[chosen],
+        quaternions=poses.quaternions[chosen],
+        configuration=joint_path.configuration[chosen],
+        zones=targets.zones,
+        speeds=targets.speeds,
+        runs=poses.runs[chosen],
+        laid=laid,
+        flow=np.where(laid, _mean_flow(poses, chosen), 0.0),
+        times=np.round(trajectory.pose_times[chosen], TIME_DECIMALS),
+        start=joint_path.joints[0],
+        aloft=aloft,
+        duration=trajectory.duration,
+    )
+
+
+def _mean_flow(poses: PoseStream, chosen: IntArray) -> FloatArray:
+    """Return (t,) the volume from each target to the next over the length of the way between them."""
+    steps = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    volume = np.append(0.0, np.cumsum(steps * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
+    length = np.append(0.0, np.cumsum(steps))[chosen]
+    ways = np.diff(length)
+    return np.append(np.where(ways > 0.0, np.diff(volume) / np.where(ways > 0.0, ways, 1.0), 0.0), 0.0)
+
+
+def _check_targets(poses: PoseStream, targets: Targets) -> None:
+    chosen = targets.poses
+    if not chosen.size or chosen[0] != 0 or chosen[-1] != poses.count - 1 or (np.diff(chosen) <= 0).any():
+        raise InputError(
+            f"targets must rise from pose 0 to pose {poses.count - 1}, the first and the last of the stream; "
+            "thin the stream again."
+        )
+    if targets.speeds.min() < SMALLEST_SPEED or targets.zones.min() < 0.0:
+        raise InputError(
+            f"targets need speeds of at least {SMALLEST_SPEED} mm/s and zones of at least 0 mm, found "
+            f"{targets.speeds.min():g} mm/s and {targets.zones.min():g} mm; thin the stream again."
+        )
+    after, before = np.append(poses.laid, np.False_), np.insert(poses.laid, 0, np.False_)
+    rests = np.zeros(poses.count, dtype=np.bool_)
+    rests[chosen[targets.zones == 0.0]] = True
+    wrong = np.flatnonzero((poses.deposit & ~after & ~before) | ((after ^ before) & ~rests))
+    if wrong.size:
+        raise InputError(
+            f"pose {wrong[0]} of run {poses.runs[wrong[0]]} begins or ends a deposit, but is no target with zone 0 or "
+            "is the only pose of its deposit; outputs are switched where the tool rests. Thin the stream again.",
+            pose=int(wrong[0]),
+        )

@@ -1,0 +1,135 @@
+"""Where on the path the outputs switch, so that what lags behind them happens where the plan wants it.
+
+The valve is told to open so long before the material has to flow as it takes to open, and to close likewise; the lamp
+leads and trails the material. Each of these moments is turned into a place: the move on which the trajectory is at that
+moment, and the distance of the tip from the end of that move. A place is what `TriggIO` switches at, in step with the
+robot's own motion. Its form by time before the end is not used: a controller cuts such a time to that of braking, which
+is some milliseconds at the speeds of printing; nor is `TriggEquip`, which the maker does not recommend near a stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+
+from geoprint.errors import UsageError
+from geoprint.export.orders import Orders
+from geoprint.model import FloatArray, Signals
+
+Output = Literal["dispenser", "uv_lamp"]
+# Tips (k, 3) in the work frame [mm] at (k,) times of the trajectory [s].
+TipsAt: TypeAlias = Callable[[FloatArray], FloatArray]
+
+# A moment nearer than this to that of a target [s] is that of the target: a tenth of what a controller resolves.
+SAME_MOMENT = 1e-4
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Event:
+    """An output that switches on the way to a target.
+
+    Attributes:
+        target: index of the target that the move leads to.
+        distance: of the tip from the end of the move, or from its start [mm].
+        from_start: whether the distance counts from the start of the move.
+        output: which one.
+        on: whether it is switched on.
+    """
+
+    target: int
+    distance: float
+    from_start: bool
+    output: Output
+    on: bool
+
+
+def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tuple[Event, ...]:
+    """Return where valve and lamp switch, in the order of the path.
+
+    Where the lamp would go off after the next material already wants it on, it stays on.
+
+    Args:
+        orders: targets and their times.
+        signals: the lags.
+        tips_at: the tip's motion as it was timed.
+
+    Raises:
+        UsageError: a lag is longer than the way that is there for it.
+    """
+    moments = _moments(orders, signals)
+    tips = tips_at(np.array([moment for moment, _, _ in moments]))
+    events = [
+        _placed(orders, moment, tip, output=output, on=on)
+        for (moment, output, on), tip in zip(moments, tips, strict=True)
+    ]
+    return tuple(sorted(events, key=lambda event: (event.target, not event.from_start)))
+
+
+def _moments(orders: Orders, signals: Signals) -> list[tuple[float, Output, bool]]:
+    """Return time, output and value of each switching."""
+    spans = [(float(orders.times[first]), float(orders.times[last])) for first, last in orders.deposits]
+    valve = [(start - signals.valve_open, end - signals.valve_close) for start, end in spans]
+    lamp = [(start - signals.uv_lead, end + signals.uv_tail) for start, end in spans]
+    _check_spans(orders, signals, spans=spans, valve=valve, lamp=lamp)
+    joined = lamp[:1]
+    for start, end in lamp[1:]:
+        if start - joined[-1][1] <= SAME_MOMENT:
+            joined[-1] = (joined[-1][0], end)
+        else:
+            joined.append((start, end))
+    outputs: list[tuple[Output, list[tuple[float, float]]]] = [("dispenser", valve), ("uv_lamp", joined)]
+    return [
+        (moment, output, on)
+        for output, pairs in outputs
+        for pair in pairs
+        for moment, on in zip(pair, (True, False), strict=True)
+    ]
+
+
+def _check_spans(
+    orders: Orders,
+    signals: Signals,
+    *,
+    spans: list[tuple[float, float]],
+    valve: list[tuple[float, float]],
+    lamp: list[tuple[float, float]],
+) -> None:
+    for (start, end), (opens, closes) in zip(spans, valve, strict=True):
+        if closes <= opens:
+            raise UsageError(
+                f"signals.valve_close_s is {signals.valve_close:g} s, but a run at {start:.1f} s takes only "
+                f"{end - start:.2f} s: the valve would close before it opens. Leave such short runs out with a wider "
+                "spacing, or print slower."
+            )
+    for (_, end), (opens, _) in pairwise([(0.0, float(orders.times[0])), *valve]):
+        if opens < end - SAME_MOMENT:
+            raise UsageError(
+                f"signals.valve_open_s is {signals.valve_open:g} s, longer than the way to a run at "
+                f"{opens + signals.valve_open:.1f} s takes: the valve would be told to open before it was told to "
+                "close. Raise retract_mm or lower travel_speed_mm_s."
+            )
+    if lamp[0][0] < orders.times[0] - SAME_MOMENT or lamp[-1][1] > orders.times[-1] + SAME_MOMENT:
+        raise UsageError(
+            f"signals.uv_lead_s and uv_tail_s are {signals.uv_lead:g} and {signals.uv_tail:g} s, but the approach to "
+            f"the first run takes {spans[0][0] - orders.times[0]:.2f} s and the last retract "
+            f"{orders.times[-1] - spans[-1][1]:.2f} s: shorten them, or raise retract_mm."
+        )
+
+
+def _placed(orders: Orders, moment: float, tip: FloatArray, *, output: Output, on: bool) -> Event:
+    """Turn a moment into a place on a move; at a target, on the move that leaves it, or for switching off, arrives."""
+    nearest = int(np.argmin(np.abs(orders.times - moment)))
+    if abs(float(orders.times[nearest]) - moment) <= SAME_MOMENT:
+        at_start = on or nearest == 0
+        following = int(np.searchsorted(orders.times, float(orders.times[nearest]) + SAME_MOMENT))
+        target = following if at_start else nearest
+        return Event(target, 0.0, from_start=at_start, output=output, on=on)
+    target = int(np.searchsorted(orders.times, moment))
+    distance = float(np.linalg.norm(orders.tips[target] - tip))
+    length = float(np.linalg.norm(orders.tips[target] - orders.tips[target - 1]))
+    return Event(target, min(distance, length), from_start=False, output=output, on=on)

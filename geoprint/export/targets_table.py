@@ -1,0 +1,66 @@
+"""targets.csv: which poses the program names, when and how it passes them; with poses.csv it gives its orders."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.errors import VerificationError
+from geoprint.export.orders import Orders
+from geoprint.export.tables import PosesTable, read_columns, table_bytes, whole_column
+from geoprint.model import FloatArray
+
+TARGETS_COLUMNS = ("pose", "run", "laid", "t", "zone", "speed", "cf1", "cf4", "cf6", "cfx", "flow")
+_DECIMALS = (0, 0, 0, 6, 6, 6, 0, 0, 0, 0, 9)
+
+
+def targets_table(orders: Orders) -> bytes:
+    """Return the text of targets.csv: one row a target, in the order of the program."""
+    columns = [
+        orders.poses, orders.runs, orders.laid, orders.times, orders.zones, orders.speeds, orders.configuration,
+        orders.flow,
+    ]  # fmt: skip
+    return table_bytes(np.column_stack(columns).astype(np.float64), columns=TARGETS_COLUMNS, decimals=_DECIMALS)
+
+
+def read_orders(
+    path: Path, poses: PosesTable, *, standoff: float, start: FloatArray, aloft: FloatArray, duration: float
+) -> Orders:
+    """Read a targets.csv, and what it says of the poses that it names.
+
+    Args:
+        path: the file.
+        poses: the plan's poses.csv.
+        standoff: height of the tip over the surface on deposit [mm].
+        start: (6,) joints at the first target [rad].
+        aloft: (6,) joints at the first target of the dry run [rad].
+        duration: from home to home [s].
+
+    Raises:
+        VerificationError: columns or numbers are not those of such a table, or it names poses that do not exist.
+    """
+    data = read_columns(path, columns=TARGETS_COLUMNS)
+    whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in (0, 1, 2, 6, 7, 8, 9)]
+    chosen = whole[0]
+    if not chosen.size or chosen.min() < 0 or chosen.max() >= len(poses.runs) or (np.diff(chosen) <= 0).any():
+        raise VerificationError(
+            f"{path}: the poses do not rise from 0 to {len(poses.runs) - 1}, the last row of poses.csv; write the plan "
+            "again."
+        )
+    lifted = np.where(poses.deposit, standoff, 0.0)[:, None] * poses.normals
+    return Orders(
+        poses=chosen,
+        tips=(poses.points + lifted)[chosen],
+        quaternions=poses.quaternions[chosen],
+        configuration=np.column_stack(whole[3:]),
+        zones=data[:, 4],
+        speeds=data[:, 5],
+        runs=whole[1],
+        laid=whole[2] == 1,
+        flow=data[:, 10],
+        times=data[:, 3],
+        start=start,
+        aloft=aloft,
+        duration=duration,
+    )

@@ -1,0 +1,91 @@
+"""The path of a dry run: the same motion, higher, with a way down to each run for whoever resumes there.
+
+A program that runs dry drives `LIFT` above the part. One that resumes at a later run drives the runs before it dry, and
+comes straight down to the first target of the run that it prints. Both are checked before the program is written.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import ReachError
+from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Targets
+from geoprint.motion.configuration import configuration_data
+from geoprint.motion.kinematics import Arm
+from geoprint.motion.pose_samples import tool_poses
+
+# How much higher a dry run is, along the base's z axis [mm].
+LIFT = 20.0
+# A dry run is checked at steps of this size [mm]: what is that far from everything needs no finer ones.
+ALOFT_STEP = 2.0
+
+
+def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[JointPath, Targets]:
+    """Return a dry run through the targets of a path, with the ways down and up again before each run but the first.
+
+    Args:
+        joint_path: p poses with their joints, and the branch.
+        targets: the poses that are written.
+        arm: with its tool.
+
+    Returns:
+        The path, which lays nothing, and targets that name all its poses and stop at each.
+
+    Raises:
+        ReachError: the branch ends on the way.
+    """
+    poses, chosen = joint_path.poses, targets.poses
+    lift = transforms.inverse(joint_path.T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])
+    rows, raised = _course(poses.runs[chosen])
+    picked = chosen[rows]
+    stream = _stream(poses, picked, tips=poses.tips[picked] + np.where(raised[:, None], lift, 0.0))
+    found = arm.solutions(tool_poses(stream, T_base_work=joint_path.T_base_work))[:, joint_path.branch]
+    missing = np.isnan(found).any(axis=1)
+    if missing.any():
+        row = int(np.argmax(missing))
+        raise ReachError(
+            f"run {stream.runs[row]}: {LIFT:g} mm above the part, where a dry run drives, the tip is out of reach at "
+            f"{stream.tips[row].round(1).tolist()} mm; move the part lower or nearer.",
+            run=int(stream.runs[row]),
+        )
+    joints: FloatArray = np.unwrap(found, axis=0)
+    joints = joints + 2.0 * np.pi * np.rint((joint_path.joints[0] - joints[0]) / (2.0 * np.pi))
+    path = JointPath(
+        poses=stream,
+        joints=joints,
+        configuration=configuration_data(joints, arm=arm),
+        branch=joint_path.branch,
+        rotations=joint_path.rotations[picked],
+        leans=joint_path.leans[picked],
+        T_base_work=joint_path.T_base_work,
+    )
+    every = np.arange(picked.size)
+    return path, Targets(poses=every, zones=np.zeros(every.size), speeds=targets.speeds[rows])
+
+
+def _course(runs: IntArray) -> tuple[IntArray, BoolArray]:
+    """Return the targets in the order of the dry run, and which of them are raised: all but the ends of ways down."""
+    firsts = np.flatnonzero(np.diff(runs) != 0) + 1
+    last = firsts - 1
+    rows = np.insert(np.arange(runs.size), np.repeat(firsts, 2), np.column_stack([firsts, last]).ravel())
+    raised = np.ones(rows.size, dtype=np.bool_)
+    raised[firsts + 2 * np.arange(firsts.size)] = False
+    return rows, raised
+
+
+def _stream(poses: PoseStream, rows: IntArray, *, tips: FloatArray) -> PoseStream:
+    nothing = np.zeros(rows.size)
+    return PoseStream(
+        tips=tips,
+        quaternions=transforms.same_sign(poses.quaternions[rows]),
+        normals=poses.normals[rows],
+        runs=np.maximum.accumulate(poses.runs[rows]),
+        levels=np.full(rows.size, -1),
+        layers=poses.layers[rows],
+        deposit=np.zeros(rows.size, dtype=np.bool_),
+        stops=np.ones(rows.size, dtype=np.bool_),
+        arcs=nothing,
+        flow=nothing,
+        standoff=poses.standoff,
+    )

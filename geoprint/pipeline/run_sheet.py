@@ -1,0 +1,134 @@
+"""What whoever stands at the robot should read before pressing start: one page about a bundle that was checked."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.export import Json, Orders, Setup, Timeline
+from geoprint.pipeline.checking import Checked
+from geoprint.pipeline.switching_summary import switching_summary
+
+WIDTH = 100
+_LABEL = 18
+
+
+def check_summary(checked: Checked) -> dict[str, Json]:
+    """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
+    result: dict[str, Json] = {
+        "bundle": checked.folder.name,
+        "agrees": not checked.findings,
+        "findings": [
+            {"file": finding.file, "line": finding.line, "reason": finding.reason} for finding in checked.findings
+        ],
+    }
+    if checked.switching is not None:
+        result["switching"] = switching_summary(checked.switching)
+    if checked.setup is not None and checked.orders is not None:
+        low, high = _extent(checked.setup, checked.orders)
+        result["extent_base_mm"] = [low.round(3).tolist(), high.round(3).tolist()]
+    return result
+
+
+def run_sheet(checked: Checked) -> str:
+    """Return the page; where something was found, only that.
+
+    Args:
+        checked: a bundle.
+    """
+    if checked.findings or checked.setup is None or checked.orders is None or checked.switching is None:
+        return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
+    setup, orders, summary = checked.setup, checked.orders, checked.summary
+    lines = [f"RUN SHEET  {summary['input']['name']}  ({checked.folder.name})", ""]
+    for label, texts in (
+        ("program", _program(setup, orders, modules=summary["program"]["modules"])),
+        ("placement", _placement(setup)),
+        ("extent", _reach(setup, orders, summary["motion"])),
+        ("closest approach", _closest(summary["clearance"])),
+        ("signals", _signals(setup, checked.switching)),
+        ("limits", _limits(setup, summary["motion"])),
+        ("before start", _steps(setup)),
+        ("not checked", ["; ".join(summary["clearance"]["not_checked"]) + "; the real cell."]),
+    ):
+        lines += _entry(label, texts)
+    return "\n".join(lines)
+
+
+def _entry(label: str, texts: Sequence[str]) -> list[str]:
+    wrapped = [line for text in texts for line in textwrap.wrap(text, WIDTH - _LABEL)]
+    return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * len(wrapped)], wrapped, strict=False)]
+
+
+def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[str]:
+    loaded = sum(name.startswith("GeoPath") for name in modules)
+    copies = f"; copy the {loaded} GeoPath modules to the controller's HOME folder" if loaded else ""
+    dry = "" if setup.placement.calibrated else "; RUNS DRY ONLY"
+    return [
+        f"{int(orders.runs[-1]) + 1} runs, {orders.count} targets, {orders.duration:.0f} s at full speed{dry}",
+        f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
+    ]
+
+
+def _placement(setup: Setup) -> list[str]:
+    placement = setup.placement
+    x, y, z = placement.T_base_work[:3, 3]
+    roll, pitch, yaw = Rotation.from_matrix(placement.T_base_work[:3, :3]).as_euler("xyz", degrees=True)
+    where = f"part's origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
+    if not placement.calibrated:
+        return ["NOT CALIBRATED: nobody has measured where the part stands", where]
+    return [f"calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm", where]
+
+
+def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
+    tips = transforms.apply(setup.placement.T_base_work, orders.tips)
+    return tips.min(axis=0), tips.max(axis=0)
+
+
+def _reach(setup: Setup, orders: Orders, motion: dict[str, float]) -> list[str]:
+    low, high = _extent(setup, orders)
+    spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))
+    return [f"tip in base coordinates: {spans} mm; wrist never below {motion['smallest_wrist_angle_deg']:.1f} degrees"]
+
+
+def _closest(clearance: dict[str, Json]) -> list[str]:
+    dry = clearance["dry_run"]
+    texts = [f"{clearance['smallest_mm']:.2f} mm, {clearance['at']}; kept everywhere: {clearance['kept_mm']} mm"]
+    if clearance["arm_smallest_mm"] is not None:
+        texts.append(f"arm: {clearance['arm_smallest_mm']:.1f} mm, {clearance['arm_at']}")
+    if isinstance(dry, dict):
+        texts.append(f"dry run, {dry['lift_mm']:g} mm higher: {dry['smallest_mm']:.2f} mm, {dry['at']}")
+    return texts
+
+
+def _signals(setup: Setup, switching: Timeline) -> list[str]:
+    signals = setup.cell.signals
+    flow = "" if signals.flow is None else f", flow {signals.flow} ({signals.flow_per_mm3_s:g} for 1 mm3/s)"
+    return [
+        f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}; safe values 0",
+        (
+            f"lags: valve {signals.valve_open:g} / {signals.valve_close:g} s, lamp leads {signals.uv_lead:g} s and "
+            f"trails {signals.uv_tail:g} s; material {switching.errors.max(initial=0.0):.3f} mm from each run's ends"
+        ),
+    ]
+
+
+def _limits(setup: Setup, motion: dict[str, float]) -> list[str]:
+    process = setup.cell.process
+    laying = f"tip {process.speed:g} mm/s laying (slowest {motion['slowest_deposit_mm_s']:.1f})"
+    joints = f"joints from and to home at {process.joint_speed_share:.0%} of their speeds"
+    return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
+
+
+def _steps(setup: Setup) -> list[str]:
+    texts = [
+        "1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0",
+        "2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)",
+    ]
+    if setup.placement.calibrated:
+        full = " and geoSpeedPct 100, speed override 100 %" if setup.cell.signals.mode == "io" else ""
+        texts.append(f"3. to print: geoDryRun FALSE{full}; to resume at run k: clean the nozzle, geoFirstRun k, main")
+    return texts

@@ -1,0 +1,90 @@
+"""Joining rim vertices that coincide: what an STL file, a seam or a cut has torn apart is one surface again."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.surfaces.topology import boundary_half_edges, edges, half_edges, used_vertices
+
+# Rim vertices closer than this share of the bounding box's diagonal are one: 0.01 mm for a part of 40 mm, which is
+# what rounding leaves between the corners of STL triangles and far below a bead.
+WELD_SHARE = 2.5e-4
+# But never farther apart than this share of the median edge, so that a fine mesh keeps its own detail.
+WELD_EDGE_SHARE = 0.05
+
+
+def weld_tolerance(vertices: FloatArray, faces: IntArray) -> float:
+    """Return the distance [mm] below which rim vertices are one.
+
+    Args:
+        vertices: (n, 3) positions [mm].
+        faces: (m, 3), at least one.
+    """
+    used = vertices[used_vertices(faces)]
+    sides = vertices[half_edges(faces)]
+    median_edge = float(np.median(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)))
+    diagonal = float(np.linalg.norm(used.max(axis=0) - used.min(axis=0)))
+    return min(WELD_SHARE * diagonal, WELD_EDGE_SHARE * median_edge)
+
+
+def welded(vertices: FloatArray, faces: IntArray) -> IntArray:
+    """Return faces whose coincident rim vertices are one: each is replaced by the smallest index of its group.
+
+    Vertices inside the surface, or at the two ends of an edge, are never joined. The exact round comes first because
+    it turns most corners of an STL file into inner vertices, which the round with a tolerance then leaves alone.
+
+    Args:
+        vertices: (n, 3) positions [mm].
+        faces: (m, 3).
+    """
+    if len(faces) == 0:
+        return faces
+    rim = _rim(faces)
+    if rim.size == 0:
+        return faces
+    exact = _renamed(faces, rim, rim[_first_equal(vertices[rim])], count=len(vertices))
+    rim = _rim(exact)
+    if rim.size == 0:
+        return exact
+    near = rim[KDTree(vertices[rim]).query_pairs(weld_tolerance(vertices, exact), output_type="ndarray")]
+    if near.size == 0:
+        return exact
+    near = near[~_are_edges(near, exact, count=len(vertices))]
+    shape = (len(vertices), len(vertices))
+    graph = coo_array((np.ones(len(near), dtype=np.int8), (near[:, 0], near[:, 1])), shape=shape)
+    labels = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    _, first = np.unique(labels, return_index=True)
+    return first[labels][exact]
+
+
+def _first_equal(points: FloatArray) -> IntArray:
+    """Return for each of (k, 3) points the first one that is equal to it."""
+    x, y, z = points.T
+    order = np.lexsort((z, y, x))
+    ordered = points[order]
+    starts = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
+    # The sort is stable: the first of a run of equal points is the one with the smallest index.
+    result = np.empty(len(points), dtype=np.int64)
+    result[order] = order[np.flatnonzero(starts)][np.cumsum(starts) - 1]
+    return result
+
+
+def _rim(faces: IntArray) -> IntArray:
+    """Return the vertices on edges that have one face, ascending."""
+    return used_vertices(half_edges(faces)[boundary_half_edges(faces)])
+
+
+def _renamed(faces: IntArray, old: IntArray, new: IntArray, *, count: int) -> IntArray:
+    names = np.arange(count)
+    names[old] = new
+    return names[faces]
+
+
+def _are_edges(pairs: IntArray, faces: IntArray, *, count: int) -> BoolArray:
+    """Return (k,) whether each of (k, 2) pairs of vertices is an edge."""
+    ordered, known = np.sort(pairs, axis=1), edges(faces)
+    return np.isin(ordered[:, 0] * count + ordered[:, 1], known[:, 0] * count + known[:, 1])

@@ -1,0 +1,65 @@
+"""Which side is printed: the file's, the one that the body tells, or the one that was asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geoprint.model import Surface
+from geoprint.pipeline.outside import printed_side
+from geoprint.surfaces import mean_normal
+from tests import meshes
+
+BODY = replace(meshes.sphere(radius=30.0, subdivisions=4), name="heart")
+CAP = meshes.spherical_cap(radius=30.0, angle=0.6)
+
+
+def inside_out(surface: Surface) -> Surface:
+    return replace(surface, faces=surface.faces[:, ::-1])
+
+
+def test_without_a_body_the_winding_decides_and_the_user_is_told_how_to_turn_it() -> None:
+    part, side = printed_side(CAP, None, flip=False)
+    assert part is CAP
+    assert (side.source, side.turned, side.agreeing) == ("winding", False, None)
+    assert side.sentence == "printed on the side that the file's winding calls outside; `--flip` turns it."
+    assert "leave `--flip` out" in printed_side(CAP, None, flip=True)[1].sentence
+
+
+@pytest.mark.parametrize("body", [BODY, inside_out(BODY)])
+def test_a_closed_body_confirms_the_side_however_it_is_wound(body: Surface) -> None:
+    part, side = printed_side(CAP, body, flip=False)
+    assert part is CAP
+    assert (side.source, side.turned, side.agreeing) == ("body", False, 1.0)
+    assert side.sentence == "printed on the side that faces out of heart (100% of it)."
+
+
+def test_a_part_that_faces_into_the_body_is_turned_and_the_user_is_told() -> None:
+    part, side = printed_side(inside_out(CAP), BODY, flip=False)
+    np.testing.assert_allclose(mean_normal(part), mean_normal(CAP))
+    assert (side.source, side.turned, side.agreeing) == ("body", True, 1.0)
+    assert side.sentence.startswith("turned: as the file is wound, 100% of it faces into heart")
+
+
+def test_who_asks_to_flip_is_obeyed_and_warned() -> None:
+    asked = inside_out(CAP)
+    part, side = printed_side(asked, BODY, flip=True)
+    assert part is asked
+    assert (side.source, side.turned, side.agreeing) == ("flip", True, 0.0)
+    assert side.sentence.endswith("100% of it faces into heart: check the side.")
+
+
+def test_a_body_that_half_agrees_or_is_open_tells_nothing() -> None:
+    upright = meshes.plate((20.0, 20.0), (8, 8))
+    vertices = upright.vertices[:, [0, 2, 1]] - [10.0, 0.0, 10.0]
+    through = Surface(vertices=vertices, faces=upright.faces)
+    side = printed_side(through, BODY, flip=False)[1]
+    assert side.source == "winding"
+    assert "check the side" in side.sentence
+    assert printed_side(CAP, meshes.spherical_cap(radius=30.0), flip=False)[1].agreeing is None
+
+
+def test_a_closed_part_is_printed_outside() -> None:
+    assert printed_side(BODY, None, flip=False)[1].source == "closed"

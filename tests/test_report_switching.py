@@ -1,0 +1,37 @@
+"""The figure of dispenser and lamp."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from geoprint.model import FloatArray
+from geoprint.report import switching_figure
+from geoprint.report.switching_figure import COLOURS
+
+DEPOSITS: FloatArray = np.array([[1.0, 3.0], [4.0, 8.0]])
+LAMP = DEPOSITS + np.array([-0.05, 0.1])
+
+
+def pixels(drawn: bytes, colour: str) -> int:
+    """Count the pixels of a colour."""
+    seen = np.asarray(Image.open(io.BytesIO(drawn)).convert("RGB"))
+    wanted = [int(colour[place : place + 2], 16) for place in (1, 3, 5)]
+    return int((seen == wanted).all(axis=2).sum())
+
+
+def test_the_figure_is_the_same_for_the_same_times() -> None:
+    first, second = (switching_figure(DEPOSITS, DEPOSITS, LAMP, title="a $x$") for _ in range(2))
+    assert first == second
+
+
+def test_each_row_is_as_long_as_its_times() -> None:
+    whole = switching_figure(DEPOSITS, DEPOSITS, LAMP, title="t")
+    half = switching_figure(DEPOSITS, DEPOSITS[1:], LAMP, title="t")
+    # Edges and letters are smoothed, so that some of their pixels have a colour in between.
+    assert pixels(whole, COLOURS[1]) == pytest.approx(pixels(whole, COLOURS[0]), rel=0.02)
+    assert pixels(half, COLOURS[1]) < 0.95 * pixels(whole, COLOURS[1])
+    assert pixels(whole, COLOURS[2]) > 1.01 * pixels(whole, COLOURS[1])
