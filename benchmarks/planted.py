@@ -169,14 +169,16 @@ def near_miss(sweep: Sweep, spot: Spot, kind: str, *, distance: float) -> Surfac
     Returns:
         The obstacle; None where that takes more than MOST_MOVES moves.
     """
-    at, too_near, too_far = distance, -np.inf, np.inf
+    at, too_near, too_far, stride = distance, -np.inf, np.inf, distance
     for _ in range(MOST_MOVES):
         obstacle = spot.obstacle(kind, distance=at)
         missing = distance - sweep.distance(obstacle)
         if abs(missing) <= DISTANCE_TOLERANCE:
             return obstacle
         too_near, too_far = (at, too_far) if missing > 0.0 else (too_near, at)
-        at += missing
+        # Out of what sweeps over wide places in ever longer strides; then in between what is too near and too far.
+        stride *= 2.0
+        at += max(missing, stride) if np.isinf(too_far) else missing
         if not too_near < at < too_far:
             at = (too_near + too_far) / 2.0
     return None
