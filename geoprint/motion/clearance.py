@@ -37,7 +37,7 @@ NOT_CHECKED = (
 # What is not looked at besides, without an arm and without a lamp in the cell; and with an arm.
 WITHOUT_ARM = "arm links"
 WITHOUT_LAMP = "UV lamp"
-WITH_ARM = "arm's link 1 against links 3 to 6, and its other links against those two joints on"
+WITH_ARM = "the arm's link 1 against links 3 to 6, and links two joints apart"
 # A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
 FOOT_ROUNDING = 1e-6
 # Placements besides the first at which the side of closed surfaces is tested.
