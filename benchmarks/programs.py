@@ -8,9 +8,9 @@ was read from the plan in memory, and of what would flow and shine from where it
 from __future__ import annotations
 
 import re
-import shutil
 import tempfile
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -39,26 +39,33 @@ COLUMNS = (
 def programs(folder: Path) -> Iterator[str]:
     """Yield the table of all parts below a folder, and its last row: the largest of each column."""
     yield from table(*COLUMNS)
-    largest, written = np.zeros(len(COLUMNS) - 4), 0
+    written: list[FloatArray] = []
     with tempfile.TemporaryDirectory() as scratch:
         cell = Path(scratch) / "cell.toml"
         cell.write_text(cell_with_lags(), encoding="utf-8")
-        for part in all_parts(folder, Path(scratch)):
-            for backend in BACKENDS:
-                bundle = Path(scratch) / f"{part.stem}-{backend}"
-                job = job_of(surface=part, unit="mm", spacing=SPACING, backend=backend, cell=cell, place="demo")
-                try:
-                    planned = plan(job)
-                    save_plan(planned, bundle)
-                except GeoprintError as error:
-                    yield row(part.stem, backend, f"refused: {str(error).split(';', maxsplit=1)[0]}")
-                    continue
-                assert planned.robot is not None
-                findings, found = len(check_bundle(bundle).findings), deviations(planned, planned.robot)
-                largest, written = np.maximum(largest, found), written + 1
-                yield row(part.stem, backend, str(planned.robot.orders.count), str(findings), *_told(found))
-                shutil.rmtree(bundle)
-    yield row(f"largest of {written}", "", "", "", *_told(largest))
+        for part, backend in product(all_parts(folder, Path(scratch)), BACKENDS):
+            try:
+                told, found = checked(part, backend=backend, cell=cell, bundle=Path(scratch) / "bundle")
+            except GeoprintError as error:
+                yield row(part.stem, backend, f"refused: {str(error).split(';', maxsplit=1)[0]}")
+                continue
+            written.append(found)
+            yield row(part.stem, backend, *told, *_told(found))
+    if written:
+        yield row(f"largest of {len(written)}", "", "", "", *_told(np.max(written, axis=0)))
+
+
+def checked(part: Path, *, backend: str, cell: Path, bundle: Path) -> tuple[list[str], FloatArray]:
+    """Plan a part, write and check its bundle; return numbers of targets and findings, and the deviations.
+
+    Raises:
+        GeoprintError: the part cannot be planned.
+    """
+    planned = plan(job_of(surface=part, unit="mm", spacing=SPACING, backend=backend, cell=cell, place="demo"))
+    save_plan(planned, bundle, overwrite=True)
+    assert planned.robot is not None
+    findings = check_bundle(bundle).findings
+    return [str(planned.robot.orders.count), str(len(findings))], deviations(planned, planned.robot)
 
 
 def cell_with_lags() -> str:
