@@ -110,7 +110,9 @@ def test_a_vacuum_draws_from_each_closing_to_the_next_opening_and_to_the_end_of_
 
 def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
     cell = replace(CELL, signals=replace(CELL.signals, vacuum="doVacuum"))
-    program = rapid_program(ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0)
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0, surface_within=None
+    )
     swapped = tuple(
         (name, text.replace("doVacuum,0", "doSwap,0").replace("doValve,0", "doVacuum,0").replace("doSwap", "doValve"))
         for name, text in program.modules
