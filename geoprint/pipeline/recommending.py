@@ -142,8 +142,8 @@ def _material(cell: Cell, pressure_kpa: float) -> Material:
     if cell.material is None:
         raise UsageError(
             f"the cell {cell.name} names no [material], so nobody knows how much flows at {pressure_kpa:g} kPa: weigh "
-            "a few lines and let `geoprint fit-flow` write the table, or compare with a print that worked by `--good "
-            "KPA ROUNDS`."
+            "a few lines and let `geoprint fit-flow` write the table, or compare with a print that worked: `--good KPA "
+            "ROUNDS`, or [good_print] in the cell."
         )
     return cell.material
 
