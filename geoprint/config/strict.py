@@ -42,8 +42,8 @@ def describe(error: ValidationError) -> str:
     """
     problems = error.errors()
     first = problems[0]
-    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"]) or "the table"
+    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ")
     found = "" if first["type"] in {"missing", "value_error"} else f", found {first['input']!r}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{where}: {message[0].lower()}{message[1:]}{found}{more}"
+    return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"

@@ -174,5 +174,12 @@ def _settings(plan: Plan) -> tuple[tuple[str, str], ...]:
     def text(value: Json) -> str:
         return "none" if value is None else {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
 
-    settings = settings_summary(plan)
-    return tuple((name.replace("_", " "), text(value)) for name, value in settings.items() if name != "backend")
+    settings = {name: value for name, value in settings_summary(plan).items() if name not in {"backend", "patches"}}
+    regions = [region.model_dump(exclude_none=True).items() for region in plan.job.patches]
+    return (
+        *((name.replace("_", " "), text(value)) for name, value in settings.items()),
+        *(
+            (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))
+            for i, each in enumerate(regions, start=1)
+        ),
+    )

@@ -18,16 +18,18 @@ from geoprint.surfaces import (
     PreparationReport,
     boundary_loops,
     closest,
+    edge_lengths,
     face_areas,
     in_words,
-    join,
     prepare,
     refine,
     united,
 )
 
-# Patches may share this much of their rims [mm]: cuts move the surface by less, and no bead is as narrow.
+# Patches may reach over each other's rim by this [mm], which no bead notices, or by this share of an edge: as far as a
+# cut slides vertices beside it.
 OVERLAP_TOLERANCE = 0.1
+OVERLAP_SHARE = 0.1
 # Patches are cut into triangles this many times smaller than they are to find where they overlap.
 TRIANGLES_ACROSS = 30
 
@@ -84,24 +86,30 @@ def patches_of(job: Job, body: Surface) -> tuple[Patch, ...]:
 def _refuse_overlaps(patches: Sequence[Patch]) -> None:
     """Refuse patches of which one lies on another: there material would be laid twice."""
     for (i, one), (j, other) in combinations(enumerate(patches, start=1), 2):
-        for first, second in ((one, other), (other, one)):
-            depth, place = _deepest(first.surface, second.surface)
-            if depth > OVERLAP_TOLERANCE:
+        edge = max(float(edge_lengths(patch.surface).mean()) for patch in (one, other))
+        allowed = max(OVERLAP_TOLERANCE, OVERLAP_SHARE * edge)
+        for first, second, number in ((one, other, j), (other, one, i)):
+            depth, place = _deepest(first.surface, second.surface, near=allowed)
+            if depth > allowed:
                 raise InputError(
-                    f"patches {i} and {j} overlap by {depth:.2g} mm at {in_words(place)}, where material would be laid "
-                    f"twice, allowed are {OVERLAP_TOLERANCE:g} mm; move them apart or make one smaller.",
+                    f"patches {i} and {j} overlap at {in_words(place)}, {depth:.2g} mm inside the rim of patch "
+                    f"{number}, allowed are {allowed:.2g} mm: material would be laid there twice; move them apart or "
+                    "make one smaller.",
                     depth=depth,
                 )
 
 
-def _deepest(surface: Surface, other: Surface) -> tuple[float, FloatArray]:
-    """Return how far inside the rim of another surface points of one lie on it at most [mm], and where; 0 for none."""
+def _deepest(surface: Surface, other: Surface, *, near: float) -> tuple[float, FloatArray]:
+    """Return how far inside the rim of another surface points of one lie on it at most [mm], and where; 0 for none.
+
+    Points on the other surface are those that are no farther from it than `near` [mm].
+    """
     size = float(np.sqrt(face_areas(surface).sum())) / TRIANGLES_ACROSS
     points = refine(surface, edge_length=size).vertices
-    low, high = other.vertices.min(axis=0) - OVERLAP_TOLERANCE, other.vertices.max(axis=0) + OVERLAP_TOLERANCE
+    low, high = other.vertices.min(axis=0) - near, other.vertices.max(axis=0) + near
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     if len(points):
-        points = points[closest(other, points)[1] <= OVERLAP_TOLERANCE]
+        points = points[closest(other, points)[1] <= near]
     if not len(points):
         return 0.0, surface.vertices[0]
     rims = [other.vertices[np.append(loop, loop[0])] for loop in boundary_loops(other)]
@@ -111,9 +119,10 @@ def _deepest(surface: Surface, other: Surface) -> tuple[float, FloatArray]:
 
 
 def _common_body(patches: Sequence[Patch]) -> Surface:
-    """Return what patches were cut from: the same piece of the file, or all the pieces that they lie on."""
-    first, *others = (patch.body for patch in patches)
-    if all(np.array_equal(first.vertices, other.vertices) for other in others):
-        return first
-    # Pieces that several patches lie on come several times.
-    return join(united([first, *others])).surface
+    """Return what patches were cut from: the piece of the file that they lie on, or all such pieces, each once."""
+    kept: list[Surface] = []
+    for body in sorted((patch.body for patch in patches), key=lambda body: -len(body.faces)):
+        corners = body.vertices[body.faces[0]]
+        if not any((one.vertices[:, None] == corners).all(axis=2).any(axis=0).all() for one in kept):
+            kept.append(body)
+    return united(kept)

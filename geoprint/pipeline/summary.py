@@ -131,7 +131,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "seed": plan.job.seed,
         "flip": plan.job.flip,
         "label": plan.job.label,
-        "patches": [region.model_dump() for region in plan.job.patches],
+        "patches": [region.model_dump(exclude_none=True) for region in plan.job.patches],
         "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
