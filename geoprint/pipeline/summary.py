@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
-from geoprint.model import Surface
+from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
@@ -20,6 +20,7 @@ from geoprint.pipeline.planning import Plan, flat_surface
 from geoprint.pipeline.robot_summary import robot_summary, robot_text
 from geoprint.pipeline.rounding import rounded
 from geoprint.pipeline.target_report import targets_warnings
+from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
@@ -144,6 +145,8 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "clearance_mm": process.clearance,
         "retract_mm": process.retract,
         "layer_height_mm": process.layer_height,
+        "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
+        "flood_s": None if plan.workpiece.cell.flood is None else plan.workpiece.cell.flood.duration,
     }
 
 
@@ -238,19 +241,26 @@ def _chart(plan: Plan) -> dict[str, Json]:
     }
 
 
+def _repairs(workpiece: Workpiece) -> list[str]:
+    """Say what preparing changed and what it could not check, patch by patch."""
+    said: list[str] = []
+    for number, preparation in enumerate(workpiece.preparations, start=1):
+        which = f"patch {number}: " if len(workpiece.preparations) > 1 else ""
+        if preparation.changes():
+            said.append(f"{which}the mesh was repaired: {'; '.join(preparation.changes())}.")
+        if not preparation.crossings_checked:
+            said.append(
+                f"{which}not checked: whether the surface passes through itself, because its triangles are so thin."
+            )
+    return said
+
+
 def _warnings(plan: Plan) -> tuple[str, ...]:
     workpiece = plan.workpiece
     hint = unit_hint(workpiece.part, unit=workpiece.unit)
     warnings: list[str] = [hint] if hint else []
     warnings.append(workpiece.side.sentence)
-    for number, preparation in enumerate(workpiece.preparations, start=1):
-        which = f"patch {number}: " if len(workpiece.preparations) > 1 else ""
-        if preparation.changes():
-            warnings.append(f"{which}the mesh was repaired: {'; '.join(preparation.changes())}.")
-        if not preparation.crossings_checked:
-            warnings.append(
-                f"{which}not checked: whether the surface passes through itself, because its triangles are so thin."
-            )
+    warnings += _repairs(workpiece)
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     warnings += targets_warnings(plan)
@@ -261,6 +271,8 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
             f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
             "touch next."
         )
+    if plan.laid is not None and plan.laid.light is not None and plan.laid.light.lacking is not None:
+        warnings.append(plan.laid.light.lacking)
     if plan.toolpath.dropped_runs:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
