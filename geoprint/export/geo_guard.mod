@@ -136,6 +136,7 @@ MODULE GeoGuard
 @flood+calibrated|    IF NOT geoDryRun THEN
 @flood+calibrated|      SetDO <LAMP>,1;
 @flood+calibrated|      WaitTime nGeoFlood;
+@flood+calibrated|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";
 @flood+calibrated|      GeoSafe;
 @flood+calibrated|    ENDIF
 @flood|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
