@@ -70,7 +70,7 @@ def planned_row(path: Path, place: FloatArray, *, radius: float, spacing: float)
         planned = plan(job)
     except GeoprintError as error:
         return row(path.name, words, f"{type(error).__name__}: {error}", "", "", f"{time.perf_counter() - start:.1f}")
-    found = planned.workpiece.preparation
+    found = planned.workpiece.preparations[0]
     cv = "one level" if planned.uniformity is None else f"{planned.uniformity.cv:.2%}"
     share = found.area / (np.pi * radius**2)
     return row(path.name, words, found.topology, f"{share:.3f}", cv, f"{time.perf_counter() - start:.1f}")

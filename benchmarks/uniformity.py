@@ -200,8 +200,8 @@ def _row(title: str, compared: Comparison) -> Row:
 
 def _area_scale(compared: Comparison) -> tuple[float, float] | None:
     for _, outcome in compared.planned:
-        if outcome.plan.flattening is not None:
-            scales = distortion(compared.workpiece.surface, outcome.plan.flattening.chart.flat)
+        if outcome.plan.flattenings:
+            scales = distortion(compared.workpiece.surface, outcome.plan.flattenings[0].chart.flat)
             return scales.scale_percentile(1), scales.scale_percentile(99)
     return None
 

@@ -6,6 +6,8 @@ attributes too, under the names given when the error is raised.
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import ClassVar, final
 
 Detail = float | int | str | tuple[float, ...] | None
@@ -89,3 +91,18 @@ class ExportError(GeoprintError):
     """The result cannot be written where it was asked for."""
 
     exit_status: ClassVar[int] = 7
+
+
+@contextmanager
+def naming(what: str) -> Generator[None]:
+    """Say of what an error inside is: its sentence begins with these words; its class and numbers stay.
+
+    Args:
+        what: for example "patch 2"; empty where there is nothing to tell apart.
+    """
+    try:
+        yield
+    except GeoprintError as error:
+        if not what:
+            raise
+        raise type(error)(f"{what}: {error}", **error.details) from error

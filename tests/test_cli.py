@@ -160,11 +160,12 @@ def test_a_folder_that_cannot_be_written_is_an_error_before_the_work(run: Run, p
     assert "cannot be written" in stderr or "nothing can be written" in stderr
 
 
-def test_init_writes_cells_that_load_and_overwrites_nothing(run: Run, tmp_path: Path) -> None:
-    from geoprint.config import load_cell
+def test_init_writes_cells_and_a_job_that_load_and_overwrites_nothing(run: Run, tmp_path: Path) -> None:
+    from geoprint.config import job_of, load_cell
 
     assert run("init", tmp_path / "cells")[0] == 0
-    for path in (tmp_path / "cells").iterdir():
+    assert job_of(surface=tmp_path / "cells" / "job.toml").spacing == 1.0
+    for path in (tmp_path / "cells").glob("irb*.toml"):
         assert load_cell(path).robot.model == "irb120"
     status, _, stderr = run("init", tmp_path / "cells")
     assert status == 2

@@ -153,7 +153,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ("mass_kg = 0.6", "", r"tool\.mass_kg: .*required"),
         ("cog_mm = [25, 0, 65]", "", r"tool\.cog_mm: .*required"),
         ("inertia_kg_m2 = [0.002, 0.002, 0.0005]", "", r"tool\.inertia_kg_m2: .*required"),
-        ("inertia_kg_m2 = [0.002", "inertia_kg_m2 = [-0.002", r"tool\.inertia_kg_m2\.0: .*greater than 0"),
+        ("inertia_kg_m2 = [0.002", "inertia_kg_m2 = [-0.002", r"tool\.inertia_kg_m2\.1: .*greater than 0"),
         ('model = "irb120"', "", "robot: give either model"),
         ('model = "irb120"', 'model = "irb120"\nurdf = "own.urdf"', "robot: give either model"),
         ("payload_kg = 3", "", "robot: payload_kg and wrist_inertia_kg_m2.*give both"),

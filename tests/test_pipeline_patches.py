@@ -135,8 +135,8 @@ def test_a_patch_is_planned_from_its_body_with_one_command_and_the_body_stays_in
     assert len(planned.workpiece.body.faces) == len(ball().faces)
     assert planned.workpiece.side.source == "body"
     said = json.loads(json.dumps(summary(planned)))
-    assert said["settings"]["patch"]["radius"] == 10.0
-    assert said["surface"]["patch"]["topology"] == "disc"
+    assert said["settings"]["patches"][0]["radius"] == 10.0
+    assert said["patches"][0]["topology"] == "disc"
 
 
 def test_the_command_writes_the_patch_in_mm_and_replaces_nothing_unasked(tmp_path: Path) -> None:

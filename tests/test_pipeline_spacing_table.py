@@ -67,7 +67,7 @@ def test_every_sample_lies_on_the_run_of_poses_csv_that_its_row_names(compared: 
 
 def test_a_run_without_samples_leaves_the_numbers_of_the_others_as_they_are(compared: Comparison) -> None:
     outcome = compared.planned[1][1]
-    measured, poses = outcome.uniformity, outcome.plan.poses
+    measured = outcome.uniformity
 
     def runs(table: bytes) -> list[int]:
         return [int(row.split(",")[0]) for row in table.decode().splitlines()[1:]]
@@ -80,8 +80,8 @@ def test_a_run_without_samples_leaves_the_numbers_of_the_others_as_they_are(comp
         offsets=np.concatenate([measured.offsets[:2], measured.offsets[3:] - (second - first)]),
         **{
             name: getattr(measured, name)[kept]
-            for name in ("places", "levels", "ratios", "bounds", "straight", "widths")
+            for name in ("places", "runs", "levels", "ratios", "bounds", "straight", "widths")
         },
     )
-    whole = runs(spacing_table(measured, poses))
-    assert runs(spacing_table(fewer, poses)) == [whole[i] for i in kept]
+    whole = runs(spacing_table(measured))
+    assert runs(spacing_table(fewer)) == [whole[i] for i in kept]

@@ -12,6 +12,7 @@ from geoprint.backends.fast_marching import FastMarching
 from geoprint.backends.heat import Heat
 from geoprint.backends.interface import Backend, BackendFactory
 from geoprint.backends.lscm import Flattening, Lscm
+from geoprint.backends.piecewise import Piecewise
 
 BACKENDS: Mapping[str, BackendFactory] = MappingProxyType({"heat": Heat, "fast-marching": FastMarching, "lscm": Lscm})
 
@@ -25,6 +26,7 @@ __all__ = [
     "Flattening",
     "Heat",
     "Lscm",
+    "Piecewise",
     "diagnostics",
     "distortion",
     "predicted_spacing",

@@ -19,22 +19,23 @@ from geoprint.errors import ExportError, UsageError
 
 
 def init(
-    folder: Annotated[Path, typer.Argument(help="Where to write the cell files.")] = Path(),
+    folder: Annotated[Path, typer.Argument(help="Where to write the files.")] = Path(),
 ) -> None:
-    """Write the commented cell files that geoprint comes with, to be adapted to your cell."""
-    from geoprint.config import PACKAGED_CELLS, packaged_cell_text
+    """Write the commented cell files that geoprint comes with, to be adapted to your cell, and a commented job."""
+    from geoprint.config import PACKAGED_CELLS, job_file_text, packaged_cell_text
 
-    paths = [folder / f"{name}.toml" for name in PACKAGED_CELLS]
-    for path in paths:
+    texts = {folder / f"{name}.toml": packaged_cell_text(name) for name in PACKAGED_CELLS}
+    texts[folder / "job.toml"] = job_file_text()
+    for path in texts:
         if path.exists():
             raise UsageError(f"{path} exists already; remove it or choose another folder: `geoprint init FOLDER`.")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, path in zip(PACKAGED_CELLS, paths, strict=True):
-            path.write_text(packaged_cell_text(name), encoding="utf-8")
+        for path, text in texts.items():
+            path.write_text(text, encoding="utf-8")
             say(f"wrote {path}")
     except OSError as error:
-        raise ExportError(f"the cell files cannot be written to {folder} ({error}); choose another folder.") from error
+        raise ExportError(f"the files cannot be written to {folder} ({error}); choose another folder.") from error
 
 
 def calibrate(

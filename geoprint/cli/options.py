@@ -13,11 +13,25 @@ Part = Annotated[
     Path,
     typer.Argument(help="Mesh of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP.", show_default=False),
 ]
-Parts = Annotated[
-    list[Path], typer.Argument(help="Meshes of the parts: STL, OBJ, PLY, OFF or 3MF.", show_default=False)
+PartOrJob = Annotated[
+    Path,
+    typer.Argument(
+        help="Mesh of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP; or a job file (.toml), which "
+        "`geoprint init` writes: its keys count where no option is given here.",
+        show_default=False,
+    ),
+]
+PartsOrJobs = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Meshes of the parts: STL, OBJ, PLY, OFF or 3MF; or job files (.toml), whose keys count where no option "
+        "is given here.",
+        show_default=False,
+    ),
 ]
 Out = Annotated[Path, typer.Option(help="Folder for the result.", show_default=False)]
 Unit = Annotated[str | None, typer.Option(help="Length unit of the file: mm, cm, m, um or in.")]
+OneBackend = Annotated[str | None, typer.Option(help="Planning backend.", show_default="heat")]
 Spacing = Annotated[float | None, typer.Option(help="Distance between neighbouring paths in mm.")]
 Rounds = Annotated[int | None, typer.Option(help="Number of rounds from the seed inwards.")]
 Step = Annotated[str | None, typer.Option(help="Step of the normalised distance, 0.05 or 1/20 for 20 rounds.")]
@@ -42,12 +56,25 @@ PatchBox = Annotated[
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
-MaxTilt = Annotated[float, typer.Option(help="How far the nozzle may lean from the surface normal, in degrees.")]
-Slow = Annotated[
-    str, typer.Option(help="Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.")
+MaxTilt = Annotated[
+    float | None,
+    typer.Option(help="How far the nozzle may lean from the surface normal, in degrees.", show_default="15"),
 ]
-Flip = Annotated[bool, typer.Option("--flip", help="Print on the other side of the surface.")]
-NoRobot = Annotated[bool, typer.Option("--no-robot", help="Leave the robot out: paths only.")]
+Slow = Annotated[
+    str | None,
+    typer.Option(
+        help="Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.",
+        show_default="lower",
+    ),
+]
+Flip = Annotated[
+    bool | None,
+    typer.Option("--flip/--no-flip", help="Print on the other side of the surface.", show_default="no-flip"),
+]
+WithRobot = Annotated[
+    bool | None,
+    typer.Option("--robot/--no-robot", help="Plan the robot too, or leave it out: paths only.", show_default="robot"),
+]
 Samples = Annotated[
     bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
 ]

@@ -17,6 +17,7 @@ from geoprint.cli.options import (
     MaxMemory,
     Overwrite,
     Part,
+    PartOrJob,
     PatchBox,
     Radius,
     Unit,
@@ -53,7 +54,7 @@ def inspect(
 
 
 def patch(
-    body: Part,
+    body: PartOrJob,
     *,
     out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
     unit: Unit = None,
@@ -65,23 +66,27 @@ def patch(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Cut a patch out of a body, through its triangles, so that its rim is smooth."""
+    """Cut a patch out of a body, through its triangles, so that its rim is smooth; several of a job are numbered."""
     from geoprint.config import job_of
-    from geoprint.pipeline import patch_of, patch_summary, patch_text
+    from geoprint.pipeline import patch_summary, patch_text, patches_of
     from geoprint.surfaces import load_file, save_ply
 
-    if out.exists() and not overwrite:
-        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
     if out.suffix.lower() != ".ply":
         raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
     job = job_of(surface=body, unit=unit, label=label, patch=region_of(at, radius, cone, box))
-    cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
-    if cut is None:
+    if not job.patches:
         raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
-    save_ply(cut.surface, out)
+    several = len(job.patches) > 1
+    paths = [out.with_stem(f"{out.stem}-{number}") if several else out for number in range(1, len(job.patches) + 1)]
+    for path in paths:
+        if path.exists() and not overwrite:
+            raise UsageError(f"{path} exists; choose another name, or replace it with --overwrite.")
+    cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label).surface)
+    for one, path in zip(cut, paths, strict=True):
+        save_ply(one.surface, path)
+        say(f"{patch_text(one)}\nwritten: {path} (in mm)")
     if as_json:
-        typer.echo(json.dumps(patch_summary(cut), indent=2))
-    say(f"{patch_text(cut)}\nwritten: {out} (in mm)")
+        typer.echo(json.dumps([patch_summary(one) for one in cut] if several else patch_summary(cut[0]), indent=2))
 
 
 def check(

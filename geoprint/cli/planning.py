@@ -20,11 +20,11 @@ from geoprint.cli.options import (
     Label,
     MaxMemory,
     MaxTilt,
-    NoRobot,
+    OneBackend,
     Out,
     Overwrite,
-    Part,
-    Parts,
+    PartOrJob,
+    PartsOrJobs,
     PatchBox,
     Place,
     Radius,
@@ -36,6 +36,7 @@ from geoprint.cli.options import (
     Spacing,
     Step,
     Unit,
+    WithRobot,
     backend_names,
     region_of,
     rounds_of,
@@ -44,11 +45,11 @@ from geoprint.cli.terminal import limit_memory, say, watch
 
 
 def plan(
-    surface: Part,
+    surface: PartOrJob,
     *,
     out: Out,
     unit: Unit = None,
-    backend: Annotated[str, typer.Option(help="Planning backend.")] = "heat",
+    backend: OneBackend = None,
     spacing: Spacing = None,
     rounds: Rounds = None,
     step: Step = None,
@@ -62,10 +63,10 @@ def plan(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
-    max_tilt: MaxTilt = 15.0,
-    on_slowdown: Slow = "lower",
-    flip: Flip = False,
-    no_robot: NoRobot = False,
+    max_tilt: MaxTilt = None,
+    on_slowdown: Slow = None,
+    flip: Flip = None,
+    robot: WithRobot = None,
     fill_holes: FillHoles = None,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
@@ -79,7 +80,7 @@ def plan(
 
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
-        rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+        rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
         fill_holes=fill_holes,
         label=label, patch=region_of(at, radius, cone, box),
         max_tilt=max_tilt, on_slowdown=on_slowdown,
@@ -96,7 +97,7 @@ def plan(
 
 
 def compare(
-    surfaces: Parts,
+    surfaces: PartsOrJobs,
     *,
     out: Out,
     unit: Unit = None,
@@ -114,10 +115,10 @@ def compare(
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
-    max_tilt: MaxTilt = 15.0,
-    on_slowdown: Slow = "lower",
-    flip: Flip = False,
-    no_robot: NoRobot = False,
+    max_tilt: MaxTilt = None,
+    on_slowdown: Slow = None,
+    flip: Flip = None,
+    robot: WithRobot = None,
     fill_holes: FillHoles = None,
     max_memory: MaxMemory = None,
     samples: Samples = False,
@@ -133,7 +134,7 @@ def compare(
     jobs = [
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
-            rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
+            rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
             max_tilt=max_tilt, on_slowdown=on_slowdown, fill_holes=fill_holes,
         label=label, patch=region_of(at, radius, cone, box),
         )
@@ -151,16 +152,16 @@ def compare(
 
 
 def place(
-    surface: Part,
+    surface: PartOrJob,
     *,
     unit: Unit = None,
-    backend: Annotated[str, typer.Option(help="Planning backend.")] = "heat",
+    backend: OneBackend = None,
     spacing: Spacing = None,
     rounds: Rounds = None,
     seed: SeedPoint = None,
     body: Body = None,
     cell: CellPath = None,
-    flip: Flip = False,
+    flip: Flip = None,
     height: Annotated[float | None, typer.Option(help="Height of the part's centroid in mm; any if not given.")] = None,
     tilt: Annotated[float, typer.Option(help="How far from upright the part may be tilted, in degrees.")] = 0.0,
     as_json: AsJson = False,

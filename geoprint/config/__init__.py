@@ -5,6 +5,7 @@ default.
 """
 
 from geoprint.config.cells import PACKAGED_CELLS, load_cell, packaged_cell_text
-from geoprint.config.job import Job, PatchRegion, job_of
+from geoprint.config.job import Job, PatchRegion
+from geoprint.config.job_file import job_file_text, job_of
 
-__all__ = ["PACKAGED_CELLS", "Job", "PatchRegion", "job_of", "load_cell", "packaged_cell_text"]
+__all__ = ["PACKAGED_CELLS", "Job", "PatchRegion", "job_file_text", "job_of", "load_cell", "packaged_cell_text"]

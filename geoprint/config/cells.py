@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from importlib import resources
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from geoprint.config.cell_file import CellFile, FloodTable, LampTable, MaterialTable, SignalsTable, WorkTable
-from geoprint.config.strict import describe
+from geoprint.config.strict import describe, parsed_toml
 from geoprint.errors import InputError, UsageError
 from geoprint.model import (
     PASCAL_PER_KPA,
@@ -53,13 +52,12 @@ def load_cell(path: Path | None) -> Cell:
     name = path.name if path else f"{PACKAGED_CELLS[0]}.toml"
     try:
         text = path.read_text(encoding="utf-8") if path else packaged_cell_text(PACKAGED_CELLS[0])
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
+    table = parsed_toml(text, name=name)
     try:
         folder = path.parent if path else Path()
-        return _cell(CellFile.model_validate(tomllib.loads(text)), name=name, folder=folder)
-    except tomllib.TOMLDecodeError as error:
-        raise UsageError(f"{name} is not valid TOML: {error}; compare with a cell from `geoprint init`.") from error
+        return _cell(CellFile.model_validate(table), name=name, folder=folder)
     except ValidationError as error:
         raise UsageError(f"{name}: {describe(error)}; `geoprint init` writes a cell with every key.") from error
     except (InputError, UsageError) as error:

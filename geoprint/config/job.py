@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
+from pydantic import Field, PositiveFloat, PositiveInt, model_validator
 
-from geoprint.config.strict import Table, Triple, describe
-from geoprint.errors import UsageError
+from geoprint.config.strict import Table, Triple
 from geoprint.model import OnSlowdown
 
 
@@ -56,7 +54,8 @@ class Job(Table):
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
         label: of a label volume, which one is the part or its body.
-        patch: where on the surface the part lies, which is cut from it; the whole surface if not given.
+        patches: where on the surface the part lies, which is cut from it, one or several that are printed one after
+            another; the whole surface if not given.
         max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
         on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
         fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
@@ -75,7 +74,7 @@ class Job(Table):
     place: Literal["demo"] | None = None
     robot: bool = True
     label: PositiveInt | None = None
-    patch: PatchRegion | None = None
+    patches: list[PatchRegion] = Field(default=[])
     max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
     on_slowdown: OnSlowdown = "lower"
     fill_holes: PositiveFloat | None = None
@@ -86,23 +85,10 @@ class Job(Table):
             raise ValueError("give either spacing or rounds, not both: each follows from the other")
         return self
 
-
-def job_of(**values: object) -> Job:
-    """Return the job with the given values.
-
-    Args:
-        **values: attributes of `Job`; files as text or paths, the seed as any sequence of three numbers.
-
-    Raises:
-        UsageError: a value is unknown, missing or meaningless; the sentence names it.
-    """
-    given = dict(values)
-    for name, value in values.items():
-        if name in {"surface", "body", "cell"} and isinstance(value, str):
-            given[name] = Path(value)
-        if name == "seed" and isinstance(value, Sequence):
-            given[name] = [*value]
-    try:
-        return Job.model_validate(given)
-    except ValidationError as error:
-        raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error
+    @model_validator(mode="after")
+    def _no_seed_for_several_patches(self) -> Self:
+        if self.seed is not None and len(self.patches) > 1:
+            raise ValueError(
+                "a seed lies on one patch; several patches are each covered from their border: leave it out"
+            )
+        return self

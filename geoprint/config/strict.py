@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from geoprint.errors import UsageError
 
 # Three numbers: a place, or three angles.
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -16,12 +19,31 @@ class Table(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
 
 
+def parsed_toml(text: str, *, name: str) -> dict[str, object]:
+    """Return the tables and keys of a TOML text.
+
+    Raises:
+        UsageError: it is not TOML; the sentence names the file and the line.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise UsageError(f"{name} is not valid TOML: {error}; compare with a file from `geoprint init`.") from error
+    except RecursionError as error:
+        raise UsageError(
+            f"{name}: its lists are nested too deeply; compare with a file from `geoprint init`."
+        ) from error
+
+
 def describe(error: ValidationError) -> str:
-    """Say in one phrase what the first wrong key of a table is, and how many more there are."""
+    """Say in one phrase what the first wrong key of a table is, and how many more there are.
+
+    Items of a list are counted from 1: the radius of the second patch is `patches.2.radius`.
+    """
     problems = error.errors()
     first = problems[0]
-    where = ".".join(str(part) for part in first["loc"]) or "the table"
+    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ")
     found = "" if first["type"] in {"missing", "value_error"} else f", found {first['input']!r}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{where}: {message[0].lower()}{message[1:]}{found}{more}"
+    return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"

@@ -128,7 +128,7 @@ def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArr
         raise ReachError(
             f"{surface.name} has no demonstration placement: the mean of its unit normals has length {length:.2f}, "
             f"needed is {SHORTEST_MEAN_NORMAL}, because it faces too many ways to say which is up; "
-            f"calibrate the cell with touched points or plan a smaller patch.",
+            f"calibrate the cell with touched points, or plan a smaller patch or patches that face the same way.",
             length=length,
             needed=SHORTEST_MEAN_NORMAL,
         )

@@ -10,7 +10,7 @@ from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, Toolpath
 from geoprint.paths.corners import round_corners
 from geoprint.paths.resample import resample
-from geoprint.surfaces import arc_lengths, positions
+from geoprint.surfaces import arc_lengths, component_labels, positions
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
@@ -25,6 +25,7 @@ class _Run:
     places: FloatArray
     closed: bool
     level: int
+    piece: int
 
 
 def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
@@ -35,6 +36,9 @@ def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
     travel is short; it keeps its direction. An open run starts at its nearer end. Closed runs shorter than one
     spacing would be a blob rather than a bead: they are dropped and counted.
 
+    A surface in several pieces is printed piece by piece, each in the order that it has alone: the first one first,
+    then always the one whose start is nearest to where the tool is.
+
     Args:
         contours: c curves.
         surface: what they were traced on.
@@ -44,15 +48,16 @@ def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
         The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split.
 
     Raises:
-        FieldError: nothing is left to print.
+        FieldError: nothing is left to print of the surface, or of a piece of it.
     """
     runs, dropped = _worth_printing(_runs_of(contours, surface), spacing=contours.spacing)
-    if not runs:
+    if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
+        which = "the part" if not runs else f"patch {min(lost) + 1}"
         raise FieldError(
-            f"at a spacing of {contours.spacing:g} mm every contour of the part is shorter than one spacing: choose a "
+            f"at a spacing of {contours.spacing:g} mm every contour of {which} is shorter than one spacing: choose a "
             "smaller spacing."
         )
-    ordered = _in_order(runs)
+    ordered = _piece_by_piece(runs)
     sampled = [
         resample(
             surface,
@@ -88,6 +93,7 @@ def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
 def _runs_of(contours: Contours, surface: Surface) -> list[_Run]:
     curves = contours.curves
     places = positions(surface, curves.points)
+    pieces = component_labels(surface)[curves.points.faces[curves.offsets[:-1]]]
     slices = [slice(*curves.offsets[i : i + 2]) for i in range(curves.count)]
     return [
         _Run(
@@ -95,8 +101,9 @@ def _runs_of(contours: Contours, surface: Surface) -> list[_Run]:
             places=places[piece],
             closed=bool(closed),
             level=int(level),
+            piece=int(label),
         )
-        for piece, closed, level in zip(slices, curves.closed, contours.levels, strict=True)
+        for piece, closed, level, label in zip(slices, curves.closed, contours.levels, pieces, strict=True)
     ]
 
 
@@ -109,6 +116,16 @@ def _worth_printing(runs: list[_Run], *, spacing: float) -> tuple[list[_Run], li
     long_enough = [_length(run) >= (spacing if run.closed else spacing / 100) for run in runs]
     kept = [run for run, keep in zip(runs, long_enough, strict=True) if keep]
     return kept, [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+
+
+def _piece_by_piece(runs: list[_Run]) -> list[_Run]:
+    """Order the runs of each piece by themselves, and the pieces so that each starts near where the tool is."""
+    waiting = [_in_order([run for run in runs if run.piece == piece]) for piece in sorted({run.piece for run in runs})]
+    ordered = waiting.pop(0)
+    while waiting:
+        away = [float(np.linalg.norm(piece[0].places[0] - ordered[-1].places[-1])) for piece in waiting]
+        ordered += waiting.pop(int(np.argmin(away)))
+    return ordered
 
 
 def _in_order(runs: list[_Run]) -> list[_Run]:
@@ -153,4 +170,4 @@ def _started_near(run: _Run, here: FloatArray) -> _Run:
 
 def _reordered(run: _Run, order: IntArray) -> _Run:
     points = SurfacePoints(run.points.faces[order], run.points.weights[order])
-    return _Run(points, run.places[order], closed=run.closed, level=run.level)
+    return _Run(points, run.places[order], closed=run.closed, level=run.level, piece=run.piece)

@@ -29,13 +29,14 @@ from geoprint.pipeline.comparison_files import (
 from geoprint.pipeline.doctor import examine
 from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
 from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
-from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_of, patch_summary, patch_text
+from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_summary, patch_text
 from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
 from geoprint.pipeline.recommending import recommendation
 from geoprint.pipeline.run_sheet import check_summary, run_sheet
 from geoprint.pipeline.saving import save_plan
+from geoprint.pipeline.several_patches import patches_of
 from geoprint.pipeline.summary import outcome_text, summary
 from geoprint.pipeline.table import comparison_table
 from geoprint.pipeline.verdict import verdict
@@ -81,9 +82,9 @@ __all__ = [
     "inspection_text",
     "material_table",
     "outcome_text",
-    "patch_of",
     "patch_summary",
     "patch_text",
+    "patches_of",
     "plan",
     "proposal_summary",
     "proposal_text",

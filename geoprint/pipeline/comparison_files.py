@@ -61,7 +61,7 @@ def save_comparisons(
             for name, outcome in part.planned:
                 files |= {f"{folder}{name}/{file}": content for file, content in plan_files(outcome.plan).items()}
                 if samples:
-                    files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity, outcome.plan.poses)
+                    files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity)
             if figures:
                 drawn = paper_files(part.workpiece, part.planned)
                 files |= {f"{folder}figures/{file}": content for file, content in drawn.items()}
@@ -99,9 +99,9 @@ def comparison_summary(parts: Sequence[Comparison | FailedPart]) -> dict[str, Js
     - `part`, `input` (name, SHA-256 and unit of its file), `settings`, `surface`: as in plan.json;
     - `verdict`: sentences;
     - `backends`: for each in the order of the command either `backend` and `refused` (why), or `backend`,
-      `spacing_mm`, `uniformity`, `paths` and `deposition` as in plan.json, `printable` (null where it was not asked),
-      `not_printable` (why), `not_reached` (share of the deposited length that the arm cannot reach, for each reason),
-      `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
+      `spacing_mm`, `uniformity`, `paths`, `deposition` and `patches` as in plan.json, `printable` (null where it was
+      not asked), `not_printable` (why), `not_reached` (share of the deposited length that the arm cannot reach, for
+      each reason), `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
     - `path_distances_mm`: `backends` (names), `hausdorff` and `mean`, matrices in their order.
     """
     return {
@@ -144,6 +144,7 @@ def _row(name: str, outcome: Planned | Refused) -> dict[str, Json]:
         "uniformity": uniformity_summary(outcome.uniformity),
         "paths": about["paths"],
         "deposition": about.get("deposition"),
+        "patches": about.get("patches", []),
         "printable": robot is not None if plan.job.robot else None,
         "not_printable": outcome.not_printable,
         "not_reached": {reason: round(share, 6) for reason, share in outcome.lost},

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion import Arm
-from geoprint.pipeline.chart_picture import chart_picture
+from geoprint.pipeline.chart_picture import chart_pictures
 from geoprint.pipeline.comparison import Comparison, Planned
 from geoprint.pipeline.coverage_picture import coverage_panel, coverage_picture
 from geoprint.pipeline.planning import Plan, RobotPlan
@@ -84,10 +84,15 @@ def part_report(comparison: Comparison, *, faces: int) -> PartReport:
 
 def _pictures(name: str, plan: Plan) -> list[Picture]:
     """Return the figures of one backend that are not interactive."""
-    pictures: list[Picture] = []
-    if plan.flattening is not None:
-        chart = chart_picture(plan, plan.flattening)
-        pictures.append(Picture(f"{name}: chart, distance image and level curves", "png", chart))
+    charts = list(chart_pictures(plan).values())
+    pictures = [
+        Picture(
+            f"{name}{f', patch {number}' if len(charts) > 1 else ''}: chart, distance image and level curves",
+            "png",
+            chart,
+        )
+        for number, chart in enumerate(charts, start=1)
+    ]
     if plan.robot is not None:
         found = plan.robot.switching
         title = f"{name}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
@@ -172,5 +177,12 @@ def _settings(plan: Plan) -> tuple[tuple[str, str], ...]:
     def text(value: Json) -> str:
         return "none" if value is None else {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
 
-    settings = settings_summary(plan)
-    return tuple((name.replace("_", " "), text(value)) for name, value in settings.items() if name != "backend")
+    settings = {name: value for name, value in settings_summary(plan).items() if name not in {"backend", "patches"}}
+    regions = [region.model_dump(exclude_none=True).items() for region in plan.job.patches]
+    return (
+        *((name.replace("_", " "), text(value)) for name, value in settings.items()),
+        *(
+            (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))
+            for i, each in enumerate(regions, start=1)
+        ),
+    )

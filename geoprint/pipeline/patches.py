@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from geoprint.backends import FastMarching
-from geoprint.config import Job
+from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError
 from geoprint.export import Json
 from geoprint.model import FloatArray, Surface
@@ -79,22 +79,14 @@ class Patch:
     missed: float | None
 
 
-def patch_of(job: Job, body: Surface) -> Patch | None:
-    """Return the patch that a job cuts from its body, None where the whole body is the part.
-
-    Raises:
-        InputError: as `cut_patch`, and so the other errors.
-    """
-    region = job.patch
-    if region is None:
-        return None
-    choice = PatchChoice(
+def choice_of(region: PatchRegion) -> PatchChoice:
+    """Return a patch's place as a job states it, with angles in rad."""
+    return PatchChoice(
         at=None if region.at is None else np.array(region.at),
         radius=region.radius,
         box=None if region.box is None else np.array(region.box).reshape(2, 3),
         cone=None if region.cone_deg is None else float(np.radians(region.cone_deg)),
     )
-    return cut_patch(body, choice, longest_hole=job.fill_holes)
 
 
 def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None = None) -> Patch:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal, final
 
 import numpy as np
 
-from geoprint.backends import Backend, Flattening, Lscm
+from geoprint.backends import Flattening, Lscm, Piecewise
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, ReachError
 from geoprint.export import (
@@ -62,6 +63,7 @@ from geoprint.pipeline.workpiece import (
     with_rounds,
 )
 from geoprint.quality import Uniformity, uniformity, widths_at_poses
+from geoprint.surfaces import united
 
 
 @final
@@ -108,7 +110,7 @@ class Plan:
         uniformity: how even the paths are, or None where there is but one level.
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
-        flattening: chart and raster of a backend that works in the plane, else None.
+        flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.
     """
 
@@ -120,7 +122,7 @@ class Plan:
     uniformity: Uniformity | None
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
-    flattening: Flattening | None
+    flattenings: tuple[Flattening, ...]
     laid: Laid | None = None
 
 
@@ -143,6 +145,11 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     paths = plan_paths(job, workpiece, stage)
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
+
+
+def flat_surface(plan: Plan) -> Surface:
+    """Return the charts of a plan in the plane as one surface with the faces of the one that was flattened."""
+    return united([flattening.chart.flat for flattening in plan.flattenings])
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
@@ -169,11 +176,11 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         if spacing is None:
             spacing = backend.distance(workpiece.seed).maximum / (job.rounds or 1)
         contours = backend.contours(workpiece.seed, spacing=spacing)
-        flattening = backend.flattening(spacing=spacing) if isinstance(backend, Lscm) else None
+        flattenings = tuple(one.flattening(spacing=spacing) for one in backend.backends if isinstance(one, Lscm))
     with stage("path"):
         toolpath = arrange(contours, surface, speed=workpiece.cell.process.speed)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattening)
+    return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattenings)
 
 
 def pose_stream(
@@ -301,8 +308,7 @@ def _clearance(
     )
 
 
-def _backend(job: Job, surface: Surface) -> Backend:
+def _backend(job: Job, surface: Surface) -> Piecewise:
     require_raster(job, [job.backend])
-    if job.resolution is not None:
-        return Lscm(surface, resolution=job.resolution)
-    return backend_factory(job.backend)(surface)
+    rastered = partial(Lscm, resolution=job.resolution)
+    return Piecewise(surface, backend_factory(job.backend) if job.resolution is None else rastered)

@@ -11,8 +11,9 @@ from geoprint.deposition import Recommendation, recommend, relative_setting
 from geoprint.errors import UsageError
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Cell, Material
+from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.workpiece import largest_distance
-from geoprint.surfaces import face_areas, load, prepare
+from geoprint.surfaces import face_areas, load_file
 
 MILLIGRAMS_PER_GRAM = 1000.0
 
@@ -79,7 +80,7 @@ def _advice(job: Job, cell: Cell, *, part: bool, pressure_kpa: float) -> _Advice
     material, process = _material(cell, pressure_kpa), cell.process
     depth = mass = None
     if part:
-        surface, _ = prepare(load(job.surface, unit=job.unit, flip=job.flip))
+        surface = prepared_part(job, load_file(job.surface, unit=job.unit, label=job.label).surface).surface
         depth = largest_distance(job, surface)
         mass = float(face_areas(surface).sum()) * process.layer_height * material.density / MILLIGRAMS_PER_GRAM
     asked = _asked_spacing(job, cell, depth=depth)

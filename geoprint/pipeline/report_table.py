@@ -8,7 +8,10 @@ import numpy as np
 
 from geoprint.backends import distortion, predicted_spacing
 from geoprint.pipeline.comparison import Planned
+from geoprint.pipeline.patch_figures import evenness, patch_figures
+from geoprint.pipeline.planning import flat_surface
 from geoprint.report import Row
+from geoprint.surfaces import in_words
 
 
 def report_table(planned: Sequence[tuple[str, Planned]]) -> tuple[Row, ...]:
@@ -19,7 +22,8 @@ def report_table(planned: Sequence[tuple[str, Planned]]) -> tuple[Row, ...]:
     """
     outcomes = [outcome for _, outcome in planned]
     rows = [*_evenness(outcomes), *_path(outcomes)]
-    if any(outcome.plan.flattening is not None for outcome in outcomes):
+    rows += _patches(outcomes)
+    if any(outcome.plan.flattenings for outcome in outcomes):
         rows += _chart(outcomes)
     if outcomes[0].plan.job.robot:
         rows += _robot(outcomes)
@@ -63,6 +67,22 @@ def _evenness(outcomes: Sequence[Planned]) -> list[Row]:
     ]  # fmt: skip
 
 
+def _patches(outcomes: Sequence[Planned]) -> list[Row]:
+    """Return a row for each of several patches."""
+    figures = [patch_figures(outcome.plan) for outcome in outcomes]
+    if len(figures[0]) == 1:
+        return []
+    return [
+        Row(
+            f"Patch {number}", "spacing, variation (CV)",
+            f"{same[0].area:.4g} mm2 about {in_words(same[0].place)}; runs "
+            + " / ".join(f"{found.runs[0] + 1} to {found.runs[1] + 1}" for found in same),
+            tuple(evenness(found) for found in same),
+        )
+        for number, same in enumerate(zip(*figures, strict=True), start=1)
+    ]  # fmt: skip
+
+
 def _layer(outcome: Planned) -> str:
     laid = outcome.plan.laid
     cvs = () if laid is None else (laid.constant.cv, laid.following.cv)
@@ -87,16 +107,16 @@ def _path(outcomes: Sequence[Planned]) -> list[Row]:
 def _chart(outcomes: Sequence[Planned]) -> list[Row]:
     def scales(outcome: Planned) -> str:
         plan = outcome.plan
-        if plan.flattening is None:
+        if not plan.flattenings:
             return "-"
-        found = distortion(plan.workpiece.surface, plan.flattening.chart.flat)
+        found = distortion(plan.workpiece.surface, flat_surface(plan))
         return f"{found.scale_percentile(1):.2f} - {found.scale_percentile(99):.2f}"
 
     def predicted(outcome: Planned) -> str:
         plan = outcome.plan
-        if plan.flattening is None:
+        if not plan.flattenings:
             return "-"
-        found = predicted_spacing(plan.workpiece.surface, plan.flattening.chart.flat, plan.contours.curves.points)
+        found = predicted_spacing(plan.workpiece.surface, flat_surface(plan), plan.contours.curves.points)
         low, high = np.percentile(found, [5, 95]).tolist()
         return f"{low:.3f} - {high:.3f}"
 

@@ -14,6 +14,7 @@ from geoprint.export import Json, Orders, Setup, Timeline
 from geoprint.model import PASCAL_PER_KPA
 from geoprint.pipeline.checking import Checked
 from geoprint.pipeline.switching_summary import switching_summary
+from geoprint.surfaces import in_words
 
 WIDTH = 100
 _LABEL = 18
@@ -48,6 +49,7 @@ def run_sheet(checked: Checked) -> str:
     lines = [f"RUN SHEET  {summary['input']['name']}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", _program(setup, orders, modules=summary["program"]["modules"])),
+        ("patches", _patches(summary.get("patches", []))),
         ("placement", _placement(setup)),
         ("extent", _reach(setup, orders, summary["motion"])),
         ("closest approach", _closest(summary["clearance"])),
@@ -57,7 +59,7 @@ def run_sheet(checked: Checked) -> str:
         ("before start", _steps(setup)),
         ("not checked", ["; ".join(summary["clearance"]["not_checked"]) + "; the real cell."]),
     ):
-        lines += _entry(label, texts)
+        lines += _entry(label, texts) if texts else []
     return "\n".join(lines)
 
 
@@ -73,6 +75,18 @@ def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[st
     return [
         f"{int(orders.runs[-1]) + 1} runs, {orders.count} targets, {orders.duration:.0f} s at full speed{dry}",
         f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
+    ]
+
+
+def _patches(patches: Sequence[dict[str, Any]]) -> list[str]:
+    """Name each of several patches by its runs, numbered as the controller does, so that printing can begin at one."""
+    if len(patches) < 2:
+        return []
+    return [
+        f"{number}: runs {patch['runs'][0] + 1} to {patch['runs'][1] + 1}, {patch['area_mm2']:.4g} mm2 about "
+        f"{in_words(np.array(patch['place_mm'], dtype=np.float64))}, spacing CV "
+        + ("none (one level)" if patch["spacing"]["cv"] is None else f"{patch['spacing']['cv']:.2%}")
+        for number, patch in enumerate(patches, start=1)
     ]
 
 

@@ -19,7 +19,7 @@ from geoprint.export import (
     verify_trajectory_table,
     write_bundle,
 )
-from geoprint.pipeline.chart_picture import chart_picture
+from geoprint.pipeline.chart_picture import chart_pictures
 from geoprint.pipeline.checking import RAPID_FOLDER, check_program
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.summary import summary
@@ -49,8 +49,7 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
     }
-    if plan.flattening is not None:
-        files["chart.png"] = chart_picture(plan, plan.flattening)
+    files |= chart_pictures(plan)
     if plan.robot is not None:
         orders = plan.robot.orders
         files["trajectory.csv"] = trajectory_table(plan.robot.trajectory)

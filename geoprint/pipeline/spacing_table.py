@@ -18,9 +18,7 @@ from __future__ import annotations
 import io
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from geoprint.model import IntArray, PoseStream
 from geoprint.quality import Uniformity
 
 SPACING_COLUMNS = ("run", "level", "x", "y", "z", "ratio", "lower_bound", "straight", "width")
@@ -28,28 +26,15 @@ SPACING_COLUMNS = ("run", "level", "x", "y", "z", "ratio", "lower_bound", "strai
 FORMATS = ("%d", "%d", *(["%.6f"] * 7))
 
 
-def spacing_table(measured: Uniformity, poses: PoseStream) -> bytes:
+def spacing_table(measured: Uniformity) -> bytes:
     """Return the content of spacing.csv.
 
     Args:
         measured: the evenness of the stream.
-        poses: the stream.
     """
-    runs = np.repeat(_run_numbers(measured, poses), np.diff(measured.offsets))
     ratios = (measured.ratios, measured.bounds, measured.straight, measured.widths)
-    rows = np.column_stack([runs, measured.levels, measured.places, *ratios])
+    rows = np.column_stack([measured.runs, measured.levels, measured.places, *ratios])
     text = io.StringIO()
     # Rounded first, then plus zero: -0.0000000001 is written as 0, not as -0.
     np.savetxt(text, np.round(rows, 6) + 0.0, fmt=FORMATS, delimiter=",", header=",".join(SPACING_COLUMNS), comments="")
     return text.getvalue().encode("ascii")
-
-
-def _run_numbers(measured: Uniformity, poses: PoseStream) -> IntArray:
-    """Return the number in the stream of each run that has samples: the one that starts nearest to its first sample.
-
-    Only a run of which no sample reached its neighbour has none, so that counting alone would not do.
-    """
-    rows = np.flatnonzero(poses.deposit & (poses.levels > poses.levels[poses.deposit].min()))
-    starts = rows[np.flatnonzero(np.diff(poses.runs[rows], prepend=-1))]
-    _, nearest = KDTree(poses.surface_points[starts]).query(measured.places[measured.offsets[:-1]])
-    return poses.runs[starts[nearest]]

@@ -9,17 +9,18 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
+from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
-from geoprint.pipeline.patches import patch_summary
-from geoprint.pipeline.planning import Plan
+from geoprint.pipeline.patch_figures import patches_summary, patches_text
+from geoprint.pipeline.planning import Plan, flat_surface
 from geoprint.pipeline.robot_summary import robot_summary, robot_text
 from geoprint.pipeline.rounding import rounded
 from geoprint.pipeline.target_report import targets_warnings
+from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import Uniformity
 from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
 
@@ -46,8 +47,10 @@ def summary(plan: Plan) -> dict[str, Json]:
         "paths": _paths(plan),
         "field": _field(plan),
     }
-    if plan.flattening is not None:
-        result["chart"] = _chart(plan, plan.flattening)
+    if plan.workpiece.patches:
+        result["patches"] = patches_summary(plan)
+    if plan.flattenings:
+        result["chart"] = _chart(plan)
     if plan.uniformity is not None:
         result["uniformity"] = uniformity_summary(plan.uniformity)
     if plan.laid is not None:
@@ -73,6 +76,7 @@ def outcome_text(plan: Plan) -> str:
         lines.append(
             f"evenness: spacing varies by {plan.uniformity.cv:.2%} (CV), uncovered {plan.uniformity.uncovered:.2%}"
         )
+    lines += patches_text(plan)
     if plan.laid is not None:
         lines.append(laid_text(plan.laid))
     if plan.robot is not None:
@@ -128,7 +132,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "seed": plan.job.seed,
         "flip": plan.job.flip,
         "label": plan.job.label,
-        "patch": None if plan.job.patch is None else plan.job.patch.model_dump(),
+        "patches": [region.model_dump(exclude_none=True) for region in plan.job.patches],
         "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
@@ -173,8 +177,8 @@ def _surface(plan: Plan) -> dict[str, Json]:
         "size_mm": [rounded(size) for size in np.ptp(plan.workpiece.part.vertices, axis=0)],
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
-        "preparation": asdict(plan.workpiece.preparation),
-        "patch": None if plan.workpiece.patch is None else patch_summary(plan.workpiece.patch),
+        # Of several patches each says what changed.
+        "preparation": asdict(preparations[0]) if len(preparations := plan.workpiece.preparations) == 1 else None,
         "side": asdict(plan.workpiece.side),
     }
 
@@ -212,15 +216,17 @@ def _field(plan: Plan) -> dict[str, Json]:
     return {"refinement": refinement, **{name: rounded(value) for name, value in asdict(found).items()}}
 
 
-def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
-    surface, contours = plan.workpiece.surface, plan.contours
-    found = distortion(surface, flattening.chart.flat)
-    predicted = predicted_spacing(surface, flattening.chart.flat, contours.curves.points)
+def _chart(plan: Plan) -> dict[str, Json]:
+    """Return what the chart does to lengths and areas; of several patches over all, with the coarsest raster."""
+    surface, contours, flat = plan.workpiece.surface, plan.contours, flat_surface(plan)
+    coarsest = max(plan.flattenings, key=lambda flattening: flattening.largest_pixel)
+    found = distortion(surface, flat)
+    predicted = predicted_spacing(surface, flat, contours.curves.points)
     levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
     return {
-        "resolution": flattening.resolution,
-        "pixel_mm": rounded(flattening.pixel),
-        "largest_pixel_on_surface_mm": rounded(flattening.largest_pixel),
+        "resolution": coarsest.resolution,
+        "pixel_mm": rounded(coarsest.pixel),
+        "largest_pixel_on_surface_mm": rounded(coarsest.largest_pixel),
         "area_scale": {f"p{share}": rounded(found.scale_percentile(share)) for share in (1, 50, 99)},
         "mean_dilatation": rounded(found.mean_dilatation),
         "predicted_spacing": [
@@ -235,15 +241,26 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     }
 
 
+def _repairs(workpiece: Workpiece) -> list[str]:
+    """Say what preparing changed and what it could not check, patch by patch."""
+    said: list[str] = []
+    for number, preparation in enumerate(workpiece.preparations, start=1):
+        which = f"patch {number}: " if len(workpiece.preparations) > 1 else ""
+        if preparation.changes():
+            said.append(f"{which}the mesh was repaired: {'; '.join(preparation.changes())}.")
+        if not preparation.crossings_checked:
+            said.append(
+                f"{which}not checked: whether the surface passes through itself, because its triangles are so thin."
+            )
+    return said
+
+
 def _warnings(plan: Plan) -> tuple[str, ...]:
-    workpiece, preparation = plan.workpiece, plan.workpiece.preparation
+    workpiece = plan.workpiece
     hint = unit_hint(workpiece.part, unit=workpiece.unit)
     warnings: list[str] = [hint] if hint else []
     warnings.append(workpiece.side.sentence)
-    if preparation.changes():
-        warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
-    if not preparation.crossings_checked:
-        warnings.append("not checked: whether the surface passes through itself, because its triangles are so thin.")
+    warnings += _repairs(workpiece)
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     warnings += targets_warnings(plan)

@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends import BACKENDS, BackendFactory
+from geoprint.backends import BACKENDS, BackendFactory, Piecewise
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import check_cell
@@ -27,7 +27,8 @@ from geoprint.motion import (
     require_abb_conventions,
 )
 from geoprint.pipeline.outside import Side, printed_side
-from geoprint.pipeline.patches import Patch, patch_of
+from geoprint.pipeline.patches import Patch
+from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
     Notes,
@@ -37,9 +38,10 @@ from geoprint.surfaces import (
     load,
     load_file,
     mean_normal,
+    pieces,
     point_seed,
-    prepare,
     refine,
+    united,
     vertex_normals,
 )
 from geoprint.transforms import apply, smallest_rotation
@@ -65,10 +67,10 @@ class Workpiece:
         side: which side of the part is printed on, and how that was found.
         body: what the part lies on, which is what it was cut from where the job names no other; or None.
         digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read.
-        patch: how the part was cut from its body, or None where the file is the part.
-        preparation: what preparing changed.
-        edge_length: that the part was refined to [mm].
-        surface: the refined surface to plan on.
+        patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
+        preparations: what preparing changed, patch by patch.
+        edge_length: that the part was refined to [mm], the shortest of all patches.
+        surface: the refined surface to plan on, in as many pieces.
         seed: where distance is zero.
         placement: where the part stands, or None where the job leaves the robot out.
         uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
@@ -82,8 +84,8 @@ class Workpiece:
     side: Side
     body: Surface | None
     digests: tuple[str, ...]
-    patch: Patch | None
-    preparation: PreparationReport
+    patches: tuple[Patch, ...]
+    preparations: tuple[PreparationReport, ...]
     edge_length: float
     surface: Surface
     seed: Seed
@@ -116,16 +118,18 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         _require_placement(job, cell)
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
-        patch = patch_of(job, loaded.surface)
-        prepared, preparation, body = _prepared(job, loaded.surface, patch)
-        if job.body is not None:
-            body = _body(prepared, load(job.body, unit=job.unit))
-        part, side = printed_side(prepared, body, flip=job.flip)
+        prepared = prepared_part(job, loaded.surface)
+        body = prepared.body if job.body is None else _body(prepared.surface, load(job.body, unit=job.unit))
+        part, side = printed_side(_flipped(job, prepared.surface), body, flip=job.flip)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
         spacing = _wanted_spacing(job, part)
-        edge_length = min(factory.edge_length(part, spacing=spacing) for factory in factories)
-        surface = refine(part, edge_length=edge_length)
+        # Each piece as finely as it needs alone, so that its paths do not depend on the others.
+        found = [
+            (piece.surface, min(factory.edge_length(piece.surface, spacing=spacing) for factory in factories))
+            for piece in pieces(part)
+        ]
+        surface = united([refine(piece, edge_length=edge_length) for piece, edge_length in found])
         seed = _seed(job, surface)
     return Workpiece(
         cell=cell,
@@ -135,9 +139,9 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         side=side,
         body=body,
         digests=digests,
-        patch=patch,
-        preparation=preparation,
-        edge_length=edge_length,
+        patches=prepared.patches,
+        preparations=prepared.preparations,
+        edge_length=min(edge_length for _, edge_length in found),
         surface=surface,
         seed=seed,
         placement=placement,
@@ -195,13 +199,9 @@ def _require_placement(job: Job, cell: Cell) -> None:
         check_load(cell.tool, arm)
 
 
-def _prepared(job: Job, loaded: Surface, patch: Patch | None) -> tuple[Surface, PreparationReport, Surface | None]:
-    """Return the part on the side that the job asks for, what preparing changed, and the body it was cut from."""
-    if patch is not None:
-        part, preparation, body = patch.surface, patch.preparation, patch.body
-    else:
-        (part, preparation), body = prepare(loaded, longest_hole=job.fill_holes), None
-    return (replace(part, faces=part.faces[:, ::-1]) if job.flip else part), preparation, body
+def _flipped(job: Job, part: Surface) -> Surface:
+    """Return the part on the side that the job asks for."""
+    return replace(part, faces=part.faces[:, ::-1]) if job.flip else part
 
 
 def _sha256(path: Path) -> str:
@@ -214,7 +214,7 @@ def _sha256(path: Path) -> str:
 def _body(part: Surface, body: Surface) -> Surface:
     """Return the body; one that lies farther from the part than the part is large is another's, or in another unit."""
     _, distances = closest(body, part.vertices)
-    size = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    size = _size(part)
     if distances.min() > size:
         raise InputError(
             f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: a body that "
@@ -253,9 +253,9 @@ def _seed(job: Job, surface: Surface) -> Seed:
 
 def largest_distance(job: Job, part: Surface) -> float:
     """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
-    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
-    coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
-    return backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+    alone = [piece.surface for piece in pieces(part)]
+    coarse = united([refine(piece, edge_length=_size(piece) / TRIANGLES_ACROSS) for piece in alone])
+    return Piecewise(coarse, backend_factory(job.backend)).distance(_seed(job, coarse)).maximum
 
 
 def with_rounds(job: Job) -> Job:
@@ -272,7 +272,7 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
         UsageError: neither is given; the sentence says what both would be on this part.
         FieldError: the spacing is larger than the part.
     """
-    across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
+    across = _size(part)
     if job.spacing is not None and job.spacing > across:
         raise FieldError(
             f"spacing is {job.spacing:g} mm, but the whole part is only {across:.3g} mm across: choose a smaller one."
@@ -287,3 +287,8 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
             depth_mm=depth,
         )
     return depth / job.rounds
+
+
+def _size(surface: Surface) -> float:
+    """Return the diagonal of a surface's box [mm]."""
+    return float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))

@@ -15,7 +15,7 @@ from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import Coverage, coverage
-from geoprint.quality.deposited import Samples, at_poses, deposited_path, sampled
+from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, sampled
 from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
 from geoprint.quality.spacing import meeting_share, outer_distance
 from geoprint.quality.tracing import SurfacePath
@@ -68,6 +68,7 @@ class Uniformity:
     Attributes:
         places: (k, 3) samples along the runs of every level but the first, run after run [mm].
         offsets: (r + 1,) samples of run i are `places[offsets[i]:offsets[i + 1]]`.
+        runs: (k,) run of the stream that each sample lies on.
         levels: (k,) level of each sample.
         ratios: (k,) distance of each sample to the nearest run of the level before, over the spacing.
         bounds: (k,) lower bound of the ratio; equal to it where it is exact.
@@ -90,6 +91,7 @@ class Uniformity:
 
     places: FloatArray
     offsets: IntArray
+    runs: IntArray
     levels: IntArray
     ratios: FloatArray
     bounds: FloatArray
@@ -111,9 +113,9 @@ class Uniformity:
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, places="float: k 3", offsets="int: o", levels="int: k", ratios="float: k", bounds="float: k",
-            straight="float: k", widths="float: k", pose_widths="float: p", judged_places="float: j 3", gaps="bool: j",
-            overlaps="bool: j",
+            self, places="float: k 3", offsets="int: o", runs="int: k", levels="int: k", ratios="float: k",
+            bounds="float: k", straight="float: k", widths="float: k", pose_widths="float: p",
+            judged_places="float: j 3", gaps="bool: j", overlaps="bool: j",
         )  # fmt: skip
 
     @property
@@ -211,6 +213,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     return Uniformity(
         places=spatial(mesh, measured.places),
         offsets=np.append(np.flatnonzero(np.diff(measured.runs, prepend=-1)), measured.runs.size),
+        runs=np.unique(poses.runs[deposited_rows(poses)])[measured.runs],
         levels=path.levels[measured.runs],
         ratios=outer.distances[reached] / spacing,
         bounds=outer.bounds[reached] / spacing,

@@ -27,6 +27,7 @@ from geoprint.surfaces.operators import (
     mean_normal,
     vertex_normals,
 )
+from geoprint.surfaces.pieces import Piece, all_curves, middle_of, pieces, some_curves, united
 from geoprint.surfaces.places import in_words
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
@@ -53,8 +54,10 @@ __all__ = [
     "Joined",
     "Loaded",
     "Notes",
+    "Piece",
     "PolylineDistance",
     "PreparationReport",
+    "all_curves",
     "arc_lengths",
     "boundary_half_edges",
     "boundary_loops",
@@ -85,10 +88,12 @@ __all__ = [
     "load_with_unit",
     "lumped_mass",
     "mean_normal",
+    "middle_of",
     "normals",
     "numbered_edges",
     "part_of",
     "piece_at",
+    "pieces",
     "ply_bytes",
     "point_seed",
     "positions",
@@ -96,9 +101,11 @@ __all__ = [
     "refine",
     "save_ply",
     "signed_volume",
+    "some_curves",
     "suggested_unit",
     "twins",
     "unit_hint",
+    "united",
     "vertex_normals",
     "vertex_points",
 ]

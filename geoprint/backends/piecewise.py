@@ -1,0 +1,70 @@
+"""A surface in several pieces, such as patches that one job prints: each piece is planned by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from geoprint.backends.interface import Backend
+from geoprint.errors import naming
+from geoprint.model import Contours, ScalarField, Seed, Surface
+from geoprint.surfaces import all_curves, in_words, middle_of, pieces, some_curves
+
+
+@final
+class Piecewise:
+    """A backend on each piece of a surface, answering as one: what lies on one piece never counts on another.
+
+    Args:
+        surface: in one piece or several.
+        build: returns the backend of a piece.
+
+    Raises:
+        GeoprintError: as `build`; where there are several pieces the sentence names the one, and so below.
+    """
+
+    def __init__(self, surface: Surface, build: Callable[[Surface], Backend]) -> None:
+        self._vertices = len(surface.vertices)
+        self._pieces = pieces(surface)
+        several = len(self._pieces) > 1
+        self._names = [
+            f"patch {number} of {surface.name}, about {in_words(middle_of(piece.surface))}" if several else ""
+            for number, piece in enumerate(self._pieces, start=1)
+        ]
+        found: list[Backend] = []
+        for name, piece in zip(self._names, self._pieces, strict=True):
+            with naming(name):
+                found.append(build(piece.surface))
+        self.backends = tuple(found)
+
+    def distance(self, seed: Seed) -> ScalarField:
+        """Return the distance from that part of the seed which lies on the same piece, at the vertices [mm].
+
+        Raises:
+            InputError: a piece has no part of the seed.
+        """
+        values = np.zeros(self._vertices)
+        for name, piece, backend in zip(self._names, self._pieces, self.backends, strict=True):
+            with naming(name):
+                values[piece.vertices] = backend.distance(Seed(piece.own(seed.curves))).values
+        return ScalarField(values)
+
+    def contours(self, seed: Seed, *, spacing: float) -> Contours:
+        """Return the level curves of all pieces at one spacing [mm]; those of a level in the order of the pieces.
+
+        Raises:
+            InputError: a piece has no part of the seed.
+            FieldError: not even the first level lies on a piece.
+        """
+        found: list[Contours] = []
+        values = np.zeros(self._vertices)
+        for name, piece, backend in zip(self._names, self._pieces, self.backends, strict=True):
+            with naming(name):
+                found.append(backend.contours(Seed(piece.own(seed.curves)), spacing=spacing))
+            values[piece.vertices] = found[-1].distance.values
+        levels = np.concatenate([contours.levels for contours in found])
+        order = np.argsort(levels, kind="stable")
+        whole = [piece.on_whole(contours.curves) for piece, contours in zip(self._pieces, found, strict=True)]
+        return Contours(some_curves(all_curves(whole), order), levels[order], spacing, ScalarField(values))

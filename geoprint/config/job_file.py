@@ -1,0 +1,113 @@
+"""From what a program, a command line or a job file says to a job.
+
+A job file has the keys of `Job` in TOML; the files that it names are found from its own folder.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import cast
+
+from pydantic import ValidationError
+
+from geoprint.config.job import Job
+from geoprint.config.strict import describe, parsed_toml
+from geoprint.errors import UsageError
+
+_JOB_SUFFIX = ".toml"
+# Keys of a job that name files.
+_FILES = ("surface", "body", "cell")
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([\w.-]+)\s*\]")
+_KEY = re.compile(r"\s*([\w-]+)\s*[.=]")
+
+
+def job_of(**values: object) -> Job:
+    """Return the job with the given values.
+
+    Where the surface is a job file (.toml), its keys are taken first; whatever else is given counts more than them.
+
+    Args:
+        **values: attributes of `Job`, None for those that are not given; files as text or paths, the seed as any
+            sequence of three numbers; `patch` stands for a single one of `patches`.
+
+    Raises:
+        UsageError: a value is unknown, missing or meaningless; the sentence names it, and its line in a job file.
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    if "patch" in given:
+        given["patches"] = [given.pop("patch")]
+    if isinstance(given.get("seed"), Sequence):
+        given["seed"] = [*cast("Sequence[object]", given["seed"])]
+    given = _with_paths(given)
+    surface = given.get("surface")
+    if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
+        del given["surface"]
+        written = _read_job_file(surface)
+        # Spacing and rounds exclude each other: the one that is given replaces the one that is written.
+        gone = {"spacing", "rounds"} if {"spacing", "rounds"} & given.keys() else set[str]()
+        given = {name: value for name, value in written.items() if name not in gone} | given
+    try:
+        return Job.model_validate(given)
+    except ValidationError as error:
+        raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error
+
+
+def job_file_text() -> str:
+    """Return the text of the commented job file that geoprint brings."""
+    return resources.files("geoprint.config").joinpath("job.toml").read_text(encoding="utf-8")
+
+
+def _read_job_file(path: Path) -> dict[str, object]:
+    """Return the keys of a job file; files it names are found from its folder, inside or outside of it.
+
+    Raises:
+        UsageError: it cannot be read, is not TOML, names a job file as its part, or has an unknown, missing or
+            meaningless key; the sentence says the file, the line and the key.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise UsageError(f"the job file {path} cannot be read ({error}); `geoprint init` writes one.") from error
+    keys = _with_paths(parsed_toml(text, name=path.name), folder=path.parent)
+    try:
+        Job.model_validate(keys)
+    except ValidationError as error:
+        line = _line(text, error.errors()[0]["loc"])
+        where = path.name if line is None else f"{path.name}, line {line}"
+        raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a job with every key.") from error
+    surface = keys["surface"]
+    if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
+        raise UsageError(
+            f"{path.name}: surface: {surface.name} is a job file too; name the mesh of the part or its body."
+        )
+    return keys
+
+
+def _with_paths(keys: dict[str, object], *, folder: Path = Path()) -> dict[str, object]:
+    """Return the keys of a job with the files that it names as paths, as seen from a folder."""
+    return {
+        name: folder / value if name in _FILES and isinstance(value, str) else value for name, value in keys.items()
+    }
+
+
+def _line(text: str, where: tuple[int | str, ...]) -> int | None:
+    """Return the line, from 1, of a key or of what is around it; None where that is the whole file."""
+    lines: dict[tuple[int | str, ...], int] = {}
+    counts: dict[str, int] = {}
+    table: tuple[int | str, ...] = ()
+    for number, line in enumerate(text.splitlines(), start=1):
+        if header := _HEADER.match(line):
+            name = header[2]
+            table = tuple(name.split("."))
+            if header[1] == "[[":
+                table += (counts.setdefault(name, 0),)
+                counts[name] += 1
+            lines.setdefault(table, number)
+        elif key := _KEY.match(line):
+            lines.setdefault((*table, key[1]), number)
+    known = (lines[where[:length]] for length in range(len(where), 0, -1) if where[:length] in lines)
+    return next(known, None)
