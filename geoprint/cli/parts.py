@@ -12,6 +12,7 @@ from geoprint.cli.options import (
     AsJson,
     At,
     Cone,
+    Curve,
     FillHoles,
     Label,
     MaxMemory,
@@ -19,6 +20,7 @@ from geoprint.cli.options import (
     Part,
     PatchBox,
     Radius,
+    Region,
     Unit,
     region_of,
 )
@@ -30,6 +32,7 @@ def inspect(
     surface: Part,
     *,
     unit: Unit = None,
+    label: Label = None,
     fill_holes: FillHoles = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
     max_memory: MaxMemory = None,
@@ -39,7 +42,7 @@ def inspect(
     from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
 
     limit_memory(max_memory)
-    seen = inspect_file(surface, unit=unit, longest_hole=fill_holes)
+    seen = inspect_file(surface, unit=unit, label=label, longest_hole=fill_holes)
     if picture is not None:
         from geoprint.report import inspection_figure
 
@@ -62,6 +65,8 @@ def patch(
     radius: Radius = None,
     cone: Cone = None,
     box: PatchBox = None,
+    curve: Curve = None,
+    region: Region = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
@@ -74,10 +79,15 @@ def patch(
         raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
     if out.suffix.lower() != ".ply":
         raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
-    job = job_of(surface=body, unit=unit, label=label, patch=region_of(at, radius, cone, box))
-    cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
+    job = job_of(
+        surface=body,
+        unit=unit,
+        label=label,
+        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
+    )
+    cut = patch_of(job, load_file(body, unit=unit, label=label))
     if cut is None:
-        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
+        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, `--box`, `--curve` or `--region`.")
     save_ply(cut.surface, out)
     if as_json:
         typer.echo(json.dumps(patch_summary(cut), indent=2))

@@ -111,7 +111,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         _require_placement(job, cell)
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
-        patch = patch_of(job, loaded.surface)
+        patch = patch_of(job, loaded)
         prepared, preparation, body = _prepared(job, loaded.surface, patch)
         if job.body is not None:
             body = _body(prepared, load(job.body, unit=job.unit))

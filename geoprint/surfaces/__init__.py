@@ -1,8 +1,9 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
-from geoprint.surfaces.contraction import contracted
+from geoprint.surfaces.contraction import contracted, trimmed
 from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.inscribing import SurfaceLine, inscribed, with_vertex
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
     UNITS,
@@ -30,6 +31,7 @@ from geoprint.surfaces.operators import (
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
+from geoprint.surfaces.regions import region_faces
 from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare, signed_volume
 from geoprint.surfaces.seeds import boundary_seed, point_seed
 from geoprint.surfaces.topology import (
@@ -54,6 +56,7 @@ __all__ = [
     "Notes",
     "PolylineDistance",
     "PreparationReport",
+    "SurfaceLine",
     "arc_lengths",
     "boundary_half_edges",
     "boundary_loops",
@@ -75,6 +78,7 @@ __all__ = [
     "faces_within",
     "gradient",
     "half_edges",
+    "inscribed",
     "inspect",
     "join",
     "likely_unit",
@@ -92,11 +96,14 @@ __all__ = [
     "positions",
     "prepare",
     "refine",
+    "region_faces",
     "save_ply",
     "signed_volume",
     "suggested_unit",
+    "trimmed",
     "twins",
     "unit_hint",
     "vertex_normals",
     "vertex_points",
+    "with_vertex",
 ]
