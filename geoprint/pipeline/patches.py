@@ -11,7 +11,7 @@ from geoprint.backends import FastMarching
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError
 from geoprint.export import Json
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
 from geoprint.pipeline.rounding import rounded
 from geoprint.surfaces import (
@@ -51,8 +51,6 @@ EDGES_PER_RADIUS = 12
 @dataclass(frozen=True, slots=True, eq=False)
 class PatchChoice:
     """Where a patch lies on its body; what is given holds together: within the radius and within the box.
-
-    A region is cut out first, and distances are those within it.
 
     Attributes:
         at: (3,) point on or near the body [mm] that the patch holds, or None.
@@ -133,10 +131,12 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
     """
     joined = join(body)
     whole, outside, turned = _facing_outward(joined.surface, at=_some_place(body, choice))
+    region = None if choice.region is None else _faces_of(body, choice.region)
     near = whole
-    if choice.region is not None:
-        joined = join(part_of(body, np.isin(np.arange(len(body.faces)), choice.region)))
-        near = replace(joined.surface, faces=joined.surface.faces[:, ::-1]) if turned else joined.surface
+    if region is not None and choice.radius is None and choice.curve is None:
+        # Nothing is measured beyond the region, so that only the region must be sound.
+        joined, region = join(region), None
+        near = _turned(joined.surface) if turned else joined.surface
     centre, curve, missed = _on_body(near, choice)
     near = _surroundings(near, centre=centre, curve=curve, radius=choice.radius)
     part, before = prepare(near, longest_hole=longest_hole)
@@ -146,6 +146,8 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
     if curve is not None:
         drawn = enclosed(part, curve, at=centre)
         part, kept, inside = drawn.surface, drawn.inside, _inside(drawn, points=len(curve), at=centre)
+    if region is not None:
+        kept = _within_region(part, kept, region, tolerance=joined.tolerance)
     bounds = _bounds(part, choice, centre=centre)
     cut = clipped(part_of(part, kept), bounds[used_vertices(part.faces[kept])])
     if centre is not None:
@@ -218,8 +220,26 @@ def _facing_outward(joined: Surface, *, at: FloatArray | None) -> tuple[Surface,
         return whole, "as the file winds it", False
     if signed_volume(whole) > 0:
         return whole, "away from the inside of the closed body", False
-    inverted = replace(whole, faces=whole.faces[:, ::-1])
-    return inverted, "away from the inside of the closed body, against the file's winding", True
+    return _turned(whole), "away from the inside of the closed body, against the file's winding", True
+
+
+def _turned(surface: Surface) -> Surface:
+    return replace(surface, faces=surface.faces[:, ::-1])
+
+
+def _faces_of(body: Surface, chosen: IntArray) -> Surface:
+    kept = np.zeros(len(body.faces), dtype=np.bool_)
+    kept[chosen] = True
+    return part_of(body, kept)
+
+
+def _within_region(part: Surface, kept: BoolArray, region: Surface, *, tolerance: float) -> BoolArray:
+    """Return which of the kept faces of a surface lie on a region of the body that it was made from."""
+    within = kept.copy()
+    within[kept] = closest(region, part.vertices[part.faces[kept]].mean(axis=1))[1] <= tolerance
+    if not within.any():
+        raise InputError(f"nothing of the region of {part.name} lies within the other bounds; give fewer of them.")
+    return within
 
 
 def _on_body(body: Surface, choice: PatchChoice) -> tuple[FloatArray | None, FloatArray | None, float | None]:

@@ -238,6 +238,8 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     hint = unit_hint(workpiece.part, unit=workpiece.unit)
     warnings: list[str] = [hint] if hint else []
     warnings.append(workpiece.side.sentence)
+    if workpiece.patch is not None and workpiece.patch.inside is not None:
+        warnings.append(f"the patch lies inside {workpiece.patch.inside}.")
     if preparation.changes():
         warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
     if not preparation.crossings_checked:

@@ -65,12 +65,12 @@ def labelled_faces(
     """
     corners = {name: values[faces] for name, values in of_vertices.items()}
     agreed = {name: np.where((label == label[:, :1]).all(axis=1), label[:, 0], NONE) for name, label in corners.items()}
-    return together(
-        (kind, labelled(name, values))
-        for kind, properties in (("face", of_faces), ("vertex", agreed))
-        for name, values in properties.items()
-        if name.lower().rpartition("_")[2] not in NO_LABELS
-    )
+    regions: dict[str, IntArray] = {}
+    for kind, properties, others in (("face", of_faces, agreed), ("vertex", agreed, of_faces)):
+        for name, values in properties.items():
+            if name.lower().rpartition("_")[2] not in NO_LABELS:
+                regions |= labelled(f"{kind} {name}" if name in others else name, values)
+    return regions
 
 
 def together(kinds: Iterable[tuple[str, Regions]]) -> Regions:
