@@ -32,6 +32,7 @@ TRIAL_LEVELS = 4
 TRIAL_FACES = 100_000
 # Regions that a person reads; more are in the JSON.
 MOST_REGIONS = 30
+LONGEST_NAME = 60
 NOT_TRIED = "not tried"
 POSSIBLE = "yes"
 
@@ -145,7 +146,10 @@ def inspection_text(seen: FileInspection) -> str:
         lines.append(f"refused: {found.refusal}")
     elif found.preparation is not None:
         lines.append(f"preparing changes: {'; '.join(found.preparation.changes()) or 'nothing'}")
-    lines += [f"region '{name}': {faces} faces, {area:.4g} mm2" for name, faces, area in seen.regions[:MOST_REGIONS]]
+    lines += [
+        f"region '{name[:LONGEST_NAME]}': {faces} faces, {area:.4g} mm2"
+        for name, faces, area in seen.regions[:MOST_REGIONS]
+    ]
     if len(seen.regions) > MOST_REGIONS:
         lines.append(f"and {len(seen.regions) - MOST_REGIONS} more regions: `--json` lists all")
     lines += [f"{name:<14}{answer}" for name, answer in seen.backends]

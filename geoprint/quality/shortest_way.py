@@ -54,7 +54,9 @@ def shortest_way(surface: Surface, first: int, last: int) -> SurfaceLine:
     if front is None:
         raise FieldError(
             f"{surface.name}: {_ends(surface, first, last)} are too many triangles apart to find the shortest way "
-            "between them; give another point between them.",
+            f"between them, which is up to {bound:.3g} mm long; give another point between them, if both are on the "
+            "side that is meant.",
+            longest=bound,
             windows=WINDOWS,
         )
     faces, ends = _unwound(mesh, front, start)
