@@ -54,8 +54,9 @@ def write(
 ) -> Program:
     poses = stream() if poses is None else poses
     return rapid_program(
-        orders(poses, placement, chosen=chosen), cell=cell, placement=placement, tips_at=tips_of(poses),
-        part_name=part_name, spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
+        orders(poses, placement, chosen=chosen), cell=cell, placement=placement,
+        surface_within=0.214 if placement.calibrated else None, tips_at=tips_of(poses), part_name=part_name,
+        spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
     )  # fmt: skip
 
 
@@ -152,8 +153,14 @@ def test_every_guard_is_whole_rapid_within_the_kernels_limits(
 def test_the_ways_from_and_to_home_take_the_planned_time() -> None:
     found = write().modules
     assert "CONST num nGeoThere:=1.000;" in dict(found)["GeoCell.mod"]
-    assert "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
-    assert "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
+    assert (
+        "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;"
+        in dict(found)["GeoGuard.mod"]
+    )
+    assert (
+        "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;"
+        in dict(found)["GeoGuard.mod"]
+    )
 
 
 def test_the_dry_run_is_lifted_along_the_bases_z_axis() -> None:
@@ -364,5 +371,7 @@ def test_any_placement_and_any_poses_read_back_as_written(frame: tuple[float, ..
     quaternions = Rotation.random(poses.count, random_state=generator).as_quat(scalar_first=True)
     poses = replace(poses, tips=generator.uniform(-900, 900, (poses.count, 3)), quaternions=quaternions)
     program = write(poses, placement=placement)
-    verify_program(program, orders(poses, placement), cell=CELL, placement=placement, events=events(poses))
+    verify_program(
+        program, orders(poses, placement), cell=CELL, placement=placement, surface_within=0.214, events=events(poses)
+    )
     assert max(len(line) for line in code_of(program)) <= 220

@@ -31,7 +31,9 @@ def signals(**lags: float) -> Signals:
 def simulated(lags: Signals, *, real: Signals | None = None) -> Timeline:
     """Write a program for the lags, read it back, and simulate it with these or other lags."""
     cell = replace(CELL, signals=lags)
-    program = rapid_program(ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0)
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+    )
     return timeline(read_back(program.modules), ORDERS, signals=real or lags, tips_at=TIPS)
 
 
@@ -118,7 +120,9 @@ def test_lags_longer_than_the_way_that_is_there_for_them_are_refused(lags: dict[
 
 
 def test_an_output_that_is_switched_on_twice_or_never_off_is_no_timeline() -> None:
-    program = rapid_program(ORDERS, cell=CELL, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0)
+    program = rapid_program(
+        ORDERS, cell=CELL, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+    )
     steps = read_back(program.modules)
     ends = {last for _, last in ORDERS.deposits}
     without_ends = tuple(replace(step, triggers=()) if index in ends else step for index, step in enumerate(steps))
@@ -159,11 +163,14 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "cell",
-    [CELL, replace(CELL, purge=Purge(joints=np.full(6, 0.123456789), duration=2.0), signals=signals(uv_lead=0.1))],
+    ("cell", "surface_within"),
+    [
+        (CELL, None),
+        (replace(CELL, purge=Purge(joints=np.full(6, 0.123456789), duration=2.0), signals=signals(uv_lead=0.1)), 1 / 7),
+    ],
 )
-def test_a_setup_reads_back_to_the_last_bit(cell: Cell, tmp_path: Path) -> None:
-    written = Setup(cell, DEMONSTRATION, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6))
+def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | None, tmp_path: Path) -> None:
+    written = Setup(cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6))
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
     found = read_setup(path)
@@ -172,6 +179,7 @@ def test_a_setup_reads_back_to_the_last_bit(cell: Cell, tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.placement.T_base_fixture, DEMONSTRATION.T_base_fixture)
     assert found.cell.signals == cell.signals
     assert (found.cell.purge is None) == (cell.purge is None)
+    assert found.surface_within == surface_within
 
 
 def test_a_setup_that_is_missing_is_named(tmp_path: Path) -> None:

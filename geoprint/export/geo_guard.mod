@@ -2,6 +2,7 @@ MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
   ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
   ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
+  ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
 @demo|  ! PLACEMENT NOT CALIBRATED: nothing here switches an output on, whatever geoDryRun is.
   VAR num geoOn:=0;
   VAR bool geoStopped:=FALSE;
@@ -32,16 +33,17 @@ MODULE GeoGuard
     SingArea\Off;
     PDispOff;
     EOffsOff;
-    VelSet geoSpeedPct,250;
+    VelSet 100,250;
     GeoAskFrame;
     GeoAskHome;
 @prime|    GeoPrime;
-@demo|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@demo|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
 @calibrated|    IF geoDryRun OR geoFirstRun>1 THEN
-@calibrated|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
 @calibrated|    ELSE
-@calibrated|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
 @calibrated|    ENDIF
+    VelSet geoSpeedPct,250;
   ERROR
     GeoSafe;
     RAISE;
@@ -107,7 +109,8 @@ MODULE GeoGuard
     GeoAskStopped run;
     geoOn:=0;
     PDispOff;
-    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack,fine,tGeoNozzle;
+    VelSet 100,250;
+    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
   ERROR
     GeoSafe;
     RAISE;

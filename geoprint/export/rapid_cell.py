@@ -26,6 +26,7 @@ def header_lines(
     *,
     cell: Cell,
     placement: Placement,
+    surface_within: float | None,
     part_name: str,
     spacing: float,
     runs: int,
@@ -38,6 +39,7 @@ def header_lines(
     Args:
         cell: its name and arm are given.
         placement: whether it is calibrated, and how well.
+        surface_within: what the surface is known within along its normal, in 95 of 100 calibrations [mm], or None.
         part_name: any text.
         spacing: [mm].
         runs: number of runs.
@@ -53,6 +55,8 @@ def header_lines(
         )
     else:
         lines += values.comment(f"{NOT_CALIBRATED}: runs dry only, whatever geoDryRun is.")
+    if surface_within is not None:
+        lines += values.comment(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
     lines += values.comment(f"Part: {part_name}")
     lines += values.comment(f"Cell: {cell.name}; robot: {cell.robot.model}")
     lines += values.comment(f"Spacing: {values.number(spacing, decimals=4)} mm; runs: {runs}; targets: {targets}")

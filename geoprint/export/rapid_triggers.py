@@ -2,8 +2,8 @@ r"""The trigger instructions of a program: what is defined before which move, an
 
 `TriggIO` defines a switching at a distance from the end of the move that pulls it, or from its start (`\Start`); for a
 flow that follows the speed `TriggSpeed` makes an analog output proportional to the speed of the tip, from a place on,
-until the next `TriggSpeed`. Both are executed anew before each move that pulls them, as in the maker's own example of a
-glue gun. Values that switch on are `geoOn`, or a multiple of it: 0 in a dry run.
+until the next `TriggSpeed`. Values that switch on are `geoOn`, or a multiple of it: 0 in a dry run. Both instructions
+are executed anew before each move that pulls them, so that they take the value that `geoOn` has then.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from geoprint.model import Signals
 
 # Decimals of the distance of a trigger from the end of a move [mm].
 _DISTANCE_DECIMALS = 4
-# A controller takes so many triggers on one move (RobotWare 6; older ones four).
+# TriggL has places for so many triggers: the first, and T2 to T8.
 _MOST_TRIGGERS = 8
 # The flow is written anew where it has changed by this share: below what a bead shows.
 _FLOW_STEP = 0.01

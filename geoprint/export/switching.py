@@ -3,8 +3,10 @@
 The valve is told to open so long before the material has to flow as it takes to open, and to close likewise; the lamp
 leads and trails the material. Each of these moments is turned into a place: the move on which the trajectory is at that
 moment, and the distance of the tip from the end of that move. A place is what `TriggIO` switches at, in step with the
-robot's own motion. Its form by time before the end is not used: a controller cuts such a time to that of braking, which
-is some milliseconds at the speeds of printing; nor is `TriggEquip`, which the maker does not recommend near a stop.
+robot's own motion. Its form by time is not used, because it counts from the end of a move only and cannot reach beyond
+the braking there; nor is `TriggEquip`, whose lag is a time that the controller turns into a place by itself, while here
+the trajectory says where the tip is then, on its ramps too. How exactly a controller switches near a stop is to be
+measured on it, and belongs into the lags of the cell.
 """
 
 from __future__ import annotations

@@ -22,10 +22,11 @@ from geoprint.surfaces import (
     edges,
     face_areas,
     half_edges,
+    in_words,
     inscribed,
     with_vertex,
 )
-from geoprint.surfaces.places import in_words, triple
+from geoprint.surfaces.places import triple
 
 CURVE_COLUMNS = ("x", "y", "z")
 

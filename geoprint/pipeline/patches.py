@@ -23,6 +23,7 @@ from geoprint.surfaces import (
     closest,
     contracted,
     faces_within,
+    in_words,
     join,
     normals,
     part_of,
@@ -36,7 +37,6 @@ from geoprint.surfaces import (
     trimmed,
     vertex_normals,
 )
-from geoprint.surfaces.places import in_words
 from geoprint.surfaces.topology import used_vertices
 
 # A point may miss the body by this [mm], what is read off a screen being rounded, or by a share of the radius: the

@@ -256,6 +256,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
             orders,
             cell=cell,
             placement=placement,
+            surface_within=workpiece.surface_within,
             tips_at=tips,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,

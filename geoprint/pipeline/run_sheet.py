@@ -80,7 +80,10 @@ def _placement(setup: Setup) -> list[str]:
     where = f"part's origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
     if not placement.calibrated:
         return ["NOT CALIBRATED: nobody has measured where the part stands", where]
-    return [f"calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm", where]
+    texts = [f"calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm"]
+    if setup.surface_within is not None:
+        texts.append(f"surface known within {setup.surface_within:.2f} mm along its normal (95 %)")
+    return [*texts, where]
 
 
 def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
@@ -124,11 +127,12 @@ def _limits(setup: Setup, motion: dict[str, float]) -> list[str]:
 
 
 def _steps(setup: Setup) -> list[str]:
-    texts = [
-        "1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0",
-        "2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)",
-    ]
+    signals = setup.cell.signals
+    texts = ["1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0"]
+    if signals.mode == "analog" and signals.flow_lag > 0.0:
+        texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
+    texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
     if setup.placement.calibrated:
-        full = " and geoSpeedPct 100, speed override 100 %" if setup.cell.signals.mode == "io" else ""
+        full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
         texts.append(f"3. to print: geoDryRun FALSE{full}; to resume at run k: clean the nozzle, geoFirstRun k, main")
     return texts

@@ -90,6 +90,11 @@ class Workpiece:
     placement: Placement | None
     uncertainty: Uncertainty | None
 
+    @property
+    def surface_within(self) -> float | None:
+        """What the surface is known within along its normal, in 95 of 100 calibrations [mm]; None as `uncertainty`."""
+        return None if self.uncertainty is None else self.uncertainty.bound
+
 
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
     """Read cell, part and body, decide where the part stands, and refine it for whichever backend needs it finest.

@@ -14,9 +14,8 @@ from geoprint.quality.front import Front, Goal, Pieces, empty_front
 from geoprint.quality.tracing import steps_back, unwind
 from geoprint.quality.triangles import ComplexArray, Mesh, flat_mesh
 from geoprint.quality.unfolding import search
-from geoprint.surfaces import SurfaceLine, half_edges, part_of
+from geoprint.surfaces import SurfaceLine, half_edges, in_words, part_of
 from geoprint.surfaces.inscribing import NEAR_SHARE
-from geoprint.surfaces.places import in_words
 from geoprint.surfaces.topology import used_vertices
 
 # Windows of the search: 60 mm on scans of hearts (1.5 mm edges) take 100,000.

@@ -12,8 +12,8 @@ from geoprint.surfaces.topology import boundary_half_edges, edges, half_edges, u
 # Edges below this share of the median are contracted: twice the distance at which rim vertices count as one, so that
 # preparing joins none that are meant to be apart.
 SHORT_SHARE = 0.1
-# Faces between two border edges that are lower than this share of the third side (angles of about 1 degree) go: the border
-# moves by less than the height.
+# Faces between two border edges that are lower than this share of the third side (angles of about a degree) go: the
+# border moves by less than the height.
 FLAT_SHARE = 0.02
 
 
