@@ -50,7 +50,7 @@ EDGES_PER_RADIUS = 12
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class PatchChoice:
-    """Where a patch lies on its body; what is given holds together: within the radius and within the box.
+    """Where a patch lies on its body; what is given holds together, as within the radius and within the box.
 
     Attributes:
         at: (3,) point on or near the body [mm] that the patch holds, or None.
@@ -117,7 +117,9 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
     """Cut a patch out of a body through its triangles.
 
     Distance is geodesic and measured by fast marching. Only the surroundings of the patch are prepared and, where
-    triangles are coarse for the radius, refined, so that a defect elsewhere on the body does no harm.
+    triangles are coarse for the radius, refined, so that a defect elsewhere on the body does no harm; with a curve,
+    whose inside is not known before, all of the piece that it lies on. A region alone is cut out as it is; with a
+    radius or a curve, which are measured on the whole body, it bounds what they leave.
 
     Args:
         body: as loaded.
