@@ -96,6 +96,33 @@ def test_whatever_the_lags_material_flows_on_exactly_the_deposits_and_the_lamp_n
     check_timeline(found)
 
 
+def test_a_vacuum_draws_from_each_closing_to_the_next_opening_and_to_the_end_of_the_last_lift() -> None:
+    lags = replace(signals(valve_open=0.03, valve_close=0.08), vacuum="doVacuum")
+    found = simulated(lags)
+    np.testing.assert_allclose(found.vacuum[:, 0], found.material[:, 1] - 0.08, atol=2e-3)
+    np.testing.assert_allclose(found.vacuum[:-1, 1], found.material[1:, 0] - 0.03, atol=2e-3)
+    assert found.vacuum[-1, 1] == pytest.approx(ORDERS.times[-1], abs=1e-6)
+    check_timeline(found)
+    assert simulated(signals()).vacuum.size == 0
+    with pytest.raises(VerificationError, match=r"the vacuum draws for 0\.080 s while the valve is open"):
+        check_timeline(replace(found, vacuum_against=0.08))
+
+
+def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
+    cell = replace(CELL, signals=replace(CELL.signals, vacuum="doVacuum"))
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0, surface_within=None
+    )
+    swapped = tuple(
+        (name, text.replace("doVacuum,0", "doSwap,0").replace("doValve,0", "doVacuum,0").replace("doSwap", "doValve"))
+        for name, text in program.modules
+    )
+    with pytest.raises(VerificationError, match="switched"):
+        timeline(read_back(swapped), ORDERS, signals=cell.signals, tips_at=TIPS)
+    found = timeline(read_back(program.modules), ORDERS, signals=cell.signals, tips_at=TIPS)
+    assert found.vacuum_against < 1e-3
+
+
 def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
     found = simulated(signals(), real=signals(valve_open=0.1))
     assert found.errors[:, 0] == pytest.approx(2.0, abs=0.02)

@@ -9,7 +9,7 @@ import pytest
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, ReachError
-from geoprint.model import Box, JointPath, Purge, Targets
+from geoprint.model import Box, Flood, JointPath, Purge, Targets
 from geoprint.motion import LIFT, Arm, aloft_path, clearance, controller_path, there_and_back, tips_at
 from geoprint.motion.pose_samples import tool_poses
 from geoprint.motion.targets import required_poses
@@ -129,6 +129,8 @@ def test_priming_goes_there_and_back_the_same_way() -> None:
 def test_a_place_to_prime_outside_the_limits_is_refused() -> None:
     with pytest.raises(InputError, match="purge: the joints"):
         replace(CELL, purge=Purge(joints=np.full(6, 3.0), duration=1.0))
+    with pytest.raises(InputError, match=r"flood: the joints .* over the part"):
+        replace(CELL, flood=Flood(60.0, joints=np.full(6, 3.0)))
 
 
 def test_the_tip_is_where_the_rows_say_and_between_them() -> None:

@@ -197,7 +197,7 @@ def place(
 def recommend(
     surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
     *,
-    pressure: Annotated[float, typer.Option(help="Air pressure in kPa.", show_default=False)],
+    pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
     unit: Unit = None,
     spacing: Spacing = None,
     rounds: Rounds = None,

@@ -10,6 +10,7 @@ MODULE GeoGuard
     SetDO <VALVE>,0;
     SetDO <LAMP>,0;
 @analog|    SetAO <FLOW>,0;
+@vacuum|    SetDO <VACUUM>,0;
   ENDPROC
   PROC GeoStopped()
     IF <VALVE>=1 geoStopped:=TRUE;
@@ -111,6 +112,8 @@ MODULE GeoGuard
     PDispOff;
     VelSet 100,250;
     MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
+@flood|    GeoFlood;
+@byhand+calibrated|    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
   ERROR
     GeoSafe;
     RAISE;
@@ -128,6 +131,19 @@ MODULE GeoGuard
 @prime|    GeoSafe;
 @prime|    RAISE;
 @prime|  ENDPROC
+@flood|  PROC GeoFlood()
+@flood|    MoveAbsJ jGeoFlood\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@flood+calibrated|    IF NOT geoDryRun THEN
+@flood+calibrated|      SetDO <LAMP>,1;
+@flood+calibrated|      WaitTime nGeoFlood;
+@flood+calibrated|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";
+@flood+calibrated|      GeoSafe;
+@flood+calibrated|    ENDIF
+@flood|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@flood|  ERROR
+@flood|    GeoSafe;
+@flood|    RAISE;
+@flood|  ENDPROC
 @loading|  PROC GeoForget(string file)
 @loading|    UnLoad diskhome\File:=file;
 @loading|  ERROR

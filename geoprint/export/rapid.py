@@ -97,7 +97,7 @@ def rapid_program(
     )  # fmt: skip
     print_modules = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
     loading = len(print_modules) > 1
-    guard = guard_module(cell.signals, placement=placement, primes=cell.purge is not None, loading=loading)
+    guard = guard_module(cell, placement=placement, loading=loading)
     data = [*names.declarations, *triggers.declarations]
     modules = [
         ("GeoCell.mod", cell_module(cell, orders, placement=placement, declarations=data, header=header)),

@@ -245,7 +245,8 @@ def _zone(text: RapidText, step: Step) -> float:
 
 def _verify_switching(steps: tuple[Step, ...], events: tuple[Event, ...], *, signals: Signals) -> None:
     """Check that each move switches the outputs that the plan switches there, and no others."""
-    names = {"dispenser": signals.dispenser.lower(), "uv_lamp": signals.uv_lamp.lower()}
+    outputs = {"dispenser": signals.dispenser, "uv_lamp": signals.uv_lamp, "vacuum": signals.vacuum or ""}
+    names = {output: name.lower() for output, name in outputs.items()}
     planned: dict[int, list[Event]] = {}
     for event in events:
         planned.setdefault(event.target, []).append(event)

@@ -82,6 +82,8 @@ def verify_names(text: RapidText, steps: Iterable[Step], *, cell: Cell) -> None:
     if cell.purge is not None:
         used |= _PRIME_NAMES
         used |= {"ngeoprimeflow"} if cell.signals.mode == "analog" else set()
+    if cell.flood is not None:
+        used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
     for step in steps:
         if (step.move.tool, step.move.work) != ("tgeonozzle", "wgeopart"):
             refuse(step.move.place, f"the move is made with {step.move.tool} in {step.move.work or 'no work object'}")
@@ -107,12 +109,15 @@ def _verify_work(text: RapidText, *, placement: Placement) -> None:
 
 
 def _verify_ways(text: RapidText, orders: Orders, *, cell: Cell) -> None:
-    """Check the joint moves: home, the first targets, their times, and where the nozzle is primed."""
+    """Check the joint moves: home, the first targets, their times, and where nozzle and part are primed and flooded."""
     joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.aloft}
     times = {"nGeoThere": max(orders.there, _SHORTEST_MOVE), "nGeoBack": max(orders.back, _SHORTEST_MOVE)}
     if cell.purge is not None:
         joints["jGeoPrime"] = cell.purge.joints
         times["nGeoPrime"] = cell.purge.duration
+    if cell.flood is not None:
+        times["nGeoFlood"] = cell.flood.duration
+        joints |= {} if cell.flood.joints is None else {"jGeoFlood": cell.flood.joints}
     for name, angles in joints.items():
         datum = declared(text, name, kind="jointtarget", storage="CONST", place=_CELL)
         expected: Value = [literal(np.degrees(angles)), literal(np.full(6, _NO_AXES))]

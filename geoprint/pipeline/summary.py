@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
-from geoprint.model import Surface
+from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
@@ -141,6 +141,8 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "clearance_mm": process.clearance,
         "retract_mm": process.retract,
         "layer_height_mm": process.layer_height,
+        "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
+        "flood_s": None if plan.workpiece.cell.flood is None else plan.workpiece.cell.flood.duration,
     }
 
 
@@ -254,6 +256,8 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
             f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
             "touch next."
         )
+    if plan.laid is not None and plan.laid.light is not None and plan.laid.light.lacking is not None:
+        warnings.append(plan.laid.light.lacking)
     if plan.toolpath.dropped_runs:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "

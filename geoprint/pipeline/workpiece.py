@@ -258,6 +258,13 @@ def largest_distance(job: Job, part: Surface) -> float:
     return backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
 
 
+def with_rounds(job: Job) -> Job:
+    """Return the job with the rounds of its cell where it names neither rounds nor spacing."""
+    if job.spacing is not None or job.rounds is not None:
+        return job
+    return job.model_copy(update={"rounds": load_cell(job.cell).process.rounds})
+
+
 def _wanted_spacing(job: Job, part: Surface) -> float:
     """Return the spacing, or where rounds are given an estimate of it that is good enough to refine by.
 
