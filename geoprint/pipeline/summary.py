@@ -15,7 +15,7 @@ from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
-from geoprint.pipeline.patches import patch_summary
+from geoprint.pipeline.patches import Patch, patch_summary
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.robot_summary import robot_summary, robot_text
 from geoprint.pipeline.rounding import rounded
@@ -235,13 +235,16 @@ def _chart(plan: Plan, flattening: Flattening) -> dict[str, Json]:
     }
 
 
+def _inside(patch: Patch | None) -> list[str]:
+    """Return which side of a drawn curve was taken, nothing without one."""
+    return [] if patch is None or patch.inside is None else [f"the patch lies inside {patch.inside}."]
+
+
 def _warnings(plan: Plan) -> tuple[str, ...]:
     workpiece, preparation = plan.workpiece, plan.workpiece.preparation
     hint = unit_hint(workpiece.part, unit=workpiece.unit)
     warnings: list[str] = [hint] if hint else []
-    warnings.append(workpiece.side.sentence)
-    if workpiece.patch is not None and workpiece.patch.inside is not None:
-        warnings.append(f"the patch lies inside {workpiece.patch.inside}.")
+    warnings += [workpiece.side.sentence, *_inside(workpiece.patch)]
     if preparation.changes():
         warnings.append(f"the mesh was repaired: {'; '.join(preparation.changes())}.")
     if not preparation.crossings_checked:
