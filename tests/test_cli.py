@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from geoprint import cli
-from geoprint.config import packaged_cell_text
+from geoprint.config import Job, packaged_cell_text
+from geoprint.errors import UsageError
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
 
@@ -198,6 +199,18 @@ def test_doctor_shows_versions_and_passes_its_controls(run: Run) -> None:
     for package in ("numpy", "pin", "toppra", "python-fcl"):
         assert package in stdout
     assert "not installed" not in stdout
+
+
+def test_place_takes_a_patch_and_a_label_as_plan_does(run: Run, part: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def told(job: Job, **_: object) -> None:
+        raise UsageError(f"label {job.label}, patch {job.patches[0]}")
+
+    monkeypatch.setattr("geoprint.pipeline.propose_placement", told)
+    patch = ("--at", 1, 2, 3, "--radius", 4, "--cone", 5, "--box", 0, 0, 0, 9, 9, 9, "--region", "wall")
+    status, _, stderr = run("place", part, "--unit", "mm", "--label", 7, *patch)
+    assert status == 2
+    assert "label 7, patch at=[1.0, 2.0, 3.0] radius=4.0 cone_deg=5.0" in stderr
+    assert "region='wall'" in stderr
 
 
 def test_an_interrupt_and_a_defect_end_with_their_own_status(

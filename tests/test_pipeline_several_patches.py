@@ -31,7 +31,7 @@ from geoprint.pipeline.patch_figures import patch_figures
 from geoprint.pipeline.report_table import report_table
 from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
-from geoprint.surfaces import boundary_seed, load, prepare, refine, save_ply, united
+from geoprint.surfaces import Loaded, boundary_seed, load, load_file, prepare, refine, save_ply, united
 from tests.meshes import disc, plate, sphere
 
 RADIUS = 20.0
@@ -115,12 +115,12 @@ def test_patches_that_overlap_are_refused_with_the_place(
     table: Path, regions: list[dict[str, object]], sentence: str
 ) -> None:
     with pytest.raises(InputError, match=sentence):
-        patches_of(job(table, *regions), load(table, unit="mm"))
+        patches_of(job(table, *regions), load_file(table, unit="mm"))
 
 
 def test_patches_that_touch_are_not_refused(table: Path) -> None:
     regions = [box((5.0, 5.0), (20.0, 15.0)), box((20.0, 5.0), (30.0, 15.0))]
-    assert len(patches_of(job(table, *regions), load(table, unit="mm"))) == 2
+    assert len(patches_of(job(table, *regions), load_file(table, unit="mm"))) == 2
 
 
 @pytest.mark.parametrize(
@@ -174,7 +174,7 @@ def test_patches_on_separate_pieces_have_all_of_them_in_the_way_each_once(tmp_pa
     loaded = united([one, Surface(one.vertices + np.array([50.0, 0.0, 0.0]), one.faces)])
     discs = [disc_at(place, 5.0) for place in ((0.0, 0.0, RADIUS), (50.0, 0.0, RADIUS), (50.0, RADIUS, 0.0))]
     for regions, pieces in ((discs[1:], 1), (discs, 2)):
-        body = prepared_part(job(tmp_path / "two.ply", *regions), loaded).body
+        body = prepared_part(job(tmp_path / "two.ply", *regions), Loaded(loaded, "mm", (), {})).body
         assert body is not None
         assert len(body.faces) == pieces * len(one.faces)
 
@@ -183,7 +183,7 @@ def test_a_body_with_a_speck_is_in_the_way_once_however_its_patches_are_cut(tmp_
     one = sphere(radius=RADIUS, subdivisions=3)
     speck = Surface(np.array([[0.0, 0.0, 25.0], [0.1, 0.0, 25.0], [0.0, 0.1, 25.0]]), np.array([[0, 1, 2]]))
     regions = [disc_at(PLACES[0], 5.0), box((-25.0, -25.0), (0.0, 25.0))]
-    body = prepared_part(job(tmp_path / "ball.ply", *regions), united([one, speck])).body
+    body = prepared_part(job(tmp_path / "ball.ply", *regions), Loaded(united([one, speck]), "mm", (), {})).body
     assert body is not None
     assert len(body.faces) == len(one.faces) + 1
 

@@ -24,6 +24,7 @@ from geoprint.surfaces import (
     part_of,
     piece_at,
     prepare,
+    trimmed,
 )
 from tests.meshes import annulus, disc, plate, sphere, spherical_cap
 
@@ -138,6 +139,21 @@ def test_contraction_takes_crumbs_and_keeps_shape_rim_and_topology() -> None:
 def test_contraction_leaves_a_surface_without_crumbs_as_it_is() -> None:
     surface = sphere(subdivisions=2)
     assert contracted(surface) is surface
+
+
+def test_flat_faces_that_hang_on_the_rim_are_trimmed_and_others_stay() -> None:
+    surface = plate(divisions=(4, 3))
+    # On the lower rim: two flat ears, one upon the other, and a spike as high as it is long.
+    ears = np.array([[15.0, -0.02, 0.0], [12.0, -0.03, 0.0], [35.0, -10.0, 0.0]])
+    rim = [int(np.flatnonzero((surface.vertices == [x, 0, 0]).all(axis=1))[0]) for x in (10, 20, 30, 40)]
+    first, second, third, fourth = rim
+    count = len(surface.vertices)
+    faces = [[second, first, count], [count, first, count + 1], [fourth, third, count + 2]]
+    eared = replace(surface, vertices=np.vstack([surface.vertices, ears]), faces=np.vstack([surface.faces, faces]))
+    clean = trimmed(eared)
+    assert len(clean.faces) == len(surface.faces) + 1
+    assert area(clean) == pytest.approx(1200.0 + 50.0)
+    assert trimmed(surface) is surface
 
 
 def test_contraction_never_joins_two_rims_across_a_narrow_strip() -> None:

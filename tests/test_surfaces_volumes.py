@@ -12,6 +12,7 @@ import pytest
 
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import Surface
+from geoprint.pipeline import inspect_file, inspection_text
 from geoprint.surfaces import describe, face_normals, load_file, prepare, signed_volume
 from tests.shared_data import shared
 from tests.volumes import CENTRE, RADIUS, affine, ball_labels, save_nifti
@@ -114,6 +115,16 @@ def test_a_label_is_chosen_among_those_there(
     save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
     with pytest.raises(error, match=sentence):
         load_file(tmp_path / "ball.nii", unit=None, label=label)
+
+
+def test_a_label_is_inspected_in_the_unit_that_the_volume_says(tmp_path: Path) -> None:
+    grid = affine(CUBES)
+    save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
+    text = inspection_text(inspect_file(tmp_path / "ball.nii", label=7))
+    assert "read in mm\n" in text
+    assert "border: none" in text
+    with pytest.raises(UsageError, match="choose one with `--label N`"):
+        inspect_file(tmp_path / "ball.nii")
 
 
 def test_an_empty_volume_and_a_wall_thinner_than_voxels_are_refused(tmp_path: Path) -> None:

@@ -53,6 +53,17 @@ PatchBox = Annotated[
     tuple[float, float, float, float, float, float] | None,
     typer.Option("--box", help="Cut the part out of the file by a box: lowest and highest X Y Z in mm."),
 ]
+Curve = Annotated[
+    Path | None,
+    typer.Option(
+        help="Cut the part out of the file along a closed curve: a CSV file x,y,z (mm) of points in order round it; "
+        "`--at` says which side, by default the smaller."
+    ),
+]
+Region = Annotated[
+    str | None,
+    typer.Option(help="Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them."),
+]
 Body = Annotated[Path | None, typer.Option(help="Mesh of what the part lies on, same coordinates.")]
 CellPath = Annotated[Path | None, typer.Option(help="Cell file; `geoprint init` writes one.")]
 Place = Annotated[str | None, typer.Option(help="'demo': over the pedestal; the program runs only dry.")]
@@ -88,10 +99,25 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on
 
 
 def region_of(
-    at: tuple[float, float, float] | None, radius: float | None, cone: float | None, box: tuple[float, ...] | None
+    *,
+    at: tuple[float, float, float] | None,
+    radius: float | None,
+    cone: float | None,
+    box: tuple[float, ...] | None,
+    curve: Path | None,
+    region: str | None,
 ) -> dict[str, object] | None:
     """Return the bounds of a patch as a job states them, None where not one is given."""
-    given: dict[str, object] = {"at": at and [*at], "radius": radius, "cone_deg": cone, "box": box and [*box]}
+    from geoprint.pipeline import read_curve
+
+    given: dict[str, object] = {
+        "at": at and [*at],
+        "radius": radius,
+        "cone_deg": cone,
+        "box": box and [*box],
+        "curve": curve and read_curve(curve),
+        "region": region,
+    }
     return given if any(value is not None for value in given.values()) else None
 
 

@@ -12,6 +12,7 @@ from geoprint.cli.options import (
     AsJson,
     At,
     Cone,
+    Curve,
     FillHoles,
     Label,
     MaxMemory,
@@ -20,6 +21,7 @@ from geoprint.cli.options import (
     PartOrJob,
     PatchBox,
     Radius,
+    Region,
     Unit,
     region_of,
 )
@@ -31,6 +33,7 @@ def inspect(
     surface: Part,
     *,
     unit: Unit = None,
+    label: Label = None,
     fill_holes: FillHoles = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
     max_memory: MaxMemory = None,
@@ -40,7 +43,7 @@ def inspect(
     from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
 
     limit_memory(max_memory)
-    seen = inspect_file(surface, unit=unit, longest_hole=fill_holes)
+    seen = inspect_file(surface, unit=unit, label=label, longest_hole=fill_holes)
     if picture is not None:
         from geoprint.report import inspection_figure
 
@@ -63,6 +66,8 @@ def patch(
     radius: Radius = None,
     cone: Cone = None,
     box: PatchBox = None,
+    curve: Curve = None,
+    region: Region = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
@@ -73,15 +78,20 @@ def patch(
 
     if out.suffix.lower() != ".ply":
         raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
-    job = job_of(surface=body, unit=unit, label=label, patch=region_of(at, radius, cone, box))
+    job = job_of(
+        surface=body,
+        unit=unit,
+        label=label,
+        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
+    )
     if not job.patches:
-        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")
+        raise UsageError("say where the patch lies: `--at X Y Z --radius R`, `--box`, `--curve` or `--region`.")
     several = len(job.patches) > 1
     paths = [out.with_stem(f"{out.stem}-{number}") if several else out for number in range(1, len(job.patches) + 1)]
     for path in paths:
         if path.exists() and not overwrite:
             raise UsageError(f"{path} exists; choose another name, or replace it with --overwrite.")
-    cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label).surface)
+    cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label))
     for one, path in zip(cut, paths, strict=True):
         save_ply(one.surface, path)
         say(f"{patch_text(one)}\nwritten: {path} (in mm)")

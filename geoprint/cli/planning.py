@@ -14,6 +14,7 @@ from geoprint.cli.options import (
     Body,
     CellPath,
     Cone,
+    Curve,
     Figures,
     FillHoles,
     Flip,
@@ -28,6 +29,7 @@ from geoprint.cli.options import (
     PatchBox,
     Place,
     Radius,
+    Region,
     Resolution,
     Rounds,
     Samples,
@@ -60,6 +62,8 @@ def plan(
     radius: Radius = None,
     cone: Cone = None,
     box: PatchBox = None,
+    curve: Curve = None,
+    region: Region = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -82,7 +86,7 @@ def plan(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
         fill_holes=fill_holes,
-        label=label, patch=region_of(at, radius, cone, box),
+        label=label, patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
         max_tilt=max_tilt, on_slowdown=on_slowdown,
     )  # fmt: skip
     limit_memory(max_memory)
@@ -112,6 +116,8 @@ def compare(
     radius: Radius = None,
     cone: Cone = None,
     box: PatchBox = None,
+    curve: Curve = None,
+    region: Region = None,
     body: Body = None,
     cell: CellPath = None,
     place: Place = None,
@@ -136,7 +142,7 @@ def compare(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
             rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
             max_tilt=max_tilt, on_slowdown=on_slowdown, fill_holes=fill_holes,
-        label=label, patch=region_of(at, radius, cone, box),
+        label=label, patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
         )
         for surface in surfaces
     ]  # fmt: skip
@@ -159,6 +165,13 @@ def place(
     spacing: Spacing = None,
     rounds: Rounds = None,
     seed: SeedPoint = None,
+    label: Label = None,
+    at: At = None,
+    radius: Radius = None,
+    cone: Cone = None,
+    box: PatchBox = None,
+    curve: Curve = None,
+    region: Region = None,
     body: Body = None,
     cell: CellPath = None,
     flip: Flip = None,
@@ -172,7 +185,8 @@ def place(
 
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, spacing=spacing, rounds=rounds, seed=seed, body=body,
-        cell=cell, place="demo",
+        cell=cell, place="demo", label=label,
+        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
     )  # fmt: skip
     with watch() as observe:
         proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)

@@ -10,6 +10,9 @@ from pydantic import Field, PositiveFloat, PositiveInt, model_validator
 from geoprint.config.strict import Table, Triple
 from geoprint.model import OnSlowdown
 
+# A line is sought between each two; what is drawn by hand has a few dozens.
+MOST_CURVE_POINTS = 500
+
 
 class PatchRegion(Table):
     """Where a patch lies on its body; what is given holds together: within the radius and within the box.
@@ -19,21 +22,28 @@ class PatchRegion(Table):
         radius: greatest distance from the point along the surface [mm]; and
         cone_deg: greatest angle between the surface's normal and that at the point [degrees].
         box: lowest x, y, z and highest x, y, z [mm].
+        curve: points [mm] on or near the body, in order round the patch, joined by the shortest lines over it; the
+            patch is the side that holds the point, without one the smaller side.
+        region: name that the body's file gives to some of its faces.
     """
 
     at: Triple | None = None
     radius: PositiveFloat | None = None
     cone_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
     box: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
+    curve: list[Triple] | None = None
+    region: str | None = None
 
     @model_validator(mode="after")
     def _is_bounded(self) -> Self:
         if self.at is None and (self.radius is not None or self.cone_deg is not None):
             raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
-        if self.radius is None and self.cone_deg is None and self.box is None:
-            raise ValueError("a patch needs a bound: give a radius, a cone or a box")
+        if all(bound is None for bound in (self.radius, self.cone_deg, self.box, self.curve, self.region)):
+            raise ValueError("a patch needs a bound: give a radius, a cone, a box, a curve or a region")
         if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
             raise ValueError("a box is its lowest x y z and then its highest x y z")
+        if self.curve is not None and not 3 <= len(self.curve) <= MOST_CURVE_POINTS:
+            raise ValueError(f"a curve has 3 to {MOST_CURVE_POINTS} points, found {len(self.curve)}")
         return self
 
 

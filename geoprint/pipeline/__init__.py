@@ -27,6 +27,7 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons,
 )
 from geoprint.pipeline.doctor import examine
+from geoprint.pipeline.drawn_curve import read_curve
 from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
 from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
 from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_summary, patch_text
@@ -89,6 +90,7 @@ __all__ = [
     "proposal_summary",
     "proposal_text",
     "propose_placement",
+    "read_curve",
     "recommendation",
     "run_sheet",
     "save_calibrated",

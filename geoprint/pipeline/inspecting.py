@@ -18,9 +18,10 @@ from geoprint.surfaces import (
     Inspection,
     boundary_half_edges,
     boundary_seed,
+    face_areas,
     in_words,
     inspect,
-    load_with_unit,
+    load_file,
     point_seed,
     suggested_unit,
     unit_hint,
@@ -30,6 +31,9 @@ from geoprint.surfaces import (
 TRIAL_LEVELS = 4
 # Larger surfaces are not tried: that would take longer than everything else.
 TRIAL_FACES = 100_000
+# Regions that a person reads; more are in the JSON.
+MOST_REGIONS = 30
+LONGEST_NAME = 60
 NOT_TRIED = "not tried"
 POSSIBLE = "yes"
 
@@ -46,6 +50,7 @@ class FileInspection:
         hint: where the size is unusual, what that may mean.
         size: extents [mm].
         found: the examination of the mesh.
+        regions: name, number of faces and area [mm2] of each that the file has.
         backends: by name, POSSIBLE, or why a backend cannot plan on it, or that it was NOT_TRIED and why.
     """
 
@@ -55,31 +60,37 @@ class FileInspection:
     hint: str | None
     size: tuple[float, ...]
     found: Inspection
+    regions: tuple[tuple[str, int, float], ...]
     backends: tuple[tuple[str, str], ...]
 
 
-def inspect_file(path: Path, *, unit: str | None = None, longest_hole: float | None = None) -> FileInspection:
+def inspect_file(
+    path: Path, *, unit: str | None = None, label: int | None = None, longest_hole: float | None = None
+) -> FileInspection:
     """Examine a mesh file.
 
     Args:
         path: of the file.
         unit: of its coordinates; where neither this nor the file says it, the likely one is assumed and said so.
+        label: of a label volume, which one is meant.
         longest_hole: holes up to this long [mm] count as closed by preparing.
 
     Raises:
-        UsageError: the unit is unknown or not that of the file.
+        UsageError: the unit is unknown or not that of the file, or the label is missing or not in the file.
         InputError: the file cannot be read.
     """
-    assumed = unit or suggested_unit(path)
-    surface, read_in = load_with_unit(path, unit=assumed)
-    found = inspect(surface, longest_hole=longest_hole)
+    suggested, assumed = (unit, False) if unit is not None else suggested_unit(path, label=label)
+    loaded = load_file(path, unit=suggested, label=label)
+    found = inspect(loaded.surface, longest_hole=longest_hole)
+    areas = face_areas(loaded.surface)
     return FileInspection(
         name=path.name,
-        unit=read_in,
-        assumed=unit is None and path.suffix.lower() != ".3mf",
-        hint=unit_hint(found.examined, unit=read_in),
+        unit=loaded.unit,
+        assumed=assumed,
+        hint=unit_hint(found.examined, unit=loaded.unit),
         size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
         found=found,
+        regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
         backends=tuple((name, _trial(name, found)) for name in BACKENDS),
     )
 
@@ -109,6 +120,7 @@ def inspection_summary(seen: FileInspection) -> dict[str, Json]:
         "preparation": None if found.preparation is None else asdict(found.preparation),
         "changes": None if found.preparation is None else list(found.preparation.changes()),
         "refusal": found.refusal,
+        "regions": [{"name": name, "faces": faces, "area_mm2": rounded(area)} for name, faces, area in seen.regions],
         "backends": dict(seen.backends),
     }
 
@@ -135,6 +147,12 @@ def inspection_text(seen: FileInspection) -> str:
         lines.append(f"refused: {found.refusal}")
     elif found.preparation is not None:
         lines.append(f"preparing changes: {'; '.join(found.preparation.changes()) or 'nothing'}")
+    lines += [
+        f"region '{name[:LONGEST_NAME]}': {faces} faces, {area:.4g} mm2"
+        for name, faces, area in seen.regions[:MOST_REGIONS]
+    ]
+    if len(seen.regions) > MOST_REGIONS:
+        lines.append(f"and {len(seen.regions) - MOST_REGIONS} more regions: `--json` lists all")
     lines += [f"{name:<14}{answer}" for name, answer in seen.backends]
     return "\n".join(lines)
 

@@ -14,6 +14,7 @@ from geoprint.errors import InputError, naming
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline.patches import Patch, choice_of, cut_patch
 from geoprint.surfaces import (
+    Loaded,
     PolylineDistance,
     PreparationReport,
     boundary_loops,
@@ -52,7 +53,7 @@ class PreparedPart:
     body: Surface | None
 
 
-def prepared_part(job: Job, loaded: Surface) -> PreparedPart:
+def prepared_part(job: Job, loaded: Loaded) -> PreparedPart:
     """Prepare what a file holds, or cut the patches out of it that a job names.
 
     Raises:
@@ -61,16 +62,17 @@ def prepared_part(job: Job, loaded: Surface) -> PreparedPart:
     """
     patches = patches_of(job, loaded)
     if not patches:
-        surface, preparation = prepare(loaded, longest_hole=job.fill_holes)
+        surface, preparation = prepare(loaded.surface, longest_hole=job.fill_holes)
         return PreparedPart(surface, (preparation,), (), None)
     surface = united([patch.surface for patch in patches])
     return PreparedPart(surface, tuple(patch.preparation for patch in patches), patches, _common_body(patches))
 
 
-def patches_of(job: Job, body: Surface) -> tuple[Patch, ...]:
+def patches_of(job: Job, body: Loaded) -> tuple[Patch, ...]:
     """Return the patches that a job cuts from its body, in its order; none where the whole body is the part.
 
     Raises:
+        UsageError: the body's file has no such region.
         InputError: as `cut_patch`, and so the other errors; or two patches overlap. The sentence says which.
     """
     several = len(job.patches) > 1
@@ -78,7 +80,7 @@ def patches_of(job: Job, body: Surface) -> tuple[Patch, ...]:
     for number, region in enumerate(job.patches, start=1):
         place = "" if region.at is None else f" at {in_words(np.array(region.at))}"
         with naming(f"patch {number}{place}" if several else ""):
-            patches.append(cut_patch(body, choice_of(region), longest_hole=job.fill_holes))
+            patches.append(cut_patch(body.surface, choice_of(region, body), longest_hole=job.fill_holes))
     _refuse_overlaps(patches)
     return tuple(patches)
 

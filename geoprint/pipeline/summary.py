@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -16,6 +17,7 @@ from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patch_figures import patches_summary, patches_text
+from geoprint.pipeline.patches import Patch
 from geoprint.pipeline.planning import Plan, flat_surface
 from geoprint.pipeline.robot_summary import robot_summary, robot_text
 from geoprint.pipeline.rounding import rounded
@@ -241,6 +243,15 @@ def _chart(plan: Plan) -> dict[str, Json]:
     }
 
 
+def _inside(patches: Sequence[Patch]) -> list[str]:
+    """Return which side of a drawn curve was taken, patch by patch."""
+    return [
+        f"{f'patch {number}' if len(patches) > 1 else 'the patch'} lies inside {patch.inside}."
+        for number, patch in enumerate(patches, start=1)
+        if patch.inside is not None
+    ]
+
+
 def _repairs(workpiece: Workpiece) -> list[str]:
     """Say what preparing changed and what it could not check, patch by patch."""
     said: list[str] = []
@@ -259,8 +270,7 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     workpiece = plan.workpiece
     hint = unit_hint(workpiece.part, unit=workpiece.unit)
     warnings: list[str] = [hint] if hint else []
-    warnings.append(workpiece.side.sentence)
-    warnings += _repairs(workpiece)
+    warnings += [workpiece.side.sentence, *_inside(workpiece.patches), *_repairs(workpiece)]
     if plan.robot is not None and not plan.robot.placement.calibrated:
         warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
     warnings += targets_warnings(plan)

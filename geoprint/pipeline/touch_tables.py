@@ -10,8 +10,6 @@ CSV in UTF-8 with commas; the first row names the columns, lines that start with
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -22,17 +20,13 @@ from geoprint.errors import InputError
 from geoprint.model import FloatArray, Robot
 from geoprint.model.arrays import freeze_arrays
 from geoprint.motion import Arm
+from geoprint.pipeline.number_tables import numbers_of, require_columns, rows_of
 from geoprint.transforms import rigid, rotation_of
 
 POINT_COLUMNS = ("name", "x", "y", "z")
 POSE_COLUMNS = ("x", "y", "z", "q1", "q2", "q3", "q4")
 JOINT_COLUMNS = ("j1", "j2", "j3", "j4", "j5", "j6")
 
-# Nobody touches more points by hand, and a longer file is another one.
-MOST_ROWS = 10_000
-MOST_BYTES = 1_000_000
-# A larger coordinate [mm] is a typing error or another unit: no arm of this kind reaches two metres.
-FARTHEST = 10_000.0
 # A quaternion that was read off a pendant with four decimals has length 1 within this.
 UNIT_TOLERANCE = 1e-3
 
@@ -62,13 +56,13 @@ def read_points(path: Path) -> NamedPoints:
     Raises:
         InputError: it cannot be read, or a row or column is not as described; says which.
     """
-    rows = _rows(path)
-    _require_columns(path, rows[0][1], [POINT_COLUMNS])
+    rows = rows_of(path)
+    require_columns(path, rows[0][1], [POINT_COLUMNS])
     names = tuple(cells[0] for _, cells in rows[1:])
     for (number, _), name in zip(rows[1:], names, strict=True):
         if not name or not name.isprintable():
             raise InputError(f"{path.name}, row {number}, column name: found {name!r}, needed is a printable name.")
-    numbers = [_numbers(path, number, cells[1:], POINT_COLUMNS[1:]) for number, cells in rows[1:]]
+    numbers = [numbers_of(path, number, cells[1:], POINT_COLUMNS[1:]) for number, cells in rows[1:]]
     return NamedPoints(path.name, names, np.array(numbers).reshape(-1, 3))
 
 
@@ -82,9 +76,11 @@ def read_flange_poses(path: Path, *, robot: Robot) -> FloatArray:
     Raises:
         InputError: it cannot be read, or a row or column is not as described; says which.
     """
-    rows = _rows(path)
-    columns = _require_columns(path, rows[0][1], [POSE_COLUMNS, JOINT_COLUMNS])
-    values = np.array([_numbers(path, number, cells, columns) for number, cells in rows[1:]]).reshape(-1, len(columns))
+    rows = rows_of(path)
+    columns = require_columns(path, rows[0][1], [POSE_COLUMNS, JOINT_COLUMNS])
+    values = np.array([numbers_of(path, number, cells, columns) for number, cells in rows[1:]]).reshape(
+        -1, len(columns)
+    )
     if columns == JOINT_COLUMNS:
         return Arm(robot, T_flange_tool=np.eye(4)).flange_poses(np.radians(values))
     lengths = np.linalg.norm(values[:, 3:], axis=1)
@@ -96,57 +92,3 @@ def read_flange_poses(path: Path, *, robot: Robot) -> FloatArray:
                 row=number,
             )
     return rigid(rotation_of(values[:, 3:]), values[:, :3])
-
-
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return the rows that are neither empty nor comments, with their line numbers; at least the header's."""
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise InputError(f"{path.name} is larger than a megabyte: that is no table of touched points.")
-        text = path.read_text(encoding="utf-8-sig")
-        rows = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]
-        kept = [(number, line) for number, line in rows if line.strip() and not line.lstrip().startswith("#")]
-        cells = [(number, [cell.strip() for cell in next(csv.reader([line], strict=True))]) for number, line in kept]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"`{path}` cannot be read as a table ({error}); it must be CSV in UTF-8.") from error
-    if not cells:
-        raise InputError(f"{path.name} is empty; its first row must name the columns, such as name,x,y,z.")
-    if len(cells) > MOST_ROWS:
-        raise InputError(f"{path.name} has {len(cells)} rows, at most {MOST_ROWS} are read.")
-    return cells
-
-
-def _require_columns(path: Path, found: Sequence[str], allowed: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
-    columns = tuple(cell.lower() for cell in found)
-    if columns not in allowed:
-        wanted = " or ".join(",".join(names) for names in allowed)
-        raise InputError(f"{path.name}: the first row must name the columns {wanted}, found {','.join(found)!r}.")
-    return columns
-
-
-def _numbers(path: Path, number: int, cells: Sequence[str], columns: Sequence[str]) -> list[float]:
-    """Return the numbers of one row.
-
-    Raises:
-        InputError: there are more or fewer cells than columns, or one is no finite number of a sensible size.
-    """
-    if len(cells) != len(columns):
-        raise InputError(
-            f"{path.name}, row {number}: found {len(cells)} numbers, needed are {len(columns)} ({', '.join(columns)}).",
-            row=number,
-        )
-    values: list[float] = []
-    for column, cell in zip(columns, cells, strict=True):
-        try:
-            value = float(cell)
-        except ValueError:
-            value = np.nan
-        if not abs(value) <= FARTHEST:
-            raise InputError(
-                f"{path.name}, row {number}, column {column}: found {cell!r}, needed is a number between "
-                f"-{FARTHEST:g} and {FARTHEST:g} (mm or degrees).",
-                row=number,
-                column=column,
-            )
-        values.append(value)
-    return values

@@ -1,8 +1,9 @@
 """A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
 
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
-from geoprint.surfaces.contraction import contracted
+from geoprint.surfaces.contraction import contracted, trimmed
 from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.inscribing import SurfaceLine, inscribed, with_vertex
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
     UNITS,
@@ -32,6 +33,7 @@ from geoprint.surfaces.places import in_words
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
+from geoprint.surfaces.regions import region_faces
 from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare, signed_volume
 from geoprint.surfaces.seeds import boundary_seed, point_seed
 from geoprint.surfaces.topology import (
@@ -57,6 +59,7 @@ __all__ = [
     "Piece",
     "PolylineDistance",
     "PreparationReport",
+    "SurfaceLine",
     "all_curves",
     "arc_lengths",
     "boundary_half_edges",
@@ -80,6 +83,7 @@ __all__ = [
     "gradient",
     "half_edges",
     "in_words",
+    "inscribed",
     "inspect",
     "join",
     "likely_unit",
@@ -99,13 +103,16 @@ __all__ = [
     "positions",
     "prepare",
     "refine",
+    "region_faces",
     "save_ply",
     "signed_volume",
     "some_curves",
     "suggested_unit",
+    "trimmed",
     "twins",
     "unit_hint",
     "united",
     "vertex_normals",
     "vertex_points",
+    "with_vertex",
 ]

@@ -1,16 +1,20 @@
-"""Contracting edges that are much shorter than the others: crumbs that marching cubes and cuts leave behind."""
+"""Contracting edges that are much shorter than the others, and trimming: crumbs that cuts and marching cubes leave."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.surfaces.operators import edge_lengths
+from geoprint.surfaces.clipping import part_of
+from geoprint.surfaces.operators import edge_lengths, face_areas
 from geoprint.surfaces.topology import boundary_half_edges, edges, half_edges, used_vertices
 
 # Edges below this share of the median are contracted: twice the distance at which rim vertices count as one, so that
 # preparing joins none that are meant to be apart.
 SHORT_SHARE = 0.1
+# Faces between two border edges that are lower than this share of the third side (angles of about a degree) go: the
+# border moves by less than the height.
+FLAT_SHARE = 0.02
 
 
 def contracted(surface: Surface) -> Surface:
@@ -37,6 +41,29 @@ def contracted(surface: Surface) -> Surface:
     names = np.zeros(len(surface.vertices), dtype=np.int64)
     names[used] = np.arange(used.size)
     return Surface(vertices=surface.vertices[used], faces=names[faces], name=surface.name)
+
+
+def trimmed(surface: Surface) -> Surface:
+    """Drop flat faces that hang on the surface by their longest side alone, as cuts and contractions leave on the rim.
+
+    Args:
+        surface: manifold.
+
+    Returns:
+        The surface with fewer faces and the vertices that they use; the others as they were.
+    """
+    while True:
+        rims = boundary_half_edges(surface.faces)
+        corners = surface.vertices[surface.faces]
+        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        flat = 2.0 * face_areas(surface) < FLAT_SHARE * lengths.max(axis=1) ** 2
+        bare = np.zeros(lengths.shape, dtype=np.bool_)
+        bare.ravel()[rims] = True
+        longest_held = ~np.take_along_axis(bare, np.argmax(lengths, axis=1)[:, None], axis=1)[:, 0]
+        hanging = flat & longest_held & (bare.sum(axis=1) == 2)
+        if not hanging.any():
+            return surface
+        surface = part_of(surface, ~hanging)
 
 
 def _contract(surface: Surface, pairs: IntArray, on_rim: BoolArray) -> IntArray:

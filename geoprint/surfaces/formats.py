@@ -10,10 +10,10 @@ import re
 import stat
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Protocol, final
+from typing import Protocol, TypeAlias, final
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from geoprint.surfaces.cad import KINDS, read_cad
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.label_volumes import read_volume
 from geoprint.surfaces.point_clouds import read_point_ply, read_point_text, reconstruct
+from geoprint.surfaces.regions import Regions, labelled_faces, named
 from geoprint.surfaces.text_formats import MeshArrays, check_indices, read_obj, read_off
 from geoprint.surfaces.three_mf import read_3mf
 
@@ -37,6 +38,8 @@ PLY_SIZES = {
     "char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
     "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8,
 }  # fmt: skip
+# Data and properties of each element of a PLY file, by their names.
+_Elements: TypeAlias = Mapping[str, Mapping[str, Mapping[str, object]]]
 
 
 class _Reader(Protocol):
@@ -53,12 +56,14 @@ class MeshFile:
         faces: (m, 3) vertex indices; polygons are triangulated.
         unit: of the positions, a key of `io.UNITS`; None where the format carries none.
         notes: how the mesh was made, where the file holds something else.
+        regions: groups, objects, solids and labels that the file gives to faces.
     """
 
     vertices: FloatArray
     faces: IntArray
     unit: str | None
     notes: Notes = ()
+    regions: Regions = field(default_factory=dict[str, IntArray])
 
 
 def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
@@ -105,7 +110,8 @@ def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
 def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile:
     """Return what a file of a known kind holds, unchecked."""
     if suffix == ".3mf":
-        return MeshFile(*read_3mf(data, name=name))
+        mesh, unit = read_3mf(data, name=name)
+        return MeshFile(mesh.vertices, mesh.faces, unit, regions=mesh.regions)
     if suffix in VOLUMES:
         made = read_volume(data, suffix=suffix, label=label, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
@@ -116,7 +122,8 @@ def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile
         cloud = (read_point_ply if suffix == ".ply" else read_point_text)(data, name=name)
         made = reconstruct(cloud, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
-    return MeshFile(*_READERS[suffix](data, name=name), None)
+    mesh = _READERS[suffix](data, name=name)
+    return MeshFile(mesh.vertices, mesh.faces, None, regions=mesh.regions)
 
 
 def _without_faces(data: bytes) -> bool:
@@ -151,7 +158,7 @@ def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
         name: what messages call it.
 
     Returns:
-        Three vertices for each triangle, not joined.
+        Three vertices for each triangle, not joined; the solids of an ASCII file are regions.
 
     Raises:
         InputError: it is neither, or its length disagrees with the count.
@@ -160,12 +167,14 @@ def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
     if len(data) == STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced:
         triangles = np.frombuffer(data, dtype=STL_TRIANGLE, offset=STL_HEADER_BYTES)
         vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
-        return vertices, np.arange(len(vertices)).reshape(-1, 3)
+        return MeshArrays(vertices, np.arange(len(vertices)).reshape(-1, 3))
     # trimesh needs UTF-8; other bytes can only stand in names.
-    text = data.decode("utf-8-sig", errors="replace").lower()
+    written = data.decode("utf-8-sig", errors="replace")
+    text = written.lower()
     if text.lstrip().startswith("solid") and ("facet" in text or "endsolid" in text):
-        facets = len(re.findall(r"(?<!end)facet", text))
-        return _through_trimesh(text.encode(), kind="stl", faces=facets, name=name)
+        facets = [found.start() for found in re.finditer(r"(?<!end)facet", written, re.IGNORECASE)]
+        mesh, _ = _through_trimesh(text.encode(), kind="stl", faces=len(facets), name=name)
+        return mesh._replace(regions=_solids(written, facets))
     if len(data) < STL_HEADER_BYTES or data[:1] == b"<":
         raise InputError(
             f"`{name}` is not an STL file: {len(data)} bytes that do not begin with `solid`; "
@@ -179,12 +188,22 @@ def read_stl(data: bytes, /, *, name: str) -> MeshArrays:
     )
 
 
+def _solids(text: str, facets: list[int]) -> Regions:
+    """Return the regions that the solids of an ASCII STL file are, given where its facets begin."""
+    solids = list(re.finditer(r"^[ \t]*solid\b(.*)$", text, re.IGNORECASE | re.MULTILINE))
+    names = [found[1].strip() or f"solid {number}" for number, found in enumerate(solids, start=1)]
+    return named(names, np.searchsorted([found.start() for found in solids], facets) - 1)
+
+
 def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
     """Read a PLY file.
 
     Args:
         data: content of the file.
         name: what messages call it.
+
+    Returns:
+        Vertices and triangles; the values of integer properties are regions, those of faces where all are triangles.
 
     Raises:
         InputError: the header is not one, or promises more than the file holds.
@@ -216,7 +235,23 @@ def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
             f"`{name}` holds {counts.get('vertex', 0)} vertices and {counts.get('face', 0)} faces; a surface needs "
             "triangles, so export it as a mesh."
         )
-    return _through_trimesh(data, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name)
+    mesh, elements = _through_trimesh(data, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name)
+    return mesh._replace(
+        regions=labelled_faces(
+            mesh.faces,
+            of_faces=_integers(elements, "face", count=len(mesh.faces)),
+            of_vertices=_integers(elements, "vertex", count=len(mesh.vertices)),
+        )
+    )
+
+
+def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, IntArray]:
+    """Return the integer properties of which an element of a PLY file has as many as `count`, as trimesh reads them."""
+    data = elements[element]["data"]
+    arrays = {name: np.asarray(data[name]) for name in elements[element]["properties"]}
+    # What trimesh reads from text stands in columns.
+    flat = {name: array[:, 0] if array.shape == (count, 1) else array for name, array in arrays.items()}
+    return {name: a.astype(np.int64) for name, a in flat.items() if a.dtype.kind in "iu" and a.shape == (count,)}
 
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
@@ -263,8 +298,10 @@ def _least_bytes(words: list[str]) -> int:
     return PLY_SIZES[words[2]] + corners * PLY_SIZES[words[3]]
 
 
-def _through_trimesh(data: bytes, *, kind: str, faces: int, name: str, vertices: int | None = None) -> MeshArrays:
-    """Read with trimesh, and compare the result with what the file promises.
+def _through_trimesh(
+    data: bytes, *, kind: str, faces: int, name: str, vertices: int | None = None
+) -> tuple[MeshArrays, _Elements]:
+    """Read with trimesh, and compare the result with what the file promises; of PLY also return the elements.
 
     Args:
         data: content of the file.
@@ -288,4 +325,4 @@ def _through_trimesh(data: bytes, *, kind: str, faces: int, name: str, vertices:
             faces=faces,
             found=len(got_faces),
         )
-    return got_vertices.reshape(-1, 3), got_faces.reshape(-1, 3)
+    return MeshArrays(got_vertices.reshape(-1, 3), got_faces.reshape(-1, 3)), mesh.metadata.get("_ply_raw", {})

@@ -12,6 +12,7 @@ from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.formats import read_mesh
+from geoprint.surfaces.regions import Regions
 from geoprint.surfaces.topology import used_vertices
 
 # Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
@@ -34,11 +35,13 @@ class Loaded:
         surface: in mm, named after the file.
         unit: of the file's coordinates.
         notes: how the mesh was made, where the file holds something else.
+        regions: groups, objects, solids and labels that the file gives to faces.
     """
 
     surface: Surface
     unit: str
     notes: Notes
+    regions: Regions
 
 
 def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
@@ -90,7 +93,8 @@ def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | 
     _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
     _check_resolution(path.name, used * UNITS[unit])
     wound = faces[:, ::-1] if flip else faces
-    return Loaded(Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name), unit, file.notes)
+    surface = Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name)
+    return Loaded(surface, unit, file.notes, file.regions)
 
 
 def ply_bytes(surface: Surface) -> bytes:
@@ -135,15 +139,16 @@ def likely_unit(size: float) -> str | None:
     return None
 
 
-def suggested_unit(path: Path) -> str:
-    """Return the unit that a file carries, or else the one in which it most likely is.
+def suggested_unit(path: Path, *, label: int | None = None) -> tuple[str, bool]:
+    """Return the unit in which a file is, and whether it is only the likely one because the file carries none.
 
     Raises:
         InputError: as `load`.
     """
-    file = read_mesh(path)
+    file = read_mesh(path, label=label)
     used = file.vertices[used_vertices(file.faces)]
-    return file.unit or likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
+    likely = likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
+    return file.unit or likely, file.unit is None
 
 
 def unit_hint(surface: Surface, *, unit: str) -> str | None:

@@ -9,29 +9,41 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from itertools import pairwise
-from typing import TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.regions import NO_REGIONS, Regions, named, together
 
-# Vertices (n, 3) and faces (m, 3).
-MeshArrays: TypeAlias = tuple[FloatArray, IntArray]
+# The statements of OBJ that name the faces after them, and what they name.
+_OBJ_NAMES = (("g", "group"), ("o", "object"), ("usemtl", "material"))
+
+
+class MeshArrays(NamedTuple):
+    """What a mesh file holds: (n, 3) vertices in its unit, (m, 3) faces and their regions."""
+
+    vertices: FloatArray
+    faces: IntArray
+    regions: Regions = NO_REGIONS
+
+
 # Its number in the file and its words.
 _Line: TypeAlias = tuple[int, list[str]]
 _Parsed = TypeVar("_Parsed")
 
 
 def read_obj(data: bytes, /, *, name: str) -> MeshArrays:
-    """Read positions and faces of an OBJ file; groups, materials, normals and texture are left out.
+    """Read positions, faces and regions of an OBJ file; normals and texture are left out.
 
     Args:
         data: content of the file.
         name: what messages call it.
 
     Returns:
-        (n, 3) vertices in the file's unit and (m, 3) faces; polygons are cut into fans.
+        (n, 3) vertices in the file's unit and (m, 3) faces; polygons are cut into fans. Groups, objects and materials
+        are regions; a statement that names several groups makes one region of them all.
 
     Raises:
         InputError: a line cannot be read, a face has fewer than three corners or refers to a vertex that is not
@@ -49,7 +61,23 @@ def read_obj(data: bytes, /, *, name: str) -> MeshArrays:
         [index - 1 if index > 0 else int(count) + index for index in polygon]
         for polygon, count in zip(polygons, defined, strict=True)
     ]
-    return _mesh(vertices, absolute, name=name)
+    mesh = _mesh(vertices, absolute, name=name)
+    sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
+    return mesh._replace(regions=_obj_regions(lines, face_lines, sizes))
+
+
+def _obj_regions(lines: list[_Line], face_lines: list[_Line], sizes: IntArray) -> Regions:
+    """Return the regions of triangles, of which a polygon of each size makes two fewer than it has corners."""
+    triangles = np.repeat([number for number, _ in face_lines], sizes - 2)
+    kinds: list[tuple[str, Regions]] = []
+    for keyword, kind in _OBJ_NAMES:
+        statements = [line for line in lines if line[1][:1] == [keyword]]
+        # A statement without a name ends the one before.
+        names = [" ".join(words[1:]) for _, words in statements]
+        which = np.searchsorted([number for number, _ in statements], triangles) - 1
+        regions = named(names, which)
+        kinds.append((kind, {each: faces for each, faces in regions.items() if each}))
+    return together(kinds)
 
 
 def read_off(data: bytes, /, *, name: str) -> MeshArrays:
@@ -142,7 +170,7 @@ def _mesh(vertices: list[tuple[float, float, float]], polygons: list[list[int]],
     faces = np.array(fans, dtype=np.int64).reshape(-1, 3)
     check_indices(faces, vertices=len(positions), name=name)
     _check_convex(positions, faces, np.repeat(np.arange(sizes.size), sizes - 2), name=name)
-    return positions, faces
+    return MeshArrays(positions, faces)
 
 
 def check_indices(faces: IntArray, *, vertices: int, name: str) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NoReturn, TypeAlias, final
+from typing import NamedTuple, NoReturn, TypeAlias, final
 from xml.parsers import expat
 
 import numpy as np
@@ -17,6 +17,8 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.archives import open_archive, read_entry
+from geoprint.surfaces.regions import Regions, printable
+from geoprint.surfaces.text_formats import MeshArrays
 
 # What the format calls a unit, our name of it and how many of ours it is.
 _UNITS: Mapping[str, tuple[str, float]] = {
@@ -39,11 +41,20 @@ _Key: TypeAlias = tuple[str, str]
 @final
 @dataclass(slots=True)
 class _Object:
-    """An object as it is read: corners and triangles of its own, and objects it is composed of."""
+    """An object as it is read: its name, corners and triangles of its own, and objects it is composed of."""
 
+    name: str
     vertices: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     faces: list[tuple[int, ...]] = field(default_factory=list[tuple[int, ...]])
     components: list[tuple[_Key, FloatArray]] = field(default_factory=list[tuple[_Key, FloatArray]])
+
+
+class _Piece(NamedTuple):
+    """The mesh of an object where a build puts it, and the names of the object and of those composed of it."""
+
+    vertices: FloatArray
+    faces: IntArray
+    owners: tuple[str, ...] = ()
 
 
 @final
@@ -56,7 +67,7 @@ class _Model:
     build: list[tuple[_Key, FloatArray]] = field(default_factory=list[tuple[_Key, FloatArray]])
 
 
-def read_3mf(data: bytes, /, *, name: str) -> tuple[FloatArray, IntArray, str]:
+def read_3mf(data: bytes, /, *, name: str) -> tuple[MeshArrays, str]:
     """Read the meshes of the build of a 3MF package, end to end.
 
     Args:
@@ -64,7 +75,7 @@ def read_3mf(data: bytes, /, *, name: str) -> tuple[FloatArray, IntArray, str]:
         name: what messages call it.
 
     Returns:
-        (n, 3) vertices, (m, 3) faces, and the unit of the vertices.
+        Vertices and faces, whose regions are the objects, composed ones too; and the unit of the vertices.
 
     Raises:
         InputError: the package or its model is damaged, declares entities, refers to what is not there, or its
@@ -89,19 +100,31 @@ def read_3mf(data: bytes, /, *, name: str) -> tuple[FloatArray, IntArray, str]:
         for key, transform in model.build
         for piece in _placed(objects, key, transform, name=name, depth=0, left=left)
     ]
-    shifts = np.cumsum([0, *(len(vertices) for vertices, _ in placed)])
-    return (
-        np.concatenate([vertices for vertices, _ in placed] or [np.empty((0, 3))]) * scale,
+    shifts = np.cumsum([0, *(len(piece.vertices) for piece in placed)])
+    mesh = MeshArrays(
+        np.concatenate([piece.vertices for piece in placed] or [np.empty((0, 3))]) * scale,
         np.concatenate(
-            [faces + shift for (_, faces), shift in zip(placed, shifts, strict=False)] or [np.empty((0, 3), np.int64)]
+            [piece.faces + shift for piece, shift in zip(placed, shifts, strict=False)] or [np.empty((0, 3), np.int64)]
         ),
-        unit,
+        _regions(placed),
     )
+    return mesh, unit
+
+
+def _regions(placed: list[_Piece]) -> Regions:
+    """Return the regions that the objects of pieces are, whose faces stand end to end."""
+    parts: dict[str, list[IntArray]] = {}
+    first = 0
+    for piece in placed:
+        for owner in dict.fromkeys(piece.owners):
+            parts.setdefault(owner, []).append(np.arange(first, first + len(piece.faces)))
+        first += len(piece.faces)
+    return {printable(owner): np.concatenate(faces) for owner, faces in parts.items()}
 
 
 def _placed(
     objects: Mapping[_Key, _Object], key: _Key, transform: FloatArray, *, name: str, depth: int, left: list[int]
-) -> list[tuple[FloatArray, IntArray]]:
+) -> list[_Piece]:
     """Return the meshes of an object and its components under a transform; `left` counts down the faces allowed."""
     if key not in objects:
         raise InputError(f"`{name}` refers to object {key[1]!r}, which is not in it; export it again.")
@@ -112,7 +135,7 @@ def _placed(
             f"`{name}`: components are nested more than {DEEPEST} deep or make more than {MOST_FACES} triangles; "
             "export the part as one mesh."
         )
-    pieces: list[tuple[FloatArray, IntArray]] = []
+    pieces: list[_Piece] = []
     if found.faces:
         vertices = np.array(found.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(found.faces, dtype=np.int64).reshape(-1, 3)
@@ -124,12 +147,12 @@ def _placed(
         # Points are rows here: the format multiplies from the right. The caller refuses what is not finite.
         with np.errstate(invalid="ignore", over="ignore"):
             moved = vertices @ transform[:3] + transform[3]
-        pieces.append((moved, faces[:, ::-1] if mirrored else faces))
+        pieces.append(_Piece(moved, faces[:, ::-1] if mirrored else faces))
     for component, own in found.components:
         with np.errstate(invalid="ignore", over="ignore"):
             inner = np.vstack([own[:3] @ transform[:3], own[3] @ transform[:3] + transform[3]])
         pieces += _placed(objects, component, inner, name=name, depth=depth + 1, left=left)
-    return pieces
+    return [piece._replace(owners=(found.name, *piece.owners)) for piece in pieces]
 
 
 def _root_model(archive: zipfile.ZipFile, *, name: str) -> str:
@@ -148,7 +171,7 @@ def _root_model(archive: zipfile.ZipFile, *, name: str) -> str:
 
 def _read_model(archive: zipfile.ZipFile, path: str, *, name: str) -> _Model:
     """Read one model file of the package."""
-    model, current = _Model(), _Object()
+    model, current = _Model(), _Object("")
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal current
@@ -156,7 +179,7 @@ def _read_model(archive: zipfile.ZipFile, path: str, *, name: str) -> _Model:
             case "model":
                 model.unit = attributes.get("unit", model.unit)
             case "object":
-                current = model.objects[path, attributes["id"]] = _Object()
+                current = model.objects[path, attributes["id"]] = _Object(_object_name(attributes))
             case "vertex":
                 current.vertices.append(tuple(float(attributes[axis]) for axis in "xyz"))
             case "triangle":
@@ -170,6 +193,10 @@ def _read_model(archive: zipfile.ZipFile, path: str, *, name: str) -> _Model:
 
     _parse(read_entry(archive, path, name=name), start, name=name)
     return model
+
+
+def _object_name(attributes: Mapping[str, str]) -> str:
+    return attributes.get("name", "").strip() or f"object {attributes['id']}"
 
 
 def _key(attributes: Mapping[str, str], path: str) -> _Key:
