@@ -1,4 +1,4 @@
-"""Commands about files: inspect a part, cut a patch from it, check a bundle."""
+"""Commands about files: inspect a part, cut a patch from it, remesh it, check a bundle."""
 
 from __future__ import annotations
 
@@ -69,10 +69,7 @@ def patch(
     from geoprint.pipeline import patch_of, patch_summary, patch_text
     from geoprint.surfaces import load_file, save_ply
 
-    if out.exists() and not overwrite:
-        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
-    if out.suffix.lower() != ".ply":
-        raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
+    _check_ply(out, overwrite=overwrite)
     job = job_of(surface=body, unit=unit, label=label, at=at, radius=radius, cone_deg=cone, box=box)
     cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
     if cut is None:
@@ -81,6 +78,50 @@ def patch(
     if as_json:
         typer.echo(json.dumps(patch_summary(cut), indent=2))
     say(f"{patch_text(cut)}\nwritten: {out} (in mm)")
+
+
+def remesh(
+    surface: Part,
+    *,
+    out: Annotated[Path, typer.Option(help="PLY file for the new mesh, in mm.", show_default=False)],
+    unit: Unit = None,
+    label: Label = None,
+    edge_length: Annotated[
+        float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
+    ] = None,
+    faces: Annotated[
+        int | None, typer.Option(help="Instead: take triangles away down to so many, where it changes least.")
+    ] = None,
+    smooth: Annotated[
+        float | None, typer.Option(help="First take away noise and ripples shorter than so many mm; holds creases.")
+    ] = None,
+    max_deviation: Annotated[
+        float | None,
+        typer.Option(help="Refuse a result farther off than so many mm; by default 1/500 of the part's diagonal."),
+    ] = None,
+    max_memory: MaxMemory = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write the same part with another mesh, smoother, more even or smaller, and say how far the two lie apart."""
+    from geoprint.pipeline import remesh_file, remeshing_summary, remeshing_text
+    from geoprint.surfaces import save_ply
+
+    limit_memory(max_memory)
+    _check_ply(out, overwrite=overwrite)
+    found = remesh_file(
+        surface,
+        unit=unit,
+        label=label,
+        wavelength=smooth,
+        edge_length=edge_length,
+        faces=faces,
+        max_deviation=max_deviation,
+    )
+    save_ply(found.after, out)
+    if as_json:
+        typer.echo(json.dumps(remeshing_summary(found), indent=2))
+    say(f"{remeshing_text(found)}\nwritten: {out} (in mm)")
 
 
 def check(
@@ -100,3 +141,11 @@ def check(
             f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
             "program; write it again with `geoprint plan`."
         )
+
+
+def _check_ply(out: Path, *, overwrite: bool) -> None:
+    """Refuse a name for a result that is taken, or not that of a PLY file."""
+    if out.exists() and not overwrite:
+        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
+    if out.suffix.lower() != ".ply":
+        raise UsageError(f"the result is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")

@@ -3,6 +3,8 @@
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
 from geoprint.surfaces.contraction import contracted
 from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.decimation import decimate
+from geoprint.surfaces.deviation import Deviation, Distances, deviation
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
     UNITS,
@@ -25,13 +27,16 @@ from geoprint.surfaces.operators import (
     gradient,
     lumped_mass,
     mean_normal,
+    smallest_angles,
     vertex_normals,
 )
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
+from geoprint.surfaces.remeshing import remesh
 from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare, signed_volume
 from geoprint.surfaces.seeds import boundary_seed, point_seed
+from geoprint.surfaces.smoothing import smooth
 from geoprint.surfaces.topology import (
     boundary_half_edges,
     boundary_loops,
@@ -47,6 +52,8 @@ from geoprint.surfaces.topology import (
 
 __all__ = [
     "UNITS",
+    "Deviation",
+    "Distances",
     "Finding",
     "Inspection",
     "Joined",
@@ -63,7 +70,9 @@ __all__ = [
     "component_labels",
     "contracted",
     "cotangent_laplacian",
+    "decimate",
     "describe",
+    "deviation",
     "divergence",
     "edge_faces",
     "edge_lengths",
@@ -92,8 +101,11 @@ __all__ = [
     "positions",
     "prepare",
     "refine",
+    "remesh",
     "save_ply",
     "signed_volume",
+    "smallest_angles",
+    "smooth",
     "suggested_unit",
     "twins",
     "unit_hint",

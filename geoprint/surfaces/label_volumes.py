@@ -215,7 +215,7 @@ def _enclosed(smooth: _Field, affine: FloatArray, *, level: float) -> tuple[Surf
     try:
         from skimage.measure import marching_cubes
     except ImportError as error:
-        raise missing("scikit-image", extra="medical", kind="label volumes") from error
+        raise missing("scikit-image", extra="medical", work="reading label volumes") from error
     found, faces, _, _ = marching_cubes(_kept_off(smooth, affine, level=level), level, allow_degenerate=False)
     voxels = found / smooth.finer + smooth.first
     vertices = voxels @ affine[:3, :3].T + affine[:3, 3]

@@ -66,7 +66,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     try:
         import nibabel
     except ImportError as error:
-        raise missing("nibabel", extra="medical", kind="NIfTI files") from error
+        raise missing("nibabel", extra="medical", work="reading NIfTI files") from error
     packed = data[:2] == b"\x1f\x8b"
     start = _unpacked(data, NIFTI2_HEADER, name=name) if packed else data[:NIFTI2_HEADER]
     size = {int.from_bytes(start[:4], order) for order in ("little", "big")}
@@ -98,7 +98,7 @@ def read_nrrd(data: bytes, *, name: str) -> LabelVolume:
     try:
         import nrrd
     except ImportError as error:
-        raise missing("pynrrd", extra="medical", kind="NRRD files") from error
+        raise missing("pynrrd", extra="medical", work="reading NRRD files") from error
     end = max(data.find(b"\n\n", 0, LONGEST_NRRD_HEADER) + 2, data.find(b"\r\n\r\n", 0, LONGEST_NRRD_HEADER) + 4)
     if data[:4] != b"NRRD" or end < 4:
         raise InputError(f"`{name}` does not begin with a NRRD header; export the segmentation again as NRRD.")
