@@ -39,6 +39,7 @@ Sources, by the keys that docstrings use:
                         curvature flow. SIGGRAPH 1999.
     [Dey1999]           Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction. Publ. Inst. Math.
                         (Beograd) 66, 1999.
+    [DICOM]             NEMA: Digital imaging and communications in medicine. PS3.3, information object definitions.
     [Dowell1971]        Dowell, Jarratt: A modified regula falsi method for computing the root of an equation. BIT 11,
                         1971.
     [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based

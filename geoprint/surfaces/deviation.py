@@ -85,9 +85,7 @@ def deviation(old: Surface, new: Surface) -> Deviation:
     accuracy = EDGE_SHARE * min(float(edge_lengths(old).mean()), float(edge_lengths(new).mean()))
     old_rim, new_rim = _rim(old), _rim(new)
     if (old_rim is None) != (new_rim is None):
-        raise MeshError(
-            f"{old.name}: one of the two surfaces has a rim and the other has none; compare like with like."
-        )
+        raise MeshError(f"{old.name}: one of the two surfaces has a rim, the other has none; compare like with like.")
     rim = 0.0
     if old_rim is not None and new_rim is not None:
         pairs = ((old_rim, new_rim), (new_rim, old_rim))

@@ -221,7 +221,7 @@ def read_ply(data: bytes, /, *, name: str) -> MeshArrays:
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
 CLOUDS = (".xyz", ".pwn")
-VOLUMES = (".nii", ".nii.gz", ".nrrd")
+VOLUMES = (".nii", ".nii.gz", ".nrrd", ".dcm")
 SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES, *CLOUDS)
 
 

@@ -328,7 +328,11 @@ def _cotangent(vertices: FloatArray, apex: int, a: int, b: int) -> float:
 @njit(cache=True)
 def _normal(vertices: FloatArray, a: int, b: int, c: int) -> FloatArray:
     """Return twice the area vector of a triangle."""
-    normal: FloatArray = np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a])
+    first, second = vertices[b] - vertices[a], vertices[c] - vertices[a]
+    normal = np.empty(3)
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        normal[axis] = first[after] * second[before] - first[before] * second[after]
     return normal
 
 
