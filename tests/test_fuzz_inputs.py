@@ -81,7 +81,7 @@ def valid(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
         "part.off": f"OFF\n{counts}\n{text_lines('', '3 ', first=0)}".encode(),
         "part.3mf": package.read_bytes(),
         "part.zip": packed(folder, "a.zip", {"part.ply": ply_bytes(PART)}).read_bytes(),
-        "part.dcm": dicom_bytes(segmentation(np.pad(np.ones((5, 4, 5), dtype=np.uint8), 2), np.eye(4))),
+        "part.dcm": dicom_bytes(segmentation(np.pad(np.ones((13, 12, 11), dtype=np.uint8), 1), np.eye(4))),
         # Unpacked, so that damage reaches the text and not the checksum alone.
         "model.xml": three_mf().encode(),
     }

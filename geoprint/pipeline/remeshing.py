@@ -143,11 +143,11 @@ def _check_topology(after: Surface, preparation: PreparationReport) -> None:
     try:
         topology = prepare(after)[1].topology
     except MeshError as error:
-        raise InputError(f"the new mesh cannot be planned on: {str(error).rstrip('.')}; or {ADVICE}.") from error
+        raise InputError(f"the new mesh cannot be planned on: {str(error).rstrip('.')}; {ADVICE}.") from error
     if topology != preparation.topology:
         raise InputError(
-            f"the new mesh of {after.name} would read as {topology}, the part is {preparation.topology}: its smallest "
-            f"holes or gaps are too small for it; {ADVICE}."
+            f"the new mesh of {after.name} would read as {topology}, the part is {preparation.topology}: the "
+            f"smallest of its holes, handles or walls do not survive; {ADVICE}."
         )
 
 
