@@ -22,9 +22,11 @@ from geoprint.surfaces.refine import FACES_PER_SQUARE, refine
 from geoprint.surfaces.topology import twins
 
 # The largest distance is sought to this share of the mean edge, or this share of itself, whichever is more.
-EDGE_SHARE, OWN_SHARE = 0.01, 0.02
-# Triangles that are looked at at a time: more would gain little. What is known then is told.
+EDGE_SHARE, OWN_SHARE = 0.01, 0.03
+# Pieces that a surface is cut into for mean and percentile, at most, beyond its own faces.
 MOST_SAMPLES = 200_000
+# Pieces that are cut at a time, those of the largest bound; and that are looked at in all. What is known then is told.
+AT_A_TIME, MOST_LOOKED_AT = 50_000, 1_000_000
 
 
 @final
@@ -129,23 +131,39 @@ def _largest(corners: FloatArray, target: Surface, *, accuracy: float) -> tuple[
     points = np.unique(corners.reshape(-1, 3), axis=0)
     _, away = closest(target, points)
     largest, place = float(away.max()), points[np.argmax(away)]
-    cut = False
+    # Those that are cut no further, because their bound is near enough; and the others, to begin with all.
+    settled, waiting, bounds = largest, corners[:0], np.zeros(0)
+    looked_at = 0
     while True:
         middles = corners.mean(axis=1)
         found, away = closest(target, middles)
+        looked_at += len(middles)
         if away.max() > largest:
             largest, place = float(away.max()), middles[np.argmax(away)]
-        by_reach = away + np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
-        faces = target.vertices[target.faces[found.faces]]
-        by_face = np.sqrt(np.max([closest_in_triangles(corners[:, i], faces)[1] for i in range(3)], axis=0))
-        beyond = np.minimum(by_reach, by_face) - largest
-        waiting = beyond > max(accuracy, OWN_SHARE * largest)
-        if not waiting.any() or 4 * int(waiting.sum()) > MOST_SAMPLES:
-            # What was set aside before lies below the accuracy that was wanted.
-            known = max(accuracy, OWN_SHARE * largest)
-            return largest, largest + max(float(beyond.max()), known if cut else 0.0), triple(place)
-        cut = cut or not waiting.all()
-        corners = _quarters(corners[waiting])
+        waiting = np.concatenate([waiting, corners])
+        bounds = np.concatenate([bounds, _bounds(corners, middles, away, target.vertices[target.faces[found.faces]])])
+        near = bounds <= largest + max(accuracy, OWN_SHARE * largest)
+        settled = max(settled, largest, float(bounds[near].max(initial=0.0)))
+        waiting, bounds = waiting[~near], bounds[~near]
+        if not bounds.size or looked_at > MOST_LOOKED_AT:
+            return largest, max(settled, float(bounds.max(initial=0.0))), triple(place)
+        order = np.argsort(-bounds, kind="stable")
+        corners, rest = _quarters(waiting[order[:AT_A_TIME]]), order[AT_A_TIME:]
+        waiting, bounds = waiting[rest], bounds[rest]
+
+
+def _bounds(corners: FloatArray, middles: FloatArray, away: FloatArray, faces: FloatArray) -> FloatArray:
+    """Return (k,) distances that no point of each triangle exceeds.
+
+    Args:
+        corners: (k, 3, 3) corners of the triangles [mm].
+        middles: (k, 3) their centroids [mm].
+        away: (k,) how far these lie from the surface [mm].
+        faces: (k, 3, 3) corners of the faces of the surface that are nearest to them [mm].
+    """
+    by_reach = away + np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    by_face = np.sqrt(np.max([closest_in_triangles(corners[:, i], faces)[1] for i in range(3)], axis=0))
+    return np.minimum(by_reach, by_face)
 
 
 def _quarters(corners: FloatArray) -> FloatArray:
