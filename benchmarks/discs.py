@@ -65,7 +65,7 @@ def planned_row(path: Path, place: FloatArray, *, radius: float, spacing: float)
     """Return what comes of a disc at one place."""
     start = time.perf_counter()
     words = "{:.1f} {:.1f} {:.1f}".format(*place)
-    job = job_of(surface=path, unit="mm", at=place.tolist(), radius=radius, spacing=spacing, robot=False)
+    job = job_of(surface=path, unit="mm", patch={"at": place.tolist(), "radius": radius}, spacing=spacing, robot=False)
     try:
         planned = plan(job)
     except GeoprintError as error:

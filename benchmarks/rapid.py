@@ -1,10 +1,12 @@
 """How fast is a program written and read back, and how much memory does that take?
 
     python -m benchmarks.rapid [--smoke]
+    python -m benchmarks.rapid --parts FOLDER
 
 A path of many runs over a plate, every pose a target, in both signal modes: seconds of processor time (one core
 does it all) to write the modules, to read and verify them, and to run the whole export, which does both, per hundred
 thousand lines; and the memory on top of the plan. Each row runs in a process of its own, so that its memory is its own.
+With `--parts`, the programs of the real parts below a folder instead (`benchmarks.programs`).
 """
 
 from __future__ import annotations
@@ -14,9 +16,11 @@ import multiprocessing
 import resource
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from benchmarks.programs import programs
 from benchmarks.tables import row
 from geoprint import transforms
 from geoprint.config import load_cell
@@ -45,7 +49,13 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
-    counts = COUNTS[:1] if parser.parse_args().smoke else COUNTS
+    parser.add_argument("--parts", type=Path, metavar="FOLDER", help="holds patches/ and hearts/")
+    arguments = parser.parse_args()
+    if arguments.parts is not None:
+        for line in programs(arguments.parts):
+            print(line, flush=True)
+        return
+    counts = COUNTS[:1] if arguments.smoke else COUNTS
     head = ("poses", "mode", "lines", "modules", "write, s", "read and verify, s", "both, s / 100k lines", "memory, MB")
     print(row(*head))
     print(row(*("---" for _ in head)))
@@ -74,12 +84,14 @@ def measure(count: int, mode: SignalMode) -> str:
 
     start = time.process_time()
     program = rapid_program(
-        orders, cell=cell, placement=placement, tips_at=tips_at, part_name="benchmark", spacing=1.0
+        orders, cell=cell, placement=placement, surface_within=0.2, tips_at=tips_at, part_name="benchmark", spacing=1.0
     )  # fmt: skip
     whole = time.process_time() - start
     events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
     start = time.process_time()
-    findings = list(program_findings(program.modules, orders, cell=cell, placement=placement, events=events))
+    findings = list(
+        program_findings(program.modules, orders, cell=cell, placement=placement, surface_within=0.2, events=events)
+    )
     reading = time.process_time() - start
     assert not findings, findings
     lines = _lines(program)

@@ -61,8 +61,10 @@ def test_an_untouched_bundle_passes_and_its_page_says_what_matters(bundle: Path)
     checked = check_bundle(bundle)
     assert checked.findings == ()
     sheet = run_sheet(checked)
+    assert "Event Preset Time" not in sheet
     for words in (
-        "plate.ply", "2 runs", "calibrated", "tip in base coordinates", "closest approach", "dry run, 20 mm higher",
+        "plate.ply", "2 runs", "calibrated", "surface known within", "tip in base coordinates", "closest approach",
+        "dry run, 20 mm higher",
         "valve doValve", "0.05 / 0.08 s", "20 mm/s laying", "geoDryRun FALSE", "geoFirstRun", "material already laid",
     ):  # fmt: skip
         assert words in " ".join(sheet.split()), words
@@ -114,14 +116,30 @@ def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(
     assert "geoprint: " in printed.err.split("\n")[-2]
 
 
-def test_a_cell_with_a_following_flow_and_a_place_to_prime_plans_and_passes(tmp_path: Path) -> None:
-    cell = cell_text(lags={"flow": '"aoFlow"', "flow_per_mm3_s": 0.1, "flow_lag_s": 0.05}, mode="analog")
+def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> None:
+    lags = {"flow": '"aoFlow"', "flow_per_mm3_s": 0.1, "flow_lag_s": 0.05, "vacuum": '"doVacuum"', "valve_close_s": 0.1}
+    cell = cell_text(lags=lags, mode="analog")
+    cell = cell.replace("# [flood]\n# duration_s = 60\n# joints", "[flood]\nduration_s = 60\njoints")
+    cell += "\n[material]\ndensity_g_cm3 = 1\nconsistency_pa_sn = 9\nflow_index = 1\nyield_stress_pa = 0\n"
+    cell += "uv_irradiance_mw_cm2 = 100\nuv_spot_mm = 6\nuv_dose_mj_cm2 = 100\n"
     cell = cell.replace("# [purge]", "[purge]").replace("# joints_deg = [40", "joints_deg = [40")
     cell = cell.replace("# duration_s = 2", "duration_s = 2")
     out = write(tmp_path, cell=cell)
     checked = check_bundle(out)
     assert checked.findings == ()
-    assert "flow aoFlow (0.1 for 1 mm3/s)" in run_sheet(checked)
+    sheet = " ".join(run_sheet(checked).split())
+    assert "flow aoFlow (0.1 for 1 mm3/s), vacuum doVacuum while the valve is shut" in sheet
+    assert "light: 30 mJ/cm2 in one pass" in sheet
+    assert "final exposure of the whole part: 60 s, by the program, after the last run" in sheet
+    said = json.loads((out / "plan.json").read_text())
+    assert any("one pass of the lamp gives 30" in warning for warning in said["warnings"])
+    assert said["deposition"]["light"]["flood"] == 60.0
+    (_, closed), (opened, _) = (run["material_s"] for run in said["program"]["switching"]["runs"])
+    first, last = said["program"]["switching"]["vacuum_s"]
+    assert first == pytest.approx([closed - 0.1, opened], abs=1e-3)
+    assert last[0] < last[1]
+    assert "    GeoFlood;\n" in (out / "rapid" / "GeoGuard.mod").read_text()
+    assert "Event Preset Time to 0.05 s or more" in sheet
     assert "    GeoPrime;\n" in (out / "rapid" / "GeoGuard.mod").read_text()
     path = (out / "rapid" / "GeoPrint.mod").read_text()
     flow = r"TriggSpeed tGeoFlow,0\\Start,0\.05,aoFlow,(0\.1\d*)\*geoOn\\DipLag:=0\.05;"
@@ -187,11 +205,12 @@ def test_a_backend_of_a_comparison_is_checked_by_the_manifest_of_the_whole(bundl
 Mutation = Callable[[list[str], Random], "tuple[list[str], int] | None"]
 
 
-def on_lines(pattern: str, change: Callable[[str, Random], str]) -> Mutation:
-    """Change one of the lines that match a pattern."""
+def on_lines(pattern: str, change: Callable[[str, Random], str], *, comment: bool = False) -> Mutation:
+    """Change one of the lines, or of the comments, that match a pattern."""
 
     def mutate(lines: list[str], random: Random) -> tuple[list[str], int] | None:
-        fit = [row for row, line in enumerate(lines) if re.search(pattern, line) and not line.lstrip().startswith("!")]
+        matching = (row for row, line in enumerate(lines) if re.search(pattern, line))
+        fit = [row for row in matching if lines[row].lstrip().startswith("!") == comment]
         if not fit:
             return None
         row = random.choice(fit)
@@ -273,6 +292,11 @@ KINDS: dict[str, tuple[str, Mutation]] = {
     "changed number of the cell": (
         "GeoCell", on_lines(r"(tool|wobj|pose|joint|speed|zone|num).*:=", lambda line, random: nudged(
             line, random, pattern=r"(?<=[\[,=])-?\d+(?:\.\d+)?(?=[\],;])", by=0.5))),
+    "part known better": ("GeoCell", on_lines("(95 %)|lie within", lambda line, random: nudged(
+        line, random, pattern=r"\d\.\d\d", by=-0.05), comment=True)),
+    "nothing of how well the part is known": ("GeoPrint", lambda lines, random: drop(lines, "! Surface", random)),
+    "dry run lower": ("GeoCell", on_lines("geoLift|jGeoAloft", lambda line, random: nudged(
+        line, random, pattern=r"-?\d+\.\d{4,}", by=-2.0))),
     "deleted datum": ("GeoCell", lambda lines, random: drop(lines, r"^  (PERS|CONST|VAR)", random)),
     "other type": (
         "GeoCell", on_lines(r"^  (PERS|CONST) ", lambda line, _: re.sub(r"(PERS|CONST) \w+", r"\1 string", line))),

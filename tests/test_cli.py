@@ -272,9 +272,10 @@ def test_recommend_compares_with_a_good_print_where_nobody_knows_the_material(ru
 @pytest.mark.parametrize(
     ("arguments", "status", "complaint"),
     [
+        (("recommend",), 2, "give `--pressure` in kPa, or process.pressure_kpa in the cell"),
         (("recommend", "--pressure", 20), 2, "names no [material]"),
         (("recommend", "--pressure", 0), 2, "must be above 0 kPa"),
-        (("recommend", "--pressure", 20, "--good", 10, 20), 2, "give `--rounds` or `--step`"),
+        (("recommend", "--pressure", 20, "--good", 10, 20), 2, "give `--rounds` or `--step` too, or process.rounds"),
         (("recommend", "--pressure", 20, "--rounds", 5, "--good", 0, 20), 2, "above 0 kPa and 1 round"),
         (("fit-flow", "LINES", "--density", 1100), 2, "below 25 g/cm3"),
         (("fit-flow", "LINES", "--density", 1.1, "--model", "bingham"), 2, "no model named 'bingham'"),

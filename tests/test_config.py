@@ -9,7 +9,16 @@ import pytest
 
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
 from geoprint.errors import UsageError
+from geoprint.model import GoodPrint
 from tests.cells import bent_cell, straight_cell
+
+# Of what the packaged cells leave out, in their order.
+EXAMPLES = (
+    "[good_print]\n# pressure_kpa = 10\n# rounds = 20",
+    "pressure_kpa = 10\n# rounds = 20",
+    'vacuum = "doVacuum"',
+    "[flood]\n# duration_s = 60\n# joints_deg",
+)
 
 
 def written(tmp_path: Path, text: str) -> Path:
@@ -82,12 +91,30 @@ def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_
     for name in PACKAGED_CELLS:
         text = packaged_cell_text(name)
         assert load_cell(written(tmp_path, text)).material is None
-        first, last = text.index("# [material]"), text.index("[process]")
+        first, last = text.index("# [material]"), text.index("# Until the material is measured")
         shown = "\n".join(line.removeprefix("# ") for line in text[first:last].splitlines())
         material = load_cell(written(tmp_path, text[:first] + shown + "\n" + text[last:])).material
         assert material is not None
         assert (material.density, material.fluid.consistency, material.fluid.index) == (1.1, 20.0, 0.6)
-        assert (material.irradiance, material.spot_diameter, material.dose, material.flood) == (500.0, 6.0, 100.0, 60.0)
+        assert (material.irradiance, material.spot_diameter, material.dose) == (500.0, 6.0, 100.0)
+
+
+def test_the_packaged_cells_show_what_else_a_cell_may_have_and_their_examples_are_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        plain = load_cell(written(tmp_path, text))
+        assert (plain.good_print, plain.flood, plain.signals.vacuum) == (None, None, None)
+        assert (plain.process.pressure, plain.process.rounds) == (None, None)
+        for shown in EXAMPLES:
+            assert f"# {shown}" in text
+            text = text.replace(f"# {shown}", shown.replace("\n# ", "\n"), 1)
+        cell = load_cell(written(tmp_path, text))
+        assert cell.good_print == GoodPrint(10e3, 20)
+        assert (cell.process.pressure, cell.process.rounds, cell.signals.vacuum) == (10e3, 20, "doVacuum")
+        assert cell.flood is not None
+        assert cell.flood.duration == 60.0
+        assert cell.flood.joints is not None
+        assert np.degrees(cell.flood.joints[1]) == pytest.approx(28.0)
 
 
 def test_half_a_lamp_spot_is_refused(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,7 +14,9 @@ import pytest
 
 from geoprint.backends import Heat
 from geoprint.backends.chart import conformal_chart
-from geoprint.model import FloatArray, Surface
+from geoprint.config import job_of, load_cell
+from geoprint.model import FloatArray, GoodPrint, Surface
+from geoprint.pipeline import recommendation
 from geoprint.surfaces import (
     boundary_loops,
     closest,
@@ -185,12 +188,31 @@ def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path) -> None:
         assert max(there.max(), back.max()) < 0.4
 
 
-def test_the_three_prints_of_the_paper_are_judged_as_they_came_out() -> None:
-    script = [sys.executable, str(DATA / "recommend_table_1.py")]
-    done = subprocess.run(script, cwd=DATA.parent, env={"PYTHONPATH": "."}, capture_output=True, text=True, check=True)
-    a, b, c = done.stdout.strip().split("\n\n")
-    assert "20 kPa and 10 rounds" in a
-    assert "over-dispensing" in a
-    assert "gaps" in b
-    assert "as the good print" in c
-    assert all("assumed: same part, material, nozzle and speed" in case for case in (a, b, c))
+PRINTS = {
+    "a": ("20 kPa and 10 rounds beside 10 kPa and 20", "over-dispensing", "beads 2 times as far apart"),
+    "b": ("10 kPa and 10 rounds beside 10 kPa and 20", "too little: 0.50 times", "gaps"),
+    "c": ("10 kPa and 20 rounds beside 10 kPa and 20", "as the good print", "the same material on the same paths"),
+}
+
+
+@pytest.mark.parametrize("case", PRINTS)
+def test_recommend_judges_each_print_of_the_paper_as_it_came_out(case: str) -> None:
+    job = job_of(surface="", cell=DATA / f"paper_case_{case}.toml")
+    _, text = recommendation(job, part=False, pressure_kpa=None, good=None)
+    for words in PRINTS[case]:
+        assert words in text
+
+
+def test_the_cells_of_the_paper_say_what_table_1_says_and_nothing_else_of_their_own(tmp_path: Path) -> None:
+    table = {"a": (20e3, 10), "b": (10e3, 10), "c": (10e3, 20)}
+    subprocess.run([sys.executable, str(DATA / "make_paper_cells.py"), "--out", str(tmp_path)], check=True)
+    packaged = load_cell(None)
+    for case, (pressure, rounds) in table.items():
+        path = DATA / f"paper_case_{case}.toml"
+        assert path.read_text(encoding="utf-8") == (tmp_path / path.name).read_text(encoding="utf-8")
+        cell = load_cell(path)
+        assert cell.process == replace(packaged.process, pressure=pressure, rounds=rounds)
+        assert cell.good_print == GoodPrint(10e3, 20)
+        assert cell.flood is not None
+        assert (cell.flood.duration, cell.flood.joints, cell.material) == (60.0, None, None)
+        assert cell.signals == packaged.signals

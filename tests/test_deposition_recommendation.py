@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.deposition import bore_of, flow_through, recommend, relative_setting
 from geoprint.errors import InputError
-from geoprint.model import Fluid, Material
+from geoprint.model import Flood, Fluid, Material
 from tests.cells import bent_cell
 
 CELL = bent_cell()
@@ -33,6 +33,7 @@ def test_the_fitting_spacing_takes_all_that_flows() -> None:
     assert again.bead_width is not None
     assert again.bead_width > found.spacing
     assert again.warnings == ()
+    assert recommend(SILICONE, tool=CELL.tool, process=CELL.process, pressure=40e3, spacing=None).warnings == ()
 
 
 def test_too_few_rounds_leave_gaps_and_too_many_over_dispense() -> None:
@@ -53,9 +54,15 @@ def test_a_thin_strand_is_not_pressed_on() -> None:
     assert "nothing presses it on" in found.warnings[0]
 
 
-def test_a_tip_below_the_layer_height_ploughs() -> None:
-    found = recommend(SILICONE, tool=CELL.tool, process=CELL.process, pressure=40e3, spacing=None)
-    assert any("ploughs" in warning for warning in found.warnings)
+def test_a_low_tip_irons_its_own_bead_and_ploughs_only_where_the_needle_is_wider_than_the_spacing() -> None:
+    def about(spacing: float, *, standoff: float) -> str:
+        process = replace(PROCESS, standoff=standoff)
+        found = recommend(SILICONE, tool=CELL.tool, process=process, pressure=40e3, spacing=spacing)
+        return " ".join(found.warnings)
+
+    assert "ploughs 0.15 mm into the layer beside it, 0.2 mm below the top" in about(1.0, standoff=0.3)
+    assert "ploughs" not in about(1.31, standoff=0.3)
+    assert "ploughs" not in about(1.0, standoff=0.5)
 
 
 def test_no_flow_is_refused_with_the_pressure_at_which_it_begins() -> None:
@@ -71,9 +78,8 @@ def test_a_dose_that_one_pass_does_not_give_is_told() -> None:
     assert len(found.warnings) == 1
     assert "gives 30, all passes together 94.2 of 100 mJ/cm2: up to 6 mm/s" in found.warnings[0]
     assert "no final exposure is named" in found.warnings[0]
-    flooded = replace(weak, flood=60.0)
-    assert "final exposure must" in recommend(
-        flooded, tool=CELL.tool, process=PROCESS, pressure=40e3, spacing=None
+    assert "the final exposure of 60 s must" in recommend(
+        weak, tool=CELL.tool, process=PROCESS, pressure=40e3, spacing=None, flood=Flood(60.0)
     ).warnings[0]  # fmt: skip
     strong = replace(weak, irradiance=500.0)
     assert not recommend(strong, tool=CELL.tool, process=PROCESS, pressure=40e3, spacing=None).warnings

@@ -21,7 +21,7 @@ from geoprint.export.orders import orders_of
 from geoprint.export.rapid import rapid_program
 from geoprint.export.rapid_cell import guard_module
 from geoprint.export.rapid_verify import verify_program
-from geoprint.model import Cell, Placement, PoseStream, Program, Purge, Signals, Targets
+from geoprint.model import Cell, Flood, Placement, PoseStream, Program, Purge, Signals, Targets
 from tests.export_cases import (
     CELL,
     DEMONSTRATION,
@@ -54,8 +54,9 @@ def write(
 ) -> Program:
     poses = stream() if poses is None else poses
     return rapid_program(
-        orders(poses, placement, chosen=chosen), cell=cell, placement=placement, tips_at=tips_of(poses),
-        part_name=part_name, spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
+        orders(poses, placement, chosen=chosen), cell=cell, placement=placement,
+        surface_within=0.214 if placement.calibrated else None, tips_at=tips_of(poses), part_name=part_name,
+        spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
     )  # fmt: skip
 
 
@@ -127,13 +128,17 @@ def test_every_routine_that_moves_shuts_off_and_raises_on_an_error() -> None:
 
 
 @pytest.mark.parametrize("loading", [False, True])
-@pytest.mark.parametrize("primes", [False, True])
+@pytest.mark.parametrize("fitted", [False, True])
+@pytest.mark.parametrize("flood", [None, Flood(60.0), Flood(60.0, joints=np.zeros(6))])
 @pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION])
 @pytest.mark.parametrize("signals", [CELL.signals, ANALOG.signals])
 def test_every_guard_is_whole_rapid_within_the_kernels_limits(
-    *, signals: Signals, placement: Placement, primes: bool, loading: bool
+    *, signals: Signals, placement: Placement, flood: Flood | None, fitted: bool, loading: bool
 ) -> None:
-    text = guard_module(signals, placement=placement, primes=primes, loading=loading)
+    purge = Purge(joints=np.zeros(6), duration=1.0) if fitted else None
+    vacuum = "doVacuum" if fitted else None
+    cell = replace(CELL, signals=replace(signals, vacuum=vacuum), purge=purge, flood=flood)
+    text = guard_module(cell, placement=placement, loading=loading)
     code = [line.strip() for line in text.split("\n") if not line.lstrip().startswith("!")]
     assert text.startswith("MODULE GeoGuard\n")
     assert text.endswith("ENDMODULE\n")
@@ -152,8 +157,14 @@ def test_every_guard_is_whole_rapid_within_the_kernels_limits(
 def test_the_ways_from_and_to_home_take_the_planned_time() -> None:
     found = write().modules
     assert "CONST num nGeoThere:=1.000;" in dict(found)["GeoCell.mod"]
-    assert "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
-    assert "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
+    assert (
+        "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;"
+        in dict(found)["GeoGuard.mod"]
+    )
+    assert (
+        "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;"
+        in dict(found)["GeoGuard.mod"]
+    )
 
 
 def test_the_dry_run_is_lifted_along_the_bases_z_axis() -> None:
@@ -172,6 +183,28 @@ def test_a_place_to_prime_is_driven_to_and_the_valve_opens_there_unless_dry() ->
     assert "    GeoPrime;\n" in guard
     assert "    IF NOT geoDryRun THEN\n      SetDO doValve,1;\n      WaitTime nGeoPrime;\n      GeoSafe;\n" in guard
     assert "SetDO doValve,1" not in text_of(write(cell=cell, placement=DEMONSTRATION), "GeoGuard.mod")
+
+
+def test_the_final_exposure_is_given_by_the_lamp_on_the_arm_or_asked_of_a_person() -> None:
+    by_hand = write(cell=replace(CELL, flood=Flood(60.0)))
+    assert "CONST num nGeoFlood:=60.000;" in text_of(by_hand, "GeoCell.mod")
+    asked = '    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\\Num:=nGeoFlood;\n'
+    assert asked in text_of(by_hand, "GeoGuard.mod")
+    cell = replace(CELL, flood=Flood(60.0, joints=np.full(6, 0.1)))
+    guard = text_of(write(cell=cell), "GeoGuard.mod")
+    assert "    IF NOT geoDryRun THEN\n      SetDO doUV,1;\n      WaitTime nGeoFlood;\n      IF doUV=0 TPWrite" in guard
+    assert guard.index("nGeoBack") < guard.index("    GeoFlood;\n")
+    assert "jGeoFlood" in text_of(write(cell=cell), "GeoCell.mod")
+    assert "SetDO doUV,1" not in text_of(write(cell=cell, placement=DEMONSTRATION), "GeoGuard.mod")
+
+
+def test_a_vacuum_draws_by_triggers_and_is_off_when_safe() -> None:
+    assert "Vacuum" not in "".join(text for _, text in write().modules)
+    program = write(cell=replace(CELL, signals=replace(CELL.signals, vacuum="doSuck")))
+    assert "SetDO doSuck,0;" in text_of(program, "GeoGuard.mod")
+    path = text_of(program, "GeoPrint.mod")
+    assert len(re.findall(r"TriggIO tGeoVacuumOn,[\d.]+(?:\\Start)?\\DOp:=doSuck,geoOn;", path)) == 2
+    assert len(re.findall(r"TriggIO tGeoVacuumOff,[\d.]+(?:\\Start)?\\DOp:=doSuck,0;", path)) == 2
 
 
 def test_depositing_at_a_fixed_pressure_is_refused_below_full_speed_and_allowed_where_the_flow_follows() -> None:
@@ -364,5 +397,7 @@ def test_any_placement_and_any_poses_read_back_as_written(frame: tuple[float, ..
     quaternions = Rotation.random(poses.count, random_state=generator).as_quat(scalar_first=True)
     poses = replace(poses, tips=generator.uniform(-900, 900, (poses.count, 3)), quaternions=quaternions)
     program = write(poses, placement=placement)
-    verify_program(program, orders(poses, placement), cell=CELL, placement=placement, events=events(poses))
+    verify_program(
+        program, orders(poses, placement), cell=CELL, placement=placement, surface_within=0.214, events=events(poses)
+    )
     assert max(len(line) for line in code_of(program)) <= 220

@@ -17,10 +17,14 @@ from geoprint.model import Placement, Program
 from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
 
 
+def within(placement: Placement) -> float | None:
+    return 0.21 if placement.calibrated else None
+
+
 def written(placement: Placement = PLACEMENT) -> Program:
     return rapid_program(
-        orders(placement=placement), cell=CELL, placement=placement, tips_at=tips_of(stream()), part_name="rings",
-        spacing=2.0,
+        orders(placement=placement), cell=CELL, placement=placement, surface_within=within(placement),
+        tips_at=tips_of(stream()), part_name="rings", spacing=2.0,
     )  # fmt: skip
 
 
@@ -28,7 +32,10 @@ PROGRAM = written()
 
 
 def verify(program: Program, placement: Placement = PLACEMENT) -> None:
-    verify_program(program, orders(placement=placement), cell=CELL, placement=placement, events=events())
+    verify_program(
+        program, orders(placement=placement), cell=CELL, placement=placement, events=events(),
+        surface_within=within(placement),
+    )  # fmt: skip
 
 
 def damaged(module: str, change: Callable[[str], str], program: Program = PROGRAM) -> Program:
@@ -133,6 +140,9 @@ DAMAGES = {
     "first target elsewhere": Damage(C, r"jGeoStart:=\[\[-57\.2", "jGeoStart:=[[-57.3", "jGeoStart", "jGeoStart"),
     "dry run elsewhere": Damage(C, r"jGeoAloft:=\[\[-51\.5", "jGeoAloft:=[[-51.6", "jGeoAloft", "jGeoAloft"),
     "dry run not lifted": Damage(C, r"19\.8966", "0.0000", "geoLift", "geoLift"),
+    "surface known better": Damage(P, r"known within 0\.21", "known within 0.01", "must say", "known within"),
+    "surface not uncertain": Damage(C, r"  ! Surface.*\n", "", "must say 'Surface known", "! Part"),
+    "touches closer": Damage(C, r"lie within 0\.11", "lie within 0.01", "must say 'touched", "lie within"),
     "frame of another plan": Damage(C, r"313\.0504", "313.1504", "geoFrame", "geoFrame"),
     "faster home": Damage(C, r"nGeoBack:=1\.000", "nGeoBack:=0.500", "nGeoBack", "nGeoBack"),
     "faster to unknown places": Damage(C, r"vGeoSlow:=\[20", "vGeoSlow:=[200", "vGeoSlow", "vGeoSlow"),
@@ -152,7 +162,7 @@ DAMAGES = {
     "run left out": Damage(P, "    GeoRun2;\n", "", "no procedure geoend", "GeoEnd 2"),
     "run that does not exist": Damage(P, "    GeoRun2;\n", "    GeoRun3;\n", "no procedure", "GeoRun3"),
     "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls itself", "no line"),
-    "run called late": Damage(P, "    GeoRun2;\n", '    %"GeoRun2"%;\n', "called by %", "%"),
+    "run called late": Damage(P, "    GeoRun2;\n", '    %"GeoRun2"%;\n', "called by %", '%"'),
     "deposits at once": Damage(C, "geoDryRun:=TRUE", "geoDryRun:=FALSE", "must be declared TRUE", "geoDryRun:="),
     "at full speed at once": Damage(C, "geoSpeedPct:=25", "geoSpeedPct:=100", "must be declared 25", "geoSpeedPct"),
     "starts later": Damage(C, "geoFirstRun:=1", "geoFirstRun:=2", "must be declared 1", "geoFirstRun"),
@@ -226,7 +236,7 @@ def test_a_demonstration_that_could_deposit_is_refused() -> None:
 
 def test_a_demonstration_that_does_not_say_so_is_refused() -> None:
     program = damaged("GeoPrint.mod", lambda text: text.replace("NOT CALIBRATED", "FINE"), written(DEMONSTRATION))
-    with pytest.raises(VerificationError, match="the header must say PLACEMENT NOT CALIBRATED"):
+    with pytest.raises(VerificationError, match="line 3: the header must say 'PLACEMENT NOT CALIBRATED'"):
         verify(program, DEMONSTRATION)
 
 

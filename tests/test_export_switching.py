@@ -31,7 +31,9 @@ def signals(**lags: float) -> Signals:
 def simulated(lags: Signals, *, real: Signals | None = None) -> Timeline:
     """Write a program for the lags, read it back, and simulate it with these or other lags."""
     cell = replace(CELL, signals=lags)
-    program = rapid_program(ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0)
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+    )
     return timeline(read_back(program.modules), ORDERS, signals=real or lags, tips_at=TIPS)
 
 
@@ -94,6 +96,33 @@ def test_whatever_the_lags_material_flows_on_exactly_the_deposits_and_the_lamp_n
     check_timeline(found)
 
 
+def test_a_vacuum_draws_from_each_closing_to_the_next_opening_and_to_the_end_of_the_last_lift() -> None:
+    lags = replace(signals(valve_open=0.03, valve_close=0.08), vacuum="doVacuum")
+    found = simulated(lags)
+    np.testing.assert_allclose(found.vacuum[:, 0], found.material[:, 1] - 0.08, atol=2e-3)
+    np.testing.assert_allclose(found.vacuum[:-1, 1], found.material[1:, 0] - 0.03, atol=2e-3)
+    assert found.vacuum[-1, 1] == pytest.approx(ORDERS.times[-1], abs=1e-6)
+    check_timeline(found)
+    assert simulated(signals()).vacuum.size == 0
+    with pytest.raises(VerificationError, match=r"the vacuum draws for 0\.080 s while the valve is open"):
+        check_timeline(replace(found, vacuum_against=0.08))
+
+
+def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
+    cell = replace(CELL, signals=replace(CELL.signals, vacuum="doVacuum"))
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0, surface_within=None
+    )
+    swapped = tuple(
+        (name, text.replace("doVacuum,0", "doSwap,0").replace("doValve,0", "doVacuum,0").replace("doSwap", "doValve"))
+        for name, text in program.modules
+    )
+    with pytest.raises(VerificationError, match="switched"):
+        timeline(read_back(swapped), ORDERS, signals=cell.signals, tips_at=TIPS)
+    found = timeline(read_back(program.modules), ORDERS, signals=cell.signals, tips_at=TIPS)
+    assert found.vacuum_against < 1e-3
+
+
 def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
     found = simulated(signals(), real=signals(valve_open=0.1))
     assert found.errors[:, 0] == pytest.approx(2.0, abs=0.02)
@@ -118,7 +147,9 @@ def test_lags_longer_than_the_way_that_is_there_for_them_are_refused(lags: dict[
 
 
 def test_an_output_that_is_switched_on_twice_or_never_off_is_no_timeline() -> None:
-    program = rapid_program(ORDERS, cell=CELL, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0)
+    program = rapid_program(
+        ORDERS, cell=CELL, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+    )
     steps = read_back(program.modules)
     ends = {last for _, last in ORDERS.deposits}
     without_ends = tuple(replace(step, triggers=()) if index in ends else step for index, step in enumerate(steps))
@@ -159,11 +190,14 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
-    "cell",
-    [CELL, replace(CELL, purge=Purge(joints=np.full(6, 0.123456789), duration=2.0), signals=signals(uv_lead=0.1))],
+    ("cell", "surface_within"),
+    [
+        (CELL, None),
+        (replace(CELL, purge=Purge(joints=np.full(6, 0.123456789), duration=2.0), signals=signals(uv_lead=0.1)), 1 / 7),
+    ],
 )
-def test_a_setup_reads_back_to_the_last_bit(cell: Cell, tmp_path: Path) -> None:
-    written = Setup(cell, DEMONSTRATION, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6))
+def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | None, tmp_path: Path) -> None:
+    written = Setup(cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6))
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
     found = read_setup(path)
@@ -172,6 +206,7 @@ def test_a_setup_reads_back_to_the_last_bit(cell: Cell, tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.placement.T_base_fixture, DEMONSTRATION.T_base_fixture)
     assert found.cell.signals == cell.signals
     assert (found.cell.purge is None) == (cell.purge is None)
+    assert found.surface_within == surface_within
 
 
 def test_a_setup_that_is_missing_is_named(tmp_path: Path) -> None:

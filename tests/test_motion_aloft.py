@@ -9,7 +9,7 @@ import pytest
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, ReachError
-from geoprint.model import Box, JointPath, Purge, Targets
+from geoprint.model import Box, Flood, JointPath, Purge, Targets
 from geoprint.motion import LIFT, Arm, aloft_path, clearance, controller_path, there_and_back, tips_at
 from geoprint.motion.pose_samples import tool_poses
 from geoprint.motion.targets import required_poses
@@ -25,7 +25,8 @@ TURNED = WORK @ transforms.rigid(transforms.rotation_of(np.array([np.cos(0.1), n
 def path_and_targets() -> tuple[JointPath, Targets]:
     path = solved(two_runs(), ARM, T_base_work=TURNED)
     kept = np.union1d(required_poses(path.poses), np.arange(0, path.poses.count, 3))
-    return path, Targets(poses=kept, zones=np.zeros(kept.size), speeds=np.full(kept.size, 20.0))
+    rests = path.poses.stops[kept] | (np.diff(path.poses.runs[kept], prepend=-1) != 0)
+    return path, Targets(poses=kept, zones=np.where(rests, 0.0, 0.2), speeds=np.full(kept.size, 20.0))
 
 
 def test_a_dry_run_is_the_same_path_20_mm_higher_in_the_base_frame() -> None:
@@ -50,7 +51,33 @@ def test_there_is_a_way_down_to_the_first_target_of_each_later_run_and_up_again(
     np.testing.assert_allclose(aloft.poses.tips[first], tips[first])
     np.testing.assert_allclose(aloft.poses.tips[first + 1], aloft.poses.tips[first - 1])
     assert dry_targets.poses.size == targets.poses.size + 2
+    # Whoever resumes there goes on as the print does: with the same joints, not a turn away from them.
+    np.testing.assert_allclose(aloft.joints[first], path.joints[targets.poses[first]], atol=1e-9)
     controller_path(aloft, dry_targets, ARM, step=2.0)
+
+
+def test_a_dry_run_rounds_its_corners_as_the_print_does() -> None:
+    path, targets = path_and_targets()
+    aloft, dry_targets = aloft_path(path, targets, ARM)
+    first = int(np.flatnonzero(np.diff(path.poses.runs[targets.poses]))[0]) + 1
+    np.testing.assert_array_equal(np.delete(dry_targets.zones, [first, first + 1]), targets.zones)
+    np.testing.assert_array_equal(dry_targets.zones[[first, first + 1]], 0.0)
+    rounded = controller_path(aloft, dry_targets, ARM, step=2.0)
+    exact = controller_path(aloft, replace(dry_targets, zones=0.0 * dry_targets.zones), ARM, step=2.0)
+    printed = controller_path(path, targets, ARM, step=2.0)
+    assert np.abs(exact.rounding).max() < 1e-9
+    assert np.abs(rounded.rounding).max() > 1e-5
+    assert np.abs(rounded.rounding).max() == pytest.approx(np.abs(printed.rounding).max(), rel=0.2)
+
+
+def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
+    path, targets = path_and_targets()
+    first = int(np.flatnonzero(np.diff(path.poses.runs[targets.poses]))[0]) + 1
+    for row in (first - 1, first):
+        zones = targets.zones.copy()
+        zones[row] = 0.1
+        with pytest.raises(InputError, match="does not stop where run 1 begins"):
+            aloft_path(path, replace(targets, zones=zones), ARM)
 
 
 def test_a_dry_run_stays_on_the_branch_and_turn_of_the_path() -> None:
@@ -102,6 +129,8 @@ def test_priming_goes_there_and_back_the_same_way() -> None:
 def test_a_place_to_prime_outside_the_limits_is_refused() -> None:
     with pytest.raises(InputError, match="purge: the joints"):
         replace(CELL, purge=Purge(joints=np.full(6, 3.0), duration=1.0))
+    with pytest.raises(InputError, match=r"flood: the joints .* over the part"):
+        replace(CELL, flood=Flood(60.0, joints=np.full(6, 3.0)))
 
 
 def test_the_tip_is_where_the_rows_say_and_between_them() -> None:

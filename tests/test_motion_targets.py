@@ -140,6 +140,14 @@ def test_a_switch_of_the_deposit_is_a_rest_even_where_the_stream_has_no_stop() -
     np.testing.assert_allclose(found.speeds, [PROCESS.travel_speed, PROCESS.travel_speed, PROCESS.speed])
 
 
+def test_a_run_begins_at_rest_even_where_the_stream_has_no_stop() -> None:
+    poses = replace(two_runs(), stops=np.zeros(two_runs().count, dtype=np.bool_))
+    found = thinned(poses)
+    first = int(np.flatnonzero(np.diff(poses.runs[found.poses]))[0]) + 1
+    assert not np.isin(found.poses[first], np.flatnonzero(np.diff(poses.laid.astype(int))) + 1)
+    assert found.zones[first] == 0.0
+
+
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([0.003, 0.01, 0.05]), st.sampled_from([0.025, 0.1]))
 def test_all_poses_stay_within_tolerance_and_zones_within_half_the_distance(

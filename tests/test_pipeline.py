@@ -177,6 +177,33 @@ def test_rounds_divide_the_largest_distance(tmp_path: Path) -> None:
     assert planned.contours.spacing == pytest.approx(planned.contours.distance.maximum / 10)
 
 
+def test_a_cell_names_the_rounds_of_a_job_that_names_none(tmp_path: Path) -> None:
+    path = saved(tmp_path, plate((20.0, 16.0), (10, 8)))
+    cell = tmp_path / "cell.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace(
+        "# pressure_kpa = 10\n# rounds = 20\n\n# What the choice", "rounds = 4\n\n# What the choice"))  # fmt: skip
+    asked = {"surface": path, "unit": "mm", "robot": False, "cell": cell}
+    assert plan(job_of(**asked)).contours.spacing == pytest.approx(8.0 / 4, rel=0.01)
+    assert plan(job_of(**asked, rounds=2)).contours.spacing == pytest.approx(8.0 / 2, rel=0.01)
+    assert plan(job_of(**asked, spacing=3.0)).contours.spacing == 3.0
+
+
+def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> None:
+    path = saved(tmp_path, plate((20.0, 16.0), (20, 16), jitter_seed=1))
+    cell = tmp_path / "cell.toml"
+    analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog))
+    planned = plan(job_of(surface=path, unit="mm", spacing=7.0, robot=False, cell=cell))
+    laid = planned.laid
+    assert planned.uniformity is None
+    assert laid is not None
+    # One rectangle 3.5 mm inside has to fill the whole plate, which is more than its length times the spacing.
+    assert laid.constant.mean < 0.47
+    assert laid.following.mean == pytest.approx(0.5, rel=0.01)
+    assert np.array_equal(planned.poses.flow, laid.following_flow)
+    assert "fronts meet all over this part" in outcome_text(planned)
+
+
 def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
     path = saved(tmp_path, sphere(radius=15.0, subdivisions=3))
     planned = plan(job_of(surface=path, unit="mm", spacing=3.0, seed=[0.0, 0.0, 15.0], robot=False))

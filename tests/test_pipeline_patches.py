@@ -109,10 +109,10 @@ def test_what_cannot_be_cut_is_refused(choice: PatchChoice, error: type[Geoprint
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"radius": 5.0}, "needs the point that it is about"),
-        ({"cone_deg": 5.0}, "needs the point that it is about"),
-        ({"at": [0.0, 0.0, 0.0]}, "needs a bound of the patch"),
-        ({"box": [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]}, "lowest x y z and then its highest"),
+        ({"patch": {"radius": 5.0}}, "needs the point that it is about"),
+        ({"patch": {"cone_deg": 5.0}}, "needs the point that it is about"),
+        ({"patch": {"at": [0.0, 0.0, 0.0]}}, "a patch needs a bound"),
+        ({"patch": {"box": [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]}}, "lowest x y z and then its highest"),
         ({"label": 0}, "label"),
     ],
 )
@@ -123,13 +123,19 @@ def test_a_job_whose_patch_is_unclear_is_refused(values: dict[str, object], sent
 
 def test_a_patch_is_planned_from_its_body_with_one_command_and_the_body_stays_in_the_way(tmp_path: Path) -> None:
     save_ply(ball(), tmp_path / "ball.ply")
-    job = job_of(surface=tmp_path / "ball.ply", unit="mm", at=(0.0, 0.0, RADIUS), radius=10.0, spacing=2.0, robot=False)
+    job = job_of(
+        surface=tmp_path / "ball.ply",
+        unit="mm",
+        patch={"at": [0.0, 0.0, RADIUS], "radius": 10.0},
+        spacing=2.0,
+        robot=False,
+    )
     planned = plan(job)
     assert planned.workpiece.body is not None
     assert len(planned.workpiece.body.faces) == len(ball().faces)
     assert planned.workpiece.side.source == "body"
     said = json.loads(json.dumps(summary(planned)))
-    assert said["settings"]["radius_mm"] == 10.0
+    assert said["settings"]["patch"]["radius"] == 10.0
     assert said["surface"]["patch"]["topology"] == "disc"
 
 

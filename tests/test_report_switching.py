@@ -14,6 +14,7 @@ from geoprint.report.switching_figure import COLOURS
 
 DEPOSITS: FloatArray = np.array([[1.0, 3.0], [4.0, 8.0]])
 LAMP = DEPOSITS + np.array([-0.05, 0.1])
+NOTHING = np.empty((0, 2))
 
 
 def pixels(drawn: bytes, colour: str) -> int:
@@ -24,14 +25,21 @@ def pixels(drawn: bytes, colour: str) -> int:
 
 
 def test_the_figure_is_the_same_for_the_same_times() -> None:
-    first, second = (switching_figure(DEPOSITS, DEPOSITS, LAMP, title="a $x$") for _ in range(2))
+    first, second = (switching_figure(DEPOSITS, DEPOSITS, LAMP, NOTHING, title="a $x$") for _ in range(2))
     assert first == second
 
 
 def test_each_row_is_as_long_as_its_times() -> None:
-    whole = switching_figure(DEPOSITS, DEPOSITS, LAMP, title="t")
-    half = switching_figure(DEPOSITS, DEPOSITS[1:], LAMP, title="t")
+    whole = switching_figure(DEPOSITS, DEPOSITS, LAMP, NOTHING, title="t")
+    half = switching_figure(DEPOSITS, DEPOSITS[1:], LAMP, NOTHING, title="t")
     # Edges and letters are smoothed, so that some of their pixels have a colour in between.
     assert pixels(whole, COLOURS[1]) == pytest.approx(pixels(whole, COLOURS[0]), rel=0.02)
     assert pixels(half, COLOURS[1]) < 0.95 * pixels(whole, COLOURS[1])
     assert pixels(whole, COLOURS[2]) > 1.01 * pixels(whole, COLOURS[1])
+
+
+def test_a_vacuum_has_a_row_of_its_own_where_there_is_one() -> None:
+    without = switching_figure(DEPOSITS, DEPOSITS, LAMP, NOTHING, title="t")
+    drawn = switching_figure(DEPOSITS, DEPOSITS, LAMP, DEPOSITS + 1.0, title="t")
+    assert pixels(without, COLOURS[3]) == 0
+    assert pixels(drawn, COLOURS[3]) > 0.5 * pixels(drawn, COLOURS[0])

@@ -27,7 +27,7 @@ from geoprint.backends.seam_chart import flattened
 from geoprint.backends.seam_joins import joined
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface, SurfaceCurves
-from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, positions
+from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, in_words, positions
 
 # Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
 # than 2 GB.
@@ -182,7 +182,7 @@ class Lscm:
 
     def _tightest(self) -> str:
         """Return where the chart shrinks the surface most."""
-        return "({:.2f}, {:.2f}, {:.2f}) mm".format(*self._surface.vertices[int(np.argmin(self._scales))])
+        return in_words(self._surface.vertices[int(np.argmin(self._scales))])
 
 
 def chart_images(surface: Surface, chart: Chart, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:

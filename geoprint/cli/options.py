@@ -60,6 +60,14 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existin
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
 
 
+def region_of(
+    at: tuple[float, float, float] | None, radius: float | None, cone: float | None, box: tuple[float, ...] | None
+) -> dict[str, object] | None:
+    """Return the bounds of a patch as a job states them, None where not one is given."""
+    given: dict[str, object] = {"at": at and [*at], "radius": radius, "cone_deg": cone, "box": box and [*box]}
+    return given if any(value is not None for value in given.values()) else None
+
+
 def backend_names(text: str) -> list[str]:
     """Return the names in a comma-separated list; `all` stands for every backend."""
     from geoprint.backends import BACKENDS

@@ -20,6 +20,7 @@ from geoprint.cli.options import (
     PatchBox,
     Radius,
     Unit,
+    region_of,
 )
 from geoprint.cli.terminal import limit_memory, say
 from geoprint.errors import ExportError, UsageError, VerificationError
@@ -70,7 +71,7 @@ def patch(
     from geoprint.surfaces import load_file, save_ply
 
     _check_ply(out, overwrite=overwrite)
-    job = job_of(surface=body, unit=unit, label=label, at=at, radius=radius, cone_deg=cone, box=box)
+    job = job_of(surface=body, unit=unit, label=label, patch=region_of(at, radius, cone, box))
     cut = patch_of(job, load_file(body, unit=unit, label=label).surface)
     if cut is None:
         raise UsageError("say where the patch lies: `--at X Y Z --radius R`, or `--box` with two corners.")

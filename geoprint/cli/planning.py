@@ -37,6 +37,7 @@ from geoprint.cli.options import (
     Step,
     Unit,
     backend_names,
+    region_of,
     rounds_of,
 )
 from geoprint.cli.terminal import limit_memory, say, watch
@@ -80,7 +81,7 @@ def plan(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
         fill_holes=fill_holes,
-        label=label, at=at, radius=radius, cone_deg=cone, box=box,
+        label=label, patch=region_of(at, radius, cone, box),
         max_tilt=max_tilt, on_slowdown=on_slowdown,
     )  # fmt: skip
     limit_memory(max_memory)
@@ -134,7 +135,7 @@ def compare(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
             rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=not no_robot,
             max_tilt=max_tilt, on_slowdown=on_slowdown, fill_holes=fill_holes,
-        label=label, at=at, radius=radius, cone_deg=cone, box=box,
+        label=label, patch=region_of(at, radius, cone, box),
         )
         for surface in surfaces
     ]  # fmt: skip
@@ -182,7 +183,7 @@ def place(
 def recommend(
     surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
     *,
-    pressure: Annotated[float, typer.Option(help="Air pressure in kPa.", show_default=False)],
+    pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
     unit: Unit = None,
     spacing: Spacing = None,
     rounds: Rounds = None,

@@ -5,6 +5,6 @@ default.
 """
 
 from geoprint.config.cells import PACKAGED_CELLS, load_cell, packaged_cell_text
-from geoprint.config.job import Job, job_of
+from geoprint.config.job import Job, PatchRegion, job_of
 
-__all__ = ["PACKAGED_CELLS", "Job", "job_of", "load_cell", "packaged_cell_text"]
+__all__ = ["PACKAGED_CELLS", "Job", "PatchRegion", "job_of", "load_cell", "packaged_cell_text"]

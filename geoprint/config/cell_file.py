@@ -142,6 +142,8 @@ class ProcessTable(Table):
     clearance_mm: PositiveFloat
     retract_mm: PositiveFloat
     layer_height_mm: PositiveFloat
+    pressure_kpa: PositiveFloat | None = None
+    rounds: Annotated[int, Field(ge=1, le=100_000)] | None = None
 
     @model_validator(mode="after")
     def _lifts_clear(self) -> Self:
@@ -164,13 +166,19 @@ class MaterialTable(Table):
     uv_irradiance_mw_cm2: PositiveFloat | None = None
     uv_spot_mm: PositiveFloat | None = None
     uv_dose_mj_cm2: PositiveFloat | None = None
-    flood_s: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _knows_the_whole_spot(self) -> Self:
         if (self.uv_irradiance_mw_cm2 is None) != (self.uv_spot_mm is None):
             raise ValueError("uv_irradiance_mw_cm2 and uv_spot_mm describe one spot: give both or neither")
         return self
+
+
+class GoodPrintTable(Table):
+    """A print that worked."""
+
+    pressure_kpa: PositiveFloat
+    rounds: Annotated[int, Field(ge=1, le=100_000)]
 
 
 class SignalsTable(Table):
@@ -186,12 +194,13 @@ class SignalsTable(Table):
     flow: SignalName | None = None
     flow_per_mm3_s: PositiveFloat | None = None
     flow_lag_s: Lag = 0.0
+    vacuum: SignalName | None = None
 
     @model_validator(mode="after")
     def _are_different(self) -> Self:
-        names = [name.lower() for name in (self.dispenser, self.uv_lamp, self.flow) if name is not None]
+        names = [name.lower() for name in (self.dispenser, self.uv_lamp, self.flow, self.vacuum) if name is not None]
         if len(set(names)) < len(names):
-            raise ValueError("dispenser, uv_lamp and flow name the same output twice: each needs its own")
+            raise ValueError("dispenser, uv_lamp, flow and vacuum name the same output twice: each needs its own")
         return self
 
     @model_validator(mode="after")
@@ -206,6 +215,13 @@ class PurgeTable(Table):
 
     joints_deg: SixJoints
     duration_s: Annotated[float, Field(gt=0.0, le=60.0)]
+
+
+class FloodTable(Table):
+    """The final exposure of the whole part."""
+
+    duration_s: Annotated[float, Field(gt=0.0, le=3600.0)]
+    joints_deg: SixJoints | None = None
 
 
 class BoxTable(Table):
@@ -239,5 +255,7 @@ class CellFile(Table):
     process: ProcessTable
     signals: SignalsTable
     purge: PurgeTable | None = None
+    flood: FloodTable | None = None
+    good_print: GoodPrintTable | None = None
     obstacles: list[BoxTable] = Field(default=[])
     search: SearchTable = SearchTable()

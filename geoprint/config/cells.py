@@ -7,20 +7,20 @@ from importlib import resources
 from pathlib import Path
 
 import numpy as np
-from pydantic import (
-    ValidationError,
-)
+from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-# The cells that come with geoprint, the default first.
-from geoprint.config.cell_file import CellFile, LampTable, MaterialTable, SignalsTable, WorkTable
+from geoprint.config.cell_file import CellFile, FloodTable, LampTable, MaterialTable, SignalsTable, WorkTable
 from geoprint.config.strict import describe
 from geoprint.errors import InputError, UsageError
 from geoprint.model import (
+    PASCAL_PER_KPA,
     Box,
     Cell,
     FloatArray,
+    Flood,
     Fluid,
+    GoodPrint,
     Lamp,
     Material,
     Process,
@@ -95,16 +95,22 @@ def _cell(file: CellFile, *, name: str, folder: Path) -> Cell:
             clearance=file.process.clearance_mm,
             retract=file.process.retract_mm,
             layer_height=file.process.layer_height_mm,
+            pressure=None if file.process.pressure_kpa is None else file.process.pressure_kpa * PASCAL_PER_KPA,
+            rounds=file.process.rounds,
         ),
         signals=_signals(file.signals),
         purge=None
         if file.purge is None
         else Purge(joints=np.radians(file.purge.joints_deg), duration=file.purge.duration_s),
+        flood=None if file.flood is None else _flood(file.flood),
         obstacles=tuple(Box(box.name, np.array(box.centre_mm), np.array(box.size_mm)) for box in file.obstacles),
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
         demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
         material=None if file.material is None else _material(file.material),
+        good_print=None
+        if file.good_print is None
+        else GoodPrint(file.good_print.pressure_kpa * PASCAL_PER_KPA, file.good_print.rounds),
         search=SearchWeights(**file.search.model_dump()),
     )
 
@@ -121,6 +127,7 @@ def _signals(table: SignalsTable) -> Signals:
         flow=table.flow,
         flow_per_mm3_s=table.flow_per_mm3_s or 0.0,
         flow_lag=table.flow_lag_s,
+        vacuum=table.vacuum,
     )
 
 
@@ -154,8 +161,11 @@ def _material(table: MaterialTable) -> Material:
         irradiance=table.uv_irradiance_mw_cm2,
         spot_diameter=table.uv_spot_mm,
         dose=table.uv_dose_mj_cm2,
-        flood=table.flood_s,
     )
+
+
+def _flood(table: FloodTable) -> Flood:
+    return Flood(table.duration_s, joints=None if table.joints_deg is None else np.radians(table.joints_deg))
 
 
 def _fixture(work: WorkTable) -> TouchedPoints | None:

@@ -13,6 +13,32 @@ from geoprint.errors import UsageError
 from geoprint.model import OnSlowdown
 
 
+class PatchRegion(Table):
+    """Where a patch lies on its body; what is given holds together: within the radius and within the box.
+
+    Attributes:
+        at: point [mm] on or near the body that the patch holds; with it
+        radius: greatest distance from the point along the surface [mm]; and
+        cone_deg: greatest angle between the surface's normal and that at the point [degrees].
+        box: lowest x, y, z and highest x, y, z [mm].
+    """
+
+    at: Triple | None = None
+    radius: PositiveFloat | None = None
+    cone_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
+    box: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
+
+    @model_validator(mode="after")
+    def _is_bounded(self) -> Self:
+        if self.at is None and (self.radius is not None or self.cone_deg is not None):
+            raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
+        if self.radius is None and self.cone_deg is None and self.box is None:
+            raise ValueError("a patch needs a bound: give a radius, a cone or a box")
+        if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
+            raise ValueError("a box is its lowest x y z and then its highest x y z")
+        return self
+
+
 class Job(Table):
     """What to plan, as the command line or a program asks for it.
 
@@ -30,10 +56,7 @@ class Job(Table):
         place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
         robot: whether the robot's chain is planned too.
         label: of a label volume, which one is the part or its body.
-        at: point [mm] on or near a body that the part is cut from; with it
-        radius: greatest distance from the point along the surface [mm]; and
-        cone_deg: greatest angle between the surface's normal and that at the point [degrees].
-        box: lowest x, y, z and highest x, y, z [mm] that the part is cut out by.
+        patch: where on the surface the part lies, which is cut from it; the whole surface if not given.
         max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
         on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
         fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
@@ -52,10 +75,7 @@ class Job(Table):
     place: Literal["demo"] | None = None
     robot: bool = True
     label: PositiveInt | None = None
-    at: Triple | None = None
-    radius: PositiveFloat | None = None
-    cone_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
-    box: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
+    patch: PatchRegion | None = None
     max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
     on_slowdown: OnSlowdown = "lower"
     fill_holes: PositiveFloat | None = None
@@ -64,16 +84,6 @@ class Job(Table):
     def _one_of_spacing_and_rounds(self) -> Self:
         if self.spacing is not None and self.rounds is not None:
             raise ValueError("give either spacing or rounds, not both: each follows from the other")
-        return self
-
-    @model_validator(mode="after")
-    def _patch_is_bounded(self) -> Self:
-        if self.at is None and (self.radius is not None or self.cone_deg is not None):
-            raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
-        if self.at is not None and self.radius is None and self.cone_deg is None and self.box is None:
-            raise ValueError("the point `at` needs a bound of the patch: give a radius, a cone or a box")
-        if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
-            raise ValueError("a box is its lowest x y z and then its highest x y z")
         return self
 
 
@@ -90,7 +100,7 @@ def job_of(**values: object) -> Job:
     for name, value in values.items():
         if name in {"surface", "body", "cell"} and isinstance(value, str):
             given[name] = Path(value)
-        if name in {"seed", "at", "box"} and isinstance(value, Sequence):
+        if name == "seed" and isinstance(value, Sequence):
             given[name] = [*value]
     try:
         return Job.model_validate(given)

@@ -1,7 +1,7 @@
 """The process: how much material flows, what bead it makes, what cures it, and the flow that a path needs."""
 
 from geoprint.deposition.bead import Bead, bead, flow_for
-from geoprint.deposition.curing import dose_of_pass, dose_of_passes, fastest_curing
+from geoprint.deposition.curing import Exposure, dose_of_pass, dose_of_passes, exposure, fastest_curing
 from geoprint.deposition.fitting import PARAMETERS, FittedFluid, FluidModel, fit_fluid
 from geoprint.deposition.following import following_flow
 from geoprint.deposition.measured import MeasuredFlow, read_measured_flow
@@ -19,6 +19,7 @@ __all__ = [
     "PARAMETERS",
     "Bead",
     "Bore",
+    "Exposure",
     "FittedFluid",
     "FluidModel",
     "MeasuredFlow",
@@ -29,6 +30,7 @@ __all__ = [
     "bore_of",
     "dose_of_pass",
     "dose_of_passes",
+    "exposure",
     "fastest_curing",
     "fit_fluid",
     "flow_for",

@@ -20,14 +20,13 @@ import numpy as np
 
 from geoprint.deposition.bead import segment_area
 from geoprint.errors import InputError
-from geoprint.model import FloatArray
+from geoprint.model import PASCAL_PER_KPA, FloatArray
 from geoprint.model.arrays import freeze_arrays
 
 WEIGHED = ("pressure_kpa", "duration_s", "mass_g")
 GAUGED = ("pressure_kpa", "speed_mm_s", "width_mm", "height_mm")
 # More rows than a person measures; a larger file is another one.
 MOST_ROWS = 10_000
-PASCAL_PER_KPA = 1000.0
 MILLIGRAMS_PER_GRAM = 1000.0
 
 

@@ -14,14 +14,13 @@ from typing import final
 import numpy as np
 
 from geoprint.deposition.bead import bead, strand_diameter
-from geoprint.deposition.curing import dose_of_pass, dose_of_passes, fastest_curing
+from geoprint.deposition.curing import Exposure, exposure
 from geoprint.deposition.rheology import bore_of, flow_through, pressure_for, starting_pressure
 from geoprint.errors import InputError
-from geoprint.model import Fluid, Material, Process, Tool
+from geoprint.model import PASCAL_PER_KPA, Flood, Fluid, Material, Process, Tool
 
 # A layer that gets this share more or less than it needs still fits.
 FITTING_SHARE = 0.1
-PASCAL_PER_KPA = 1000.0
 
 
 @final
@@ -41,6 +40,7 @@ class Recommendation:
         fill: material over what the layer needs at the asked spacing, or None where none was asked.
         speed: that fits the asked spacing [mm/s], or None.
         pressure: that fits the asked spacing at the set speed [Pa], or None.
+        light: doses of the lamp, or None where nobody has measured its spot.
         warnings: sentences, what does not fit first.
     """
 
@@ -55,11 +55,18 @@ class Recommendation:
     fill: float | None
     speed: float | None
     pressure: float | None
+    light: Exposure | None
     warnings: tuple[str, ...]
 
 
 def recommend(
-    material: Material, *, tool: Tool, process: Process, pressure: float, spacing: float | None
+    material: Material,
+    *,
+    tool: Tool,
+    process: Process,
+    pressure: float,
+    spacing: float | None,
+    flood: Flood | None = None,
 ) -> Recommendation:
     """Say what flows at a pressure, which spacing, speed and stand-off fit it, and whether an asked spacing does.
 
@@ -69,6 +76,7 @@ def recommend(
         process: speed, stand-off and layer height of the cell.
         pressure: of the air [Pa].
         spacing: that is asked for [mm], or None.
+        flood: final exposure of the whole part, or None where there is none.
 
     Raises:
         InputError: nothing flows at this pressure.
@@ -89,6 +97,8 @@ def recommend(
     width = bead(flow=flow, speed=process.speed, standoff=process.standoff).width if pressed else None
     layer = process.layer_height
     fitting = None if spacing is None else process.speed * spacing * layer
+    meant = area / layer if spacing is None else spacing
+    light = exposure(material, speed=process.speed, spacing=meant, flood=flood)
     return Recommendation(
         flow=flow,
         starting_pressure=start,
@@ -101,10 +111,11 @@ def recommend(
         fill=None if fitting is None else flow / fitting,
         speed=None if spacing is None else flow / (spacing * layer),
         pressure=None if fitting is None else float(pressure_for(fluid, bore, flows=np.array([fitting])).total[0]),
+        light=light,
         warnings=(
             *_fit_warnings(area, strand if width is None else width, spacing=spacing, layer=layer),
-            *_standoff_warnings(strand, process),
-            *_light_warnings(material, process, spacing=area / layer if spacing is None else spacing),
+            *_standoff_warnings(strand, process, tool=tool, spacing=meant),
+            *([] if light is None or light.lacking is None else [light.lacking]),
         ),
     )
 
@@ -137,28 +148,21 @@ def _fit_warnings(area: float, width: float, *, spacing: float | None, layer: fl
     return found
 
 
-def _standoff_warnings(strand: float, process: Process) -> list[str]:
+def _standoff_warnings(strand: float, process: Process, *, tool: Tool, spacing: float) -> list[str]:
+    """Say whether the tip is too high to press the strand on, or scrapes what lies beside its path.
+
+    A tip below the top of its own bead irons it, which is usual. Only where the needle is wider than the paths are
+    apart does it reach into its neighbours' beads, which the lamp has cured.
+    """
     if strand < process.standoff:
         fallen = "nothing presses it on, it falls and coils. Lower the tip or the speed."
         return [f"the strand is {strand:.3g} mm thick, less than the stand-off of {process.standoff:g} mm: {fallen}"]
-    if process.standoff < process.layer_height:
-        heights = f"{process.standoff:g} mm is below the layer height of {process.layer_height:g} mm"
-        return [f"the stand-off of {heights}: the tip ploughs through what it lays."]
+    reach, depth = 0.5 * (tool.needle_diameter - spacing), process.layer_height - process.standoff
+    if reach > 0.0 and depth > 0.0:
+        needle = f"the needle is {tool.needle_diameter:g} mm wide and the paths are {spacing:.3g} mm apart"
+        ploughs = f"its tip ploughs {reach:.2g} mm into the layer beside it, {depth:.2g} mm below the top"
+        return [f"{needle}: {ploughs}. Set standoff_mm to {process.layer_height:g}, or take a thinner needle."]
     return []
-
-
-def _light_warnings(material: Material, process: Process, *, spacing: float) -> list[str]:
-    if material.irradiance is None or material.spot_diameter is None or material.dose is None:
-        return []
-    spot = {"irradiance": material.irradiance, "spot_diameter": material.spot_diameter}
-    given = dose_of_pass(**spot, speed=process.speed)
-    if given >= material.dose:
-        return []
-    flooded = "no final exposure is named" if material.flood is None else "the final exposure must do the rest"
-    fastest = f"up to {fastest_curing(dose=material.dose, **spot):.3g} mm/s it would cure at once; {flooded}"
-    passes = dose_of_passes(**spot, speed=process.speed, spacing=spacing)
-    doses = f"gives {given:.3g}, all passes together {passes:.3g} of {material.dose:.3g} mJ/cm2"
-    return [f"one pass of the lamp {doses}: {fastest}."]
 
 
 @final

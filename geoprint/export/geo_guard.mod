@@ -2,6 +2,7 @@ MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
   ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
   ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
+  ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
 @demo|  ! PLACEMENT NOT CALIBRATED: nothing here switches an output on, whatever geoDryRun is.
   VAR num geoOn:=0;
   VAR bool geoStopped:=FALSE;
@@ -9,6 +10,7 @@ MODULE GeoGuard
     SetDO <VALVE>,0;
     SetDO <LAMP>,0;
 @analog|    SetAO <FLOW>,0;
+@vacuum|    SetDO <VACUUM>,0;
   ENDPROC
   PROC GeoStopped()
     IF <VALVE>=1 geoStopped:=TRUE;
@@ -32,16 +34,17 @@ MODULE GeoGuard
     SingArea\Off;
     PDispOff;
     EOffsOff;
-    VelSet geoSpeedPct,250;
+    VelSet 100,250;
     GeoAskFrame;
     GeoAskHome;
 @prime|    GeoPrime;
-@demo|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@demo|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
 @calibrated|    IF geoDryRun OR geoFirstRun>1 THEN
-@calibrated|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
 @calibrated|    ELSE
-@calibrated|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+@calibrated|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
 @calibrated|    ENDIF
+    VelSet geoSpeedPct,250;
   ERROR
     GeoSafe;
     RAISE;
@@ -107,7 +110,10 @@ MODULE GeoGuard
     GeoAskStopped run;
     geoOn:=0;
     PDispOff;
-    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack,fine,tGeoNozzle;
+    VelSet 100,250;
+    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
+@flood|    GeoFlood;
+@byhand+calibrated|    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
   ERROR
     GeoSafe;
     RAISE;
@@ -125,6 +131,19 @@ MODULE GeoGuard
 @prime|    GeoSafe;
 @prime|    RAISE;
 @prime|  ENDPROC
+@flood|  PROC GeoFlood()
+@flood|    MoveAbsJ jGeoFlood\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@flood+calibrated|    IF NOT geoDryRun THEN
+@flood+calibrated|      SetDO <LAMP>,1;
+@flood+calibrated|      WaitTime nGeoFlood;
+@flood+calibrated|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";
+@flood+calibrated|      GeoSafe;
+@flood+calibrated|    ENDIF
+@flood|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@flood|  ERROR
+@flood|    GeoSafe;
+@flood|    RAISE;
+@flood|  ENDPROC
 @loading|  PROC GeoForget(string file)
 @loading|    UnLoad diskhome\File:=file;
 @loading|  ERROR

@@ -54,6 +54,7 @@ def rapid_program(
     *,
     cell: Cell,
     placement: Placement,
+    surface_within: float | None,
     tips_at: TipsAt,
     part_name: str,
     spacing: float,
@@ -70,6 +71,8 @@ def rapid_program(
         orders: targets and times.
         cell: the robot, the tool, the signals.
         placement: where the part stands: uframe and oframe of the work object.
+        surface_within: what its surface is known within along its normal, in 95 of 100 calibrations [mm], for the
+            header; None where nobody calibrated.
         tips_at: the tip's motion as it was timed.
         part_name: for the header.
         spacing: distance of neighbouring paths [mm], for the header.
@@ -89,12 +92,12 @@ def rapid_program(
     triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
     runs = _procedures(orders, _moves(orders, names=names, triggers=triggers), triggers=triggers)
     header = header_lines(
-        cell=cell, placement=placement, part_name=part_name, spacing=spacing, runs=len(runs),
-        targets=orders.count, checked=checked, not_checked=not_checked,
+        cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
+        runs=len(runs), targets=orders.count, checked=checked, not_checked=not_checked,
     )  # fmt: skip
     print_modules = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
     loading = len(print_modules) > 1
-    guard = guard_module(cell.signals, placement=placement, primes=cell.purge is not None, loading=loading)
+    guard = guard_module(cell, placement=placement, loading=loading)
     data = [*names.declarations, *triggers.declarations]
     modules = [
         ("GeoCell.mod", cell_module(cell, orders, placement=placement, declarations=data, header=header)),
@@ -104,7 +107,7 @@ def rapid_program(
     listed = [name for name, _ in modules if not name.startswith("GeoPath")]
     modules.append(("GeoPrint.pgf", program_file(listed)))
     program = Program(modules=tuple(modules), targets=orders.count, dry_run=not placement.calibrated)
-    verify_program(program, orders, cell=cell, placement=placement, events=events)
+    verify_program(program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events)
     return program
 
 

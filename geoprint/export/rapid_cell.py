@@ -26,6 +26,7 @@ def header_lines(
     *,
     cell: Cell,
     placement: Placement,
+    surface_within: float | None,
     part_name: str,
     spacing: float,
     runs: int,
@@ -38,6 +39,7 @@ def header_lines(
     Args:
         cell: its name and arm are given.
         placement: whether it is calibrated, and how well.
+        surface_within: what the surface is known within along its normal, in 95 of 100 calibrations [mm], or None.
         part_name: any text.
         spacing: [mm].
         runs: number of runs.
@@ -53,6 +55,8 @@ def header_lines(
         )
     else:
         lines += values.comment(f"{NOT_CALIBRATED}: runs dry only, whatever geoDryRun is.")
+    if surface_within is not None:
+        lines += values.comment(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
     lines += values.comment(f"Part: {part_name}")
     lines += values.comment(f"Cell: {cell.name}; robot: {cell.robot.model}")
     lines += values.comment(f"Spacing: {values.number(spacing, decimals=4)} mm; runs: {runs}; targets: {targets}")
@@ -86,6 +90,8 @@ def output_names(signals: Signals) -> dict[str, str]:
         "VALVE": values.identifier(signals.dispenser, what="signals.dispenser"),
         "LAMP": values.identifier(signals.uv_lamp, what="signals.uv_lamp"),
     }
+    if signals.vacuum is not None:
+        names["VACUUM"] = values.identifier(signals.vacuum, what="signals.vacuum")
     if signals.mode == "io":
         return names
     if signals.flow is None or signals.flow_per_mm3_s <= 0.0:
@@ -128,6 +134,7 @@ def cell_module(
         _jointtarget("jGeoStart", orders.start),
         _jointtarget("jGeoAloft", orders.aloft),
         *_prime_data(cell, orders),
+        *_flood_data(cell),
         f"  CONST num nGeoThere:={_seconds(orders.there)};",
         f"  CONST num nGeoBack:={_seconds(orders.back)};",
         f"  CONST speeddata vGeoHome:=[{travel},500,5000,1000];",
@@ -139,20 +146,22 @@ def cell_module(
     return "\n".join(lines)
 
 
-def guard_module(signals: Signals, *, placement: Placement, primes: bool, loading: bool) -> str:
+def guard_module(cell: Cell, *, placement: Placement, loading: bool) -> str:
     """Return the text of GeoGuard.mod: the routines of the package's template that this cell and program need.
 
     Args:
-        signals: outputs and mode.
+        cell: its outputs, and what it has besides valve and lamp.
         placement: whether it is calibrated.
-        primes: whether the cell has a place to prime.
         loading: whether the program loads its modules while it runs.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
     """
-    wanted = {signals.mode, "calibrated" if placement.calibrated else "demo"}
-    wanted |= {"prime"} if primes else set()
+    wanted = {cell.signals.mode, "calibrated" if placement.calibrated else "demo"}
+    wanted |= {"prime"} if cell.purge is not None else set()
+    wanted |= {"vacuum"} if cell.signals.vacuum is not None else set()
+    if cell.flood is not None:
+        wanted.add("byhand" if cell.flood.joints is None else "flood")
     wanted |= {"loading"} if loading else set()
     lines: list[str] = []
     for line in resources.files("geoprint.export").joinpath("geo_guard.mod").read_text(encoding="ascii").split("\n"):
@@ -160,7 +169,7 @@ def guard_module(signals: Signals, *, placement: Placement, primes: bool, loadin
         if not tags or set(tags.split("+")) <= wanted:
             lines.append(text)
     text = "\n".join(lines)
-    for placeholder, name in output_names(signals).items():
+    for placeholder, name in output_names(cell.signals).items():
         text = text.replace(f"<{placeholder}>", name)
     return text
 
@@ -205,3 +214,10 @@ def _prime_data(cell: Cell, orders: Orders) -> list[str]:
         output = cell.signals.flow_per_mm3_s * float(orders.flow.max()) * cell.process.speed
         lines.append(f"  CONST num nGeoPrimeFlow:={values.significant(output)};")
     return lines
+
+
+def _flood_data(cell: Cell) -> list[str]:
+    if cell.flood is None:
+        return []
+    lines = [f"  CONST num nGeoFlood:={values.number(cell.flood.duration, decimals=3)};"]
+    return lines if cell.flood.joints is None else [_jointtarget("jGeoFlood", cell.flood.joints), *lines]

@@ -48,9 +48,17 @@ def _expected(cell: Cell, *, placement: Placement, loading: bool) -> list[str]:
         "calibrated": placement.calibrated,
         "demo": not placement.calibrated,
         "prime": cell.purge is not None,
+        "vacuum": cell.signals.vacuum is not None,
+        "flood": cell.flood is not None and cell.flood.joints is not None,
+        "byhand": cell.flood is not None and cell.flood.joints is None,
         "loading": loading,
     }
-    outputs = {"<VALVE>": cell.signals.dispenser, "<LAMP>": cell.signals.uv_lamp, "<FLOW>": cell.signals.flow or ""}
+    outputs = {
+        "<VALVE>": cell.signals.dispenser,
+        "<LAMP>": cell.signals.uv_lamp,
+        "<FLOW>": cell.signals.flow or "",
+        "<VACUUM>": cell.signals.vacuum or "",
+    }
     template = resources.files("geoprint.export").joinpath("geo_guard.mod").read_text(encoding="ascii")
     lines: list[str] = []
     for line in template.split("\n"):

@@ -2,8 +2,8 @@ r"""The trigger instructions of a program: what is defined before which move, an
 
 `TriggIO` defines a switching at a distance from the end of the move that pulls it, or from its start (`\Start`); for a
 flow that follows the speed `TriggSpeed` makes an analog output proportional to the speed of the tip, from a place on,
-until the next `TriggSpeed`. Both are executed anew before each move that pulls them, as in the maker's own example of a
-glue gun. Values that switch on are `geoOn`, or a multiple of it: 0 in a dry run.
+until the next `TriggSpeed`. Values that switch on are `geoOn`, or a multiple of it: 0 in a dry run. Both instructions
+are executed anew before each move that pulls them, so that they take the value that `geoOn` has then.
 """
 
 from __future__ import annotations
@@ -19,16 +19,18 @@ from geoprint.model import Signals
 
 # Decimals of the distance of a trigger from the end of a move [mm].
 _DISTANCE_DECIMALS = 4
-# A controller takes so many triggers on one move (RobotWare 6; older ones four).
+# TriggL has places for so many triggers: the first, and T2 to T8.
 _MOST_TRIGGERS = 8
 # The flow is written anew where it has changed by this share: below what a bead shows.
 _FLOW_STEP = 0.01
-_PLACEHOLDERS: dict[Output, str] = {"dispenser": "VALVE", "uv_lamp": "LAMP"}
+_PLACEHOLDERS: dict[Output, str] = {"dispenser": "VALVE", "uv_lamp": "LAMP", "vacuum": "VACUUM"}
 _NAMES: dict[tuple[Output, bool], str] = {
     ("dispenser", True): "tGeoValveOn",
     ("dispenser", False): "tGeoValveOff",
     ("uv_lamp", True): "tGeoLampOn",
     ("uv_lamp", False): "tGeoLampOff",
+    ("vacuum", True): "tGeoVacuumOn",
+    ("vacuum", False): "tGeoVacuumOff",
 }
 _FLOW, _NO_FLOW = "tGeoFlow", "tGeoNoFlow"
 
@@ -54,7 +56,7 @@ def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, 
 
     Args:
         orders: targets.
-        events: where valve and lamp switch.
+        events: where the outputs switch.
         signals: mode, scale and lag of the flow.
         names: of the outputs, by placeholder.
 
@@ -82,7 +84,8 @@ def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, 
             f"a move would switch {most} outputs at once, a controller takes {_MOST_TRIGGERS}: the lags of [signals] "
             "are longer than the moves between runs; raise retract_mm."
         )
-    used = [*_NAMES.values(), *((_FLOW, _NO_FLOW) if signals.mode == "analog" else ())]
+    switched = [name for (output, _), name in _NAMES.items() if output != "vacuum" or signals.vacuum is not None]
+    used = [*switched, *((_FLOW, _NO_FLOW) if signals.mode == "analog" else ())]
     return Triggers([f"  VAR triggdata {name};" for name in used], definitions, pulled)
 
 

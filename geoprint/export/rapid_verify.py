@@ -14,7 +14,7 @@ from geoprint.export.rapid_guard import GUARD, check_guard
 from geoprint.export.rapid_reader import joined, read_module, read_modules, read_program_file
 from geoprint.export.rapid_run import Step, run_program
 from geoprint.export.rapid_text import FlowAt, Place, RapidText, SwitchAt, Value, refuse
-from geoprint.export.rapid_verify_cell import verify_data, verify_names
+from geoprint.export.rapid_verify_cell import verify_data, verify_header, verify_names
 from geoprint.export.switching import Event
 from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program, Signals
 
@@ -40,7 +40,13 @@ _ENTRY = Place("GeoPrint.mod", 1)
 
 
 def verify_program(
-    program: Program, orders: Orders, *, cell: Cell, placement: Placement, events: tuple[Event, ...]
+    program: Program,
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    surface_within: float | None,
+    events: tuple[Event, ...],
 ) -> None:
     """Read the modules back and check that they say what the plan says, no more and no less.
 
@@ -49,12 +55,15 @@ def verify_program(
         orders: the targets.
         cell: tool, home and outputs.
         placement: where the part stands.
+        surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
         events: where the outputs switch.
 
     Raises:
         VerificationError: they disagree; module, line and reason are named.
     """
-    for finding in program_findings(program.modules, orders, cell=cell, placement=placement, events=events):
+    for finding in program_findings(
+        program.modules, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
+    ):
         raise finding
 
 
@@ -64,6 +73,7 @@ def program_findings(
     *,
     cell: Cell,
     placement: Placement,
+    surface_within: float | None,
     events: tuple[Event, ...],
 ) -> Iterator[VerificationError]:
     """Yield what is wrong with a program: the first finding of each kind, in the order in which they matter.
@@ -77,6 +87,7 @@ def program_findings(
         orders: as in `verify_program`.
         cell: as in `verify_program`.
         placement: as in `verify_program`.
+        surface_within: as in `verify_program`.
         events: as in `verify_program`.
     """
     texts = dict(modules)
@@ -91,6 +102,7 @@ def program_findings(
     if len(read) == len(paths):
         yield from _failing(lambda: whole.append(joined(tuple(read))))
     for text in whole:
+        yield from _failing(lambda text=text: verify_header(text, placement=placement, surface_within=surface_within))
         yield from _text_findings(text, orders, cell=cell, placement=placement, events=events)
 
 
@@ -233,7 +245,8 @@ def _zone(text: RapidText, step: Step) -> float:
 
 def _verify_switching(steps: tuple[Step, ...], events: tuple[Event, ...], *, signals: Signals) -> None:
     """Check that each move switches the outputs that the plan switches there, and no others."""
-    names = {"dispenser": signals.dispenser.lower(), "uv_lamp": signals.uv_lamp.lower()}
+    outputs = {"dispenser": signals.dispenser, "uv_lamp": signals.uv_lamp, "vacuum": signals.vacuum or ""}
+    names = {output: name.lower() for output, name in outputs.items()}
     planned: dict[int, list[Event]] = {}
     for event in events:
         planned.setdefault(event.target, []).append(event)

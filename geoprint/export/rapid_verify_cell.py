@@ -52,9 +52,24 @@ def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Place
     _verify_tool(declared(text, "tGeoNozzle", kind="tooldata", storage="PERS", place=_CELL), cell=cell)
     _verify_work(text, placement=placement)
     _verify_ways(text, orders, cell=cell)
-    for module in () if placement.calibrated else ("GeoCell.mod", "GeoPrint.mod"):
-        if not any("PLACEMENT NOT CALIBRATED" in line for line in text.comments.get(module, ())):
-            refuse(Place(module, 2), "the header must say PLACEMENT NOT CALIBRATED")
+
+
+def verify_header(text: RapidText, *, placement: Placement, surface_within: float | None) -> None:
+    """Check that the headers say, from their second line on, how well it is known where the part stands.
+
+    Raises:
+        VerificationError: a header does not.
+    """
+    wanted = ["PLACEMENT NOT CALIBRATED"]
+    if placement.calibrated:
+        wanted = [f"touched points lie within {float(placement.misses.max(initial=0.0)):.2f} mm"]
+    if surface_within is not None:
+        wanted.append(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
+    for module in ("GeoCell.mod", "GeoPrint.mod"):
+        found = text.comments.get(module, ())
+        for row, words in enumerate(wanted, start=1):
+            if words not in "".join(found[row : row + 1]):
+                refuse(Place(module, row + 2), f"the header must say {words!r} here")
 
 
 def verify_names(text: RapidText, steps: Iterable[Step], *, cell: Cell) -> None:
@@ -67,6 +82,8 @@ def verify_names(text: RapidText, steps: Iterable[Step], *, cell: Cell) -> None:
     if cell.purge is not None:
         used |= _PRIME_NAMES
         used |= {"ngeoprimeflow"} if cell.signals.mode == "analog" else set()
+    if cell.flood is not None:
+        used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
     for step in steps:
         if (step.move.tool, step.move.work) != ("tgeonozzle", "wgeopart"):
             refuse(step.move.place, f"the move is made with {step.move.tool} in {step.move.work or 'no work object'}")
@@ -92,12 +109,15 @@ def _verify_work(text: RapidText, *, placement: Placement) -> None:
 
 
 def _verify_ways(text: RapidText, orders: Orders, *, cell: Cell) -> None:
-    """Check the joint moves: home, the first targets, their times, and where the nozzle is primed."""
+    """Check the joint moves: home, the first targets, their times, and where nozzle and part are primed and flooded."""
     joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.aloft}
     times = {"nGeoThere": max(orders.there, _SHORTEST_MOVE), "nGeoBack": max(orders.back, _SHORTEST_MOVE)}
     if cell.purge is not None:
         joints["jGeoPrime"] = cell.purge.joints
         times["nGeoPrime"] = cell.purge.duration
+    if cell.flood is not None:
+        times["nGeoFlood"] = cell.flood.duration
+        joints |= {} if cell.flood.joints is None else {"jGeoFlood": cell.flood.joints}
     for name, angles in joints.items():
         datum = declared(text, name, kind="jointtarget", storage="CONST", place=_CELL)
         expected: Value = [literal(np.degrees(angles)), literal(np.full(6, _NO_AXES))]

@@ -1,10 +1,13 @@
 """Where on the path the outputs switch, so that what lags behind them happens where the plan wants it.
 
 The valve is told to open so long before the material has to flow as it takes to open, and to close likewise; the lamp
-leads and trails the material. Each of these moments is turned into a place: the move on which the trajectory is at that
-moment, and the distance of the tip from the end of that move. A place is what `TriggIO` switches at, in step with the
-robot's own motion. Its form by time before the end is not used: a controller cuts such a time to that of braking, which
-is some milliseconds at the speeds of printing; nor is `TriggEquip`, which the maker does not recommend near a stop.
+leads and trails the material. Where the cell has a vacuum, it draws the material back from when the valve is told to
+close until it is told to open again, or the last lift ends, so that nothing oozes on the way. Each of these moments is
+turned into a place: the move on which the trajectory is at that moment, and the distance of the tip from the end of
+that move. A place is what `TriggIO` switches at, in step with the robot's own motion. Its form by time is not used,
+because it counts from the end of a move only and cannot reach beyond the braking there; nor is `TriggEquip`, whose lag
+is a time that the controller turns into a place by itself, while here the trajectory says where the tip is then, on its
+ramps too. How exactly a controller switches near a stop is to be measured on it, and belongs into the lags of the cell.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.model import FloatArray, Signals
 
-Output = Literal["dispenser", "uv_lamp"]
+Output = Literal["dispenser", "uv_lamp", "vacuum"]
 # Tips (k, 3) in the work frame [mm] at (k,) times of the trajectory [s].
 TipsAt: TypeAlias = Callable[[FloatArray], FloatArray]
 
@@ -49,7 +52,7 @@ class Event:
 
 
 def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tuple[Event, ...]:
-    """Return where valve and lamp switch, in the order of the path.
+    """Return where the outputs switch, in the order of the path.
 
     Where the lamp would go off after the next material already wants it on, it stays on.
 
@@ -83,6 +86,9 @@ def _moments(orders: Orders, signals: Signals) -> list[tuple[float, Output, bool
         else:
             joined.append((start, end))
     outputs: list[tuple[Output, list[tuple[float, float]]]] = [("dispenser", valve), ("uv_lamp", joined)]
+    if signals.vacuum is not None:
+        openings = [*(opens for opens, _ in valve[1:]), float(orders.times[-1])]
+        outputs.append(("vacuum", [(closes, opens) for (_, closes), opens in zip(valve, openings, strict=True)]))
     return [
         (moment, output, on)
         for output, pairs in outputs

@@ -228,23 +228,21 @@ def whole_column(data: FloatArray, column: int, *, path: Path, columns: tuple[st
     Raises:
         VerificationError: it does not.
     """
-    wrong = data[:, column] != np.round(data[:, column])
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise VerificationError(
-            f"{path}, row {row + 1}: {columns[column]} is {data[row, column]}, allowed are whole numbers."
-        )
-    return data[:, column].astype(np.int64)
+    values = data[:, column]
+    _require(values == np.round(values), values, name=columns[column], path=path, allowed="whole numbers")
+    return values.astype(np.int64)
 
 
 def _flag(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> BoolArray:
-    wrong = (data[:, column] != 0.0) & (data[:, column] != 1.0)
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        raise VerificationError(
-            f"{path}, row {row + 1}: {columns[column]} is {data[row, column]}, allowed are 0 and 1."
-        )
-    return data[:, column] == 1.0
+    values = data[:, column]
+    _require((values == 0.0) | (values == 1.0), values, name=columns[column], path=path, allowed="0 and 1")
+    return values == 1.0
+
+
+def _require(fit: BoolArray, values: FloatArray, *, name: str, path: Path, allowed: str) -> None:
+    if not fit.all():
+        row = int(np.argmin(fit))
+        raise VerificationError(f"{path}, row {row + 1}: {name} is {values[row]}, allowed are {allowed}.")
 
 
 def _verify(path: Path, rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> None:

@@ -1,4 +1,4 @@
-"""Valve, material and lamp in time, as a program that was read back would switch them.
+"""Valve, material, lamp and vacuum in time, as a program that was read back would switch them.
 
 Each trigger is placed on the move that pulls it, and the planned motion of the tip says when it is there; the stated
 lags say when the material follows. Nothing of this comes from what the writer wanted: only the text, the times of the
@@ -25,6 +25,8 @@ from geoprint.model.arrays import freeze_arrays
 LARGEST_ERROR = 0.5
 # How much longer than its lead and tail the lamp may be on without material [s]: a tip at 20 mm/s goes 0.5 mm in it.
 LAMP_TOLERANCE = 0.025
+# How long valve and vacuum may be on together where one follows the other [s]: the motion is looked at more often.
+VACUUM_TOLERANCE = 0.005
 # The motion is looked at so often [s].
 _STEP = 0.001
 
@@ -41,6 +43,8 @@ class Timeline:
         lamp: (l, 2) when the lamp is on [s].
         errors: (d, 2) how far from the ends of the deposit the tip is when the material begins and ends [mm].
         lamp_alone: longest time that the lamp is on beyond material, lead and tail [s].
+        vacuum: (v, 2) when the vacuum draws material back [s].
+        vacuum_against: longest time that it does so while the valve is told to be open [s].
     """
 
     runs: FloatArray
@@ -49,10 +53,13 @@ class Timeline:
     lamp: FloatArray
     errors: FloatArray
     lamp_alone: float
+    vacuum: FloatArray
+    vacuum_against: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
             self, runs="float: d", deposits="float: d 2", material="float: d 2", lamp="float: l 2", errors="float: d 2",
+            vacuum="float: v 2",
         )  # fmt: skip
 
 
@@ -70,6 +77,8 @@ def timeline(steps: Sequence[Step], orders: Orders, *, signals: Signals, tips_at
     """
     valve = _spans(steps, orders, signal=signals.dispenser.lower(), tips_at=tips_at)
     lamp = _spans(steps, orders, signal=signals.uv_lamp.lower(), tips_at=tips_at)
+    drawn = signals.vacuum
+    vacuum = np.empty((0, 2)) if drawn is None else _spans(steps, orders, signal=drawn.lower(), tips_at=tips_at)
     ends = np.array(orders.deposits, dtype=np.int64).reshape(-1, 2)
     deposits = orders.times[ends]
     if len(valve) != len(deposits):
@@ -87,11 +96,13 @@ def timeline(steps: Sequence[Step], orders: Orders, *, signals: Signals, tips_at
         lamp=lamp,
         errors=errors,
         lamp_alone=_longest_alone(lamp, wanted),
+        vacuum=vacuum,
+        vacuum_against=_longest_both(valve, vacuum),
     )
 
 
 def check_timeline(found: Timeline) -> None:
-    """Check that material flows on exactly the deposits, and the lamp is never on for nothing.
+    """Check that material flows on exactly the deposits, and lamp and vacuum are never on for nothing.
 
     Raises:
         VerificationError: one of them is off by more than allowed.
@@ -108,6 +119,11 @@ def check_timeline(found: Timeline) -> None:
         raise VerificationError(
             f"the lamp is on for {found.lamp_alone:.3f} s without material, lead or tail; plan again.",
             seconds=found.lamp_alone,
+        )
+    if found.vacuum_against > VACUUM_TOLERANCE:
+        raise VerificationError(
+            f"the vacuum draws for {found.vacuum_against:.3f} s while the valve is open; plan again.",
+            seconds=found.vacuum_against,
         )
 
 
@@ -139,6 +155,12 @@ def _moment(trigger: SwitchAt, index: int, orders: Orders, tips_at: TipsAt) -> f
     if not trigger.from_start:
         distances, moments = distances[::-1], moments[::-1]
     return float(np.interp(trigger.distance, np.maximum.accumulate(distances), moments))
+
+
+def _longest_both(some: FloatArray, others: FloatArray) -> float:
+    """Return the longest time that one of the (k, 2) and one of the (m, 2) spans have in common [s]."""
+    starts = np.maximum(some[:, None, 0], others[None, :, 0])
+    return float((np.minimum(some[:, None, 1], others[None, :, 1]) - starts).max(initial=0.0))
 
 
 def _longest_alone(lamp: FloatArray, wanted: FloatArray) -> float:

@@ -7,12 +7,8 @@ from geoprint.model.cell import (
     Lamp,
     LoadLimits,
     Placement,
-    Process,
-    Purge,
     Robot,
     SearchWeights,
-    SignalMode,
-    Signals,
     Tool,
     TouchedPoints,
 )
@@ -28,9 +24,11 @@ from geoprint.model.motion import (
     Trajectory,
 )
 from geoprint.model.path import PoseStream, Toolpath
+from geoprint.model.process import PASCAL_PER_KPA, Flood, GoodPrint, Process, Purge, SignalMode, Signals
 from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 
 __all__ = [
+    "PASCAL_PER_KPA",
     "BoolArray",
     "Box",
     "Cell",
@@ -38,7 +36,9 @@ __all__ = [
     "Contours",
     "ControllerPath",
     "FloatArray",
+    "Flood",
     "Fluid",
+    "GoodPrint",
     "IntArray",
     "JointPath",
     "Lamp",

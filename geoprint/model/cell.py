@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, final
+from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model.arrays import FloatArray, freeze_arrays
 from geoprint.model.material import Material
-
-SignalMode = Literal["io", "analog"]
+from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
 
 
 @final
@@ -143,77 +142,6 @@ class Tool:
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class Process:
-    """How the material is laid.
-
-    Attributes:
-        speed: of the tip on deposit [mm/s].
-        travel_speed: of the tip between runs [mm/s].
-        joint_speed_share: share of the joint speeds used on the way from and to home, in (0, 1].
-        standoff: height of the tip over the surface [mm].
-        clearance: smallest distance kept between tool and anything else, above the tip zone [mm].
-        retract: lift between runs along the normal [mm].
-        layer_height: [mm].
-    """
-
-    speed: float
-    travel_speed: float
-    joint_speed_share: float
-    standoff: float
-    clearance: float
-    retract: float
-    layer_height: float
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Signals:
-    """The controller's outputs that a program switches, and how late their equipment follows.
-
-    Attributes:
-        mode: 'io' switches valve and lamp; 'analog' also lets the flow follow the speed.
-        dispenser: digital output that opens the valve.
-        uv_lamp: digital output that turns the lamp on.
-        valve_open: time from the command until material flows [s].
-        valve_close: time from the command until no material flows [s].
-        uv_lead: how long before the material the lamp is switched on [s].
-        uv_tail: how long after the material the lamp is switched off [s].
-        flow: analog output that sets the flow, in mode 'analog'.
-        flow_per_mm3_s: value of that output for a flow of 1 mm3/s, in the output's own unit.
-        flow_lag: time from a new value of that output until the flow follows [s].
-    """
-
-    mode: SignalMode
-    dispenser: str
-    uv_lamp: str
-    valve_open: float = 0.0
-    valve_close: float = 0.0
-    uv_lead: float = 0.0
-    uv_tail: float = 0.0
-    flow: str | None = None
-    flow_per_mm3_s: float = 0.0
-    flow_lag: float = 0.0
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Purge:
-    """Where the nozzle is primed before the first run.
-
-    Attributes:
-        joints: (6,) the arm over a cup or a pad [rad].
-        duration: how long the valve stays open there [s].
-    """
-
-    joints: FloatArray
-    duration: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, joints="float: 6")
-
-
-@final
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
     """An obstacle: a box with its sides along the base axes.
@@ -313,7 +241,9 @@ class Cell:
         demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
         purge: where the nozzle is primed, or None where a person does that.
+        flood: final exposure of the whole part, or None where there is none.
         material: what the syringe holds, or None where nobody has measured it.
+        good_print: to compare with, or None where nobody has named one.
         search: what the choice of rotation, lean and branch counts.
     """
 
@@ -327,14 +257,20 @@ class Cell:
     demo_rotation: FloatArray
     fixture: TouchedPoints | None
     purge: Purge | None = None
+    flood: Flood | None = None
     material: Material | None = None
+    good_print: GoodPrint | None = None
     search: SearchWeights = SearchWeights()
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")
+        self._check_joints("purge", None if self.purge is None else self.purge.joints, over="the cup")
+        self._check_joints("flood", None if self.flood is None else self.flood.joints, over="the part")
+
+    def _check_joints(self, table: str, joints: FloatArray | None, *, over: str) -> None:
         limits = self.robot.limits
-        if self.purge is not None and ((self.purge.joints < limits[:, 0]) | (self.purge.joints > limits[:, 1])).any():
+        if joints is not None and ((joints < limits[:, 0]) | (joints > limits[:, 1])).any():
             raise InputError(
-                f"purge: the joints {np.degrees(self.purge.joints).round(1).tolist()} degrees are outside the limits "
-                "of the robot; jog the arm over the cup and read them there."
+                f"{table}: the joints {np.degrees(joints).round(1).tolist()} degrees are outside the limits "
+                f"of the robot; jog the arm over {over} and read them there."
             )

@@ -46,7 +46,6 @@ class Material:
         irradiance: of the lamp's spot [mW/cm2], or None where nobody has measured it.
         spot_diameter: of that spot on the surface [mm], or None with the irradiance.
         dose: that cures the material [mJ/cm2], or None where nobody knows it.
-        flood: final exposure of the whole part [s], or None where there is none.
     """
 
     density: float
@@ -54,4 +53,3 @@ class Material:
     irradiance: float | None = None
     spot_diameter: float | None = None
     dose: float | None = None
-    flood: float | None = None

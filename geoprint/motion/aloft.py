@@ -1,7 +1,8 @@
 """The path of a dry run: the same motion, higher, with a way down to each run for whoever resumes there.
 
-A program that runs dry drives `LIFT` above the part. One that resumes at a later run drives the runs before it dry, and
-comes straight down to the first target of the run that it prints. Both are checked before the program is written.
+A program that runs dry drives `LIFT` above the part, with the zones of the print. One that resumes at a later run
+drives the runs before it dry, and comes straight down to the first target of the run that it prints. Both are checked
+before the program is written. Where runs end and begin the tool stops, so that no corner is rounded on the ways down.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import ReachError
+from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Targets
 from geoprint.motion.configuration import configuration_data
 from geoprint.motion.kinematics import Arm
@@ -30,12 +31,14 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
         arm: with its tool.
 
     Returns:
-        The path, which lays nothing, and targets that name all its poses and stop at each.
+        The path, which lays nothing, and targets that name all its poses, with their zones and speeds.
 
     Raises:
+        InputError: the tool does not stop where a run begins or ends.
         ReachError: the branch ends on the way.
     """
     poses, chosen = joint_path.poses, targets.poses
+    _refuse_rounded_ends(poses.runs[chosen], targets.zones)
     lift = transforms.inverse(joint_path.T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])
     rows, raised = _course(poses.runs[chosen])
     picked = chosen[rows]
@@ -61,7 +64,19 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
         T_base_work=joint_path.T_base_work,
     )
     every = np.arange(picked.size)
-    return path, Targets(poses=every, zones=np.zeros(every.size), speeds=targets.speeds[rows])
+    return path, Targets(poses=every, zones=targets.zones[rows], speeds=targets.speeds[rows])
+
+
+def _refuse_rounded_ends(runs: IntArray, zones: FloatArray) -> None:
+    changes = np.flatnonzero(np.diff(runs) != 0)
+    rounded = (zones[changes] > 0.0) | (zones[changes + 1] > 0.0)
+    if rounded.any():
+        run = int(runs[changes[int(np.argmax(rounded))] + 1])
+        raise InputError(
+            f"the program does not stop where run {run} begins or where the one before ends, but whoever resumes there "
+            "comes from elsewhere; thin the stream again.",
+            run=run,
+        )
 
 
 def _course(runs: IntArray) -> tuple[IntArray, BoolArray]:
@@ -84,7 +99,7 @@ def _stream(poses: PoseStream, rows: IntArray, *, tips: FloatArray) -> PoseStrea
         levels=np.full(rows.size, -1),
         layers=poses.layers[rows],
         deposit=np.zeros(rows.size, dtype=np.bool_),
-        stops=np.ones(rows.size, dtype=np.bool_),
+        stops=poses.stops[rows],
         arcs=nothing,
         flow=nothing,
         standoff=poses.standoff,

@@ -36,6 +36,7 @@ from geoprint.motion.sweep import (
     step_parts,
 )
 from geoprint.motion.tool_solids import Solid, movements
+from geoprint.surfaces import in_words
 
 # The base and the links 1 to 4, which the tool must not touch.
 LINKS_APART_FROM_TOOL = 5
@@ -170,7 +171,7 @@ def check_arm(
     closest = smallest_arm_distance(ways, trees)
     return ArmFinding(
         smallest=closest.distance,
-        at=f"{placements.stretch(closest.row)} with the tip at {_place(placements, closest.row)}, "
+        at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
         f"{closest.solid} to {closest.target}",
         checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*ways, *carried])),
     )
@@ -254,7 +255,7 @@ def _too_close(
     when = (
         "in every pose"
         if every_pose
-        else f"{placements.stretch(worst.row)} with the tip at {_place(placements, worst.row)}"
+        else f"{placements.stretch(worst.row)} with the tip at {in_words(placements.poses[worst.row, :3, 3])}"
     )
     return ClearanceError(
         f"{when} {worst.finding}; at least {kept:.2f} mm are to be kept, and the check itself needs up to "
@@ -286,7 +287,3 @@ def _checked(
 def _rounded(ways: Sequence[tuple[CollisionWorld, Placements]]) -> str:
     largest = max(float(way.rounding(world.solids).max()) for world, way in ways)
     return f"arm where the controller rounds targets, at most {largest:.3f} mm off its way"
-
-
-def _place(placements: Placements, row: int) -> str:
-    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*placements.poses[row, :3, 3])

@@ -26,6 +26,7 @@ from geoprint.motion.surroundings import Target, box_target, mesh_target
 from geoprint.motion.sweep import ALLOWANCE, Hits, Placements, find_hits
 from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
 from geoprint.motion.tool_solids import Solid, tool_solids
+from geoprint.surfaces import in_words
 
 # What no check looks at.
 NOT_CHECKED = (
@@ -219,7 +220,7 @@ def _check_tool(
     surroundings = () if scene.has_body else ("surroundings",)
     return Clearance(
         smallest=closest.distance,
-        at=f"{placements.stretch(closest.row)} at {_place(closest.tip)}, {closest.solid} to {closest.target}",
+        at=f"{placements.stretch(closest.row)} at {in_words(closest.tip)}, {closest.solid} to {closest.target}",
         arm_smallest=None,
         arm_at=None,
         kept=process.clearance,
@@ -254,8 +255,8 @@ def _check_sides(placements: Placements, world: CollisionWorld) -> None:
             row, solid = cases[int(np.argmax(within))]
             tip = placements.poses[row, :3, 3]
             raise ClearanceError(
-                f"{placements.stretch(row)} at tip {_place(tip)} the {solid.name} is inside the closed {target.name}; "
-                "correct where the part stands, or which side of the surface is outside.",
+                f"{placements.stretch(row)} at tip {in_words(tip)} the {solid.name} is inside the closed "
+                f"{target.name}; correct where the part stands, or which side of the surface is outside.",
                 solid=solid.name,
                 against=target.name,
                 place=tuple(tip.tolist()),
@@ -268,7 +269,7 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     wanted = next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == worst.solid)
     count = len(np.unique(hits.rows))
     return ClearanceError(
-        f"{placements.stretch(worst.row)} at tip {_place(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
+        f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
         f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more; {count} of {placements.count} "
         "placements are too close: turn or move the part, lean the tool, or use a longer needle.",
         solid=worst.solid,
@@ -320,7 +321,7 @@ def _no_room(
 ) -> ClearanceError:
     tip = placements.poses[row, :3, 3]
     return ClearanceError(
-        f"{placements.stretch(row)} at tip {_place(tip)} the rim of the needle has {room:.2f} mm of room over the "
+        f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
         f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
         "placements have too little: raise the stand-off, lean less, or use a thinner needle.",
         solid="needle's tip",
@@ -338,7 +339,3 @@ def _checked(world: CollisionWorld, *, rounding: float) -> tuple[str, ...]:
     pairs += [f"needle's tip on travel and its rim on deposit against {target.name}" for target in world.targets]
     sides = [f"tool outside the closed {target.name}" for target in world.targets if target.closed]
     return (*pairs, *sides, f"tool where the controller rounds targets, at most {rounding:.3f} mm off its way")
-
-
-def _place(tip: FloatArray) -> str:
-    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*tip)

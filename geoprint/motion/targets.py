@@ -56,8 +56,9 @@ def written_targets(
     after it, the first pose that is late enough, or, if that is out of tolerance, the farthest one within it: the
     tolerance wins, and `close_targets` counts where.
 
-    Zones are 0 at stops, which are fine points; elsewhere half the distance to the nearer neighbour, at most 0.3 mm.
-    A target with a neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds are those of the
+    Zones are 0 at stops, which are fine points, and at the first target of each run, to which whoever resumes there
+    comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a neighbour in
+    the same place (a turn on the spot) has zone 0 as well. Speeds are those of the
     process, or the mean speed of the tip on the way to the target where the trajectory is slower there: where joints
     limit it, and where the way holds the ramp at a stop. The move to the first target has the travel speed.
 
@@ -206,7 +207,8 @@ def _turned_shares(start: FloatArray, end: FloatArray, between: FloatArray, *, t
 def _zones(poses: PoseStream, chosen: IntArray) -> FloatArray:
     distances = np.linalg.norm(np.diff(poses.tips[chosen], axis=0), axis=1)
     nearer = np.minimum(np.append(distances, 0.0), np.append([0.0], distances))
-    rests = (poses.stops | _switches(poses))[chosen]
+    first = np.diff(poses.runs[chosen], prepend=-1) != 0
+    rests = (poses.stops | _switches(poses))[chosen] | first
     return np.where(rests | (nearer < COINCIDENT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
 
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from geoprint.errors import LimitError, VerificationError
 from geoprint.model import FloatArray, JointPath, PoseStream, Process, Robot, Trajectory
-from geoprint.motion.steps import tip_ways
+from geoprint.motion.steps import tip_ways, turns
+from geoprint.surfaces import in_words
 
 SAMPLE_TIME = 1e-3  # between rows of a trajectory [s]
 
@@ -23,6 +24,9 @@ PASSING_TOLERANCE = 1e-5
 
 # Rows may be off their even times by rounding [s].
 TIME_TOLERANCE = 1e-9
+
+# Length of way [mm] over which a message says how far the tool turns: what a bend looks like to a reader.
+BEND_LENGTH = 1.0
 
 # Ways of the tip shorter than this [mm] take no time.
 COINCIDENT = 1e-6
@@ -60,7 +64,7 @@ def verify(trajectory: Trajectory, joint_path: JointPath, *, robot: Robot, proce
         (rates, robot.speeds, LIMIT_TOLERANCE * robot.speeds, "turns at", "rad/s"),
         (changes, robot.accelerations, LIMIT_TOLERANCE * robot.accelerations, "accelerates at", "rad/s2"),
     ):
-        _refuse_excess(found, trajectory, allowed=allowed, tolerance=tolerance, what=what, unit=unit)
+        _refuse_excess(found, trajectory, joint_path.poses, allowed=allowed, tolerance=tolerance, what=what, unit=unit)
     _refuse_fast_tip(trajectory, joint_path.poses, process=process)
     _refuse_missed_pose(trajectory, joint_path)
 
@@ -90,6 +94,7 @@ def _refuse_away(differences: FloatArray, word: str) -> None:
 def _refuse_excess(
     found: FloatArray,
     trajectory: Trajectory,
+    poses: PoseStream,
     *,
     allowed: FloatArray,
     tolerance: FloatArray | float,
@@ -102,13 +107,24 @@ def _refuse_excess(
         return
     at = min(int(row), trajectory.times.size - 1)
     run, time = int(trajectory.runs[at]), float(trajectory.times[at])
-    where = f"run {run}" if run >= 0 else "the way from or to home"
+    where = f"run {run}{_bend(trajectory, poses, time=time)}" if run >= 0 else "the way from or to home"
     amount = float(np.abs(found[row, joint]))
     raise LimitError(
         f"{where}, {time:.3f} s: joint {joint + 1} {what} {amount:.4g} {unit}, allowed is {allowed[joint]:.4g} {unit}; "
-        "lower the process speeds or smooth the path there.",
+        "where the surface has a fold or a step there, smooth it, else lower the process speeds.",
         run=run, joint=int(joint) + 1, time_s=time, found=amount, allowed=float(allowed[joint]),
     )  # fmt: skip
+
+
+def _bend(trajectory: Trajectory, poses: PoseStream, *, time: float) -> str:
+    """Return where the tip is at a time, and how far the tool turns within `BEND_LENGTH` of way about there."""
+    pose = min(int(np.searchsorted(trajectory.pose_times, time)), poses.count - 1)
+    arcs = np.concatenate([[0.0], np.cumsum(tip_ways(poses))])
+    near = np.flatnonzero(np.abs(arcs - arcs[pose]) <= BEND_LENGTH / 2.0)
+    turned = np.degrees(turns(poses)[near[0] : near[-1]].sum())
+    return (
+        f" at tip {in_words(poses.tips[pose])}, where the tool turns by {turned:.0f} degrees within {BEND_LENGTH:g} mm"
+    )
 
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:

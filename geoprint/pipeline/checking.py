@@ -193,7 +193,12 @@ class _Checking:
         self._collecting("trajectory.csv", lambda: _check_trajectory(orders, tips(orders.times)))
         modules = tuple(self._modules(names))
         events = switching_events(orders, signals=setup.cell.signals, tips_at=tips)
-        wrong = list(program_findings(modules, orders, cell=setup.cell, placement=setup.placement, events=events))
+        wrong = list(
+            program_findings(
+                modules, orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
+                events=events,
+            )
+        )  # fmt: skip
         self.findings += [_finding(error, RAPID_FOLDER) for error in wrong]
         steps = () if wrong else read_back(modules)
         if len(steps) == orders.count:

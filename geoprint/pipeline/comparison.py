@@ -11,7 +11,7 @@ from geoprint.errors import FieldError, InputError, PlanError
 from geoprint.motion import lost_shares
 from geoprint.pipeline.planning import Plan, plan_paths, with_robot
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import RASTERED, Workpiece, prepare_workpiece, require_raster
+from geoprint.pipeline.workpiece import RASTERED, Workpiece, prepare_workpiece, require_raster, with_rounds
 from geoprint.quality import Uniformity
 
 COMPARED = ("lscm", "heat")
@@ -117,7 +117,7 @@ def compare(
         InputError: the part cannot be read, or no backend can plan on it.
     """
     require_raster(job, backends)
-    shared = Stages(observe)
+    job, shared = with_rounds(job), Stages(observe)
     workpiece, unplaced = _placed_workpiece(job, shared, backends=backends)
     outcomes = tuple(
         (name, _outcome(replace_backend(job, name), workpiece, unplaced=unplaced, observe=observe))

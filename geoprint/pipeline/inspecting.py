@@ -18,6 +18,7 @@ from geoprint.surfaces import (
     Inspection,
     boundary_half_edges,
     boundary_seed,
+    in_words,
     inspect,
     load_with_unit,
     point_seed,
@@ -126,7 +127,7 @@ def inspection_text(seen: FileInspection) -> str:
     for name, finding in _findings(found):
         if finding.count != 0:
             count = "not countable" if finding.count is None else str(finding.count)
-            places = f", the first at {_place(finding.places[0])}" if finding.places else ""
+            places = f", the first at {in_words(finding.places[0])}" if finding.places else ""
             lines.append(f"{name.replace('_', ' ')}: {count}{places}")
     if not found.crossings_complete:
         lines.append("crossings: not all pairs of faces were looked at")
@@ -177,14 +178,10 @@ def _finding(finding: Finding) -> dict[str, Json]:
 def _border_text(found: Inspection) -> str:
     if not found.rims:
         return "border: none, the surface is closed"
-    shown = "; ".join(f"{rim.length:.4g} mm at {_place(rim.place)}" for rim in found.rims[:5])
+    shown = "; ".join(f"{rim.length:.4g} mm at {in_words(rim.place)}" for rim in found.rims[:5])
     more = f"; and {len(found.rims) - 5} more" if len(found.rims) > 5 else ""
     what = "outer border and holes" if len(found.components) == 1 and len(found.rims) > 1 else "border"
     return f"{what}: {len(found.rims)}, {shown}{more}"
-
-
-def _place(place: tuple[float, ...]) -> str:
-    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*place)
 
 
 def _numbers(values: tuple[float, ...]) -> list[Json]:

@@ -6,15 +6,15 @@ The cell's signals decide which one a plan carries: 'io' can only open and shut 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import final
 
-from geoprint.deposition import following_flow
+from geoprint.deposition import Exposure, exposure, following_flow
 from geoprint.export import Json
 from geoprint.model import FloatArray, PoseStream, SignalMode
 from geoprint.pipeline.rounding import rounded
 from geoprint.pipeline.workpiece import Workpiece
-from geoprint.quality import LevelledLayer, Thickness, Uniformity
+from geoprint.quality import LevelledLayer, Thickness
 
 
 @final
@@ -24,23 +24,25 @@ class Laid:
 
     Attributes:
         mode: of the cell's signals: 'io' lays the constant flow, 'analog' the one that follows.
+        light: what the lamp gives at the set speed, or None where nobody has measured its spot.
         constant: thickness of the layer with constant flow.
         following: thickness of the layer with the flow that follows.
         following_flow: (p,) that flow [mm3/mm].
     """
 
     mode: SignalMode
+    light: Exposure | None
     constant: Thickness
     following: Thickness
     following_flow: FloatArray
 
 
-def lay(poses: PoseStream, measured: Uniformity, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:
+def lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:
     """Give a stream the flow that the cell's signals allow, and simulate the layer with either flow.
 
     Args:
         poses: the stream with constant flow.
-        measured: how even its paths are, with the width at each pose.
+        widths: (p,) of the strip of surface at each pose, over the spacing.
         workpiece: what it is laid on.
         spacing: distance between neighbouring paths [mm].
 
@@ -48,11 +50,12 @@ def lay(poses: PoseStream, measured: Uniformity, workpiece: Workpiece, *, spacin
         The stream with the flow to print, and both layers.
     """
     cell = workpiece.cell
-    followed = following_flow(
-        measured.pose_widths, deposit=poses.deposit, spacing=spacing, layer_height=cell.process.layer_height
-    )
+    followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, layer_height=cell.process.layer_height)
     layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
-    laid = Laid(cell.signals.mode, constant=layer(poses.flow), following=layer(followed), following_flow=followed)
+    light = exposure(cell.material, speed=cell.process.speed, spacing=spacing, flood=cell.flood)
+    laid = Laid(
+        cell.signals.mode, light, constant=layer(poses.flow), following=layer(followed), following_flow=followed
+    )
     return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
 
 
@@ -65,19 +68,21 @@ def laid_summary(laid: Laid) -> dict[str, Json]:
         "constant_flow": _thickness(laid.constant),
         "following_flow": _thickness(laid.following)
         | {"least_mm3_per_mm": rounded(flow.min()), "most_mm3_per_mm": rounded(flow.max())},
+        "light": None if laid.light is None else asdict(laid.light),
     }
 
 
 def laid_text(laid: Laid) -> str:
     """Return the line that a person reads."""
+    away = laid.constant.cv is not None
     constant, following = (
-        "all of it where fronts meet" if found.cv is None else f"{found.cv:.2%}"
-        for found in (laid.constant, laid.following)
+        f"{(found.cv if away else found.near_cv) or 0.0:.2%}" for found in (laid.constant, laid.following)
     )
     which = "follows" if laid.mode == "analog" else "is constant"
+    where = "" if away else "; fronts meet all over this part"
     return (
         f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
-        f"it {which}"
+        f"it {which}{where}"
     )
 
 

@@ -91,7 +91,7 @@ def _pictures(name: str, plan: Plan) -> list[Picture]:
     if plan.robot is not None:
         found = plan.robot.switching
         title = f"{name}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
-        drawn = switching_figure(found.deposits, found.material, found.lamp, title=title)
+        drawn = switching_figure(found.deposits, found.material, found.lamp, found.vacuum, title=title)
         pictures.append(Picture(f"{name}: when material is laid, flows, and the lamp is on", "png", drawn))
     return pictures
 
@@ -151,6 +151,9 @@ def _cautions(comparison: Comparison) -> tuple[str, ...]:
     if not robots:
         return ()
     cautions = [] if robots[0].placement.calibrated else ["PLACEMENT NOT CALIBRATED: the programs run only dry."]
+    laid = comparison.planned[0][1].plan.laid
+    if laid is not None and laid.light is not None and laid.light.lacking is not None:
+        cautions.append(f"{laid.light.lacking[0].upper()}{laid.light.lacking[1:]}")
     return (*cautions, f"Not checked: {'; '.join(robots[0].clearance.not_checked)}.")
 
 

@@ -85,13 +85,14 @@ def patch_of(job: Job, body: Surface) -> Patch | None:
     Raises:
         InputError: as `cut_patch`, and so the other errors.
     """
-    if job.at is None and job.box is None:
+    region = job.patch
+    if region is None:
         return None
     choice = PatchChoice(
-        at=None if job.at is None else np.array(job.at),
-        radius=job.radius,
-        box=None if job.box is None else np.array(job.box).reshape(2, 3),
-        cone=None if job.cone_deg is None else float(np.radians(job.cone_deg)),
+        at=None if region.at is None else np.array(region.at),
+        radius=region.radius,
+        box=None if region.box is None else np.array(region.box).reshape(2, 3),
+        cone=None if region.cone_deg is None else float(np.radians(region.cone_deg)),
     )
     return cut_patch(body, choice, longest_hole=job.fill_holes)
 

@@ -27,7 +27,7 @@ from geoprint.motion import (
 )
 from geoprint.pipeline.planning import Plan, RobotPlan, cover, pose_stream, with_robot
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import Workpiece, prepare_workpiece
+from geoprint.pipeline.workpiece import Workpiece, prepare_workpiece, with_rounds
 from geoprint.transforms import apply
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
@@ -94,6 +94,7 @@ def propose_placement(
     """
     if not 0.0 <= tilt_deg <= 90.0:
         raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
+    job = with_rounds(job)
     rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
     job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
     stage = Stages(observe)

@@ -21,9 +21,11 @@ from geoprint.export import (
     timeline,
 )
 from geoprint.model import (
+    Cell,
     Clearance,
     Contours,
     ControllerPath,
+    FloatArray,
     JointPath,
     Placement,
     PoseStream,
@@ -51,8 +53,15 @@ from geoprint.motion import (
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.laying import Laid, lay
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import Workpiece, backend_factory, prepare_workpiece, require_raster, upright
-from geoprint.quality import Uniformity, uniformity
+from geoprint.pipeline.workpiece import (
+    Workpiece,
+    backend_factory,
+    prepare_workpiece,
+    require_raster,
+    upright,
+    with_rounds,
+)
+from geoprint.quality import Uniformity, uniformity, widths_at_poses
 
 
 @final
@@ -100,7 +109,7 @@ class Plan:
         robot: the robot's part, or None where it was left out.
         timings: seconds each stage took, in order.
         flattening: chart and raster of a backend that works in the plane, else None.
-        laid: the layer that the paths leave, or None where evenness was not measured.
+        laid: the layer that the paths leave, or None before the flow is chosen.
     """
 
     job: Job
@@ -130,7 +139,7 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
         InputError: a file cannot be planned on.
         PlanError: no valid motion exists; says where and why.
     """
-    stage = Stages(observe)
+    job, stage = with_rounds(job), Stages(observe)
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     paths = plan_paths(job, workpiece, stage)
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
@@ -140,12 +149,14 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     """Cover the workpiece, measure evenness and give the poses their flow; the robot is left out."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
-        even = np.ptp(paths.toolpath.levels) > 0
-        measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing) if even else None
-    if measured is None:
-        return replace(paths, timings=tuple(stage.timings))
+        spacing, measured = paths.contours.spacing, None
+        if np.ptp(paths.toolpath.levels) > 0:
+            measured = uniformity(paths.poses, workpiece.part, spacing=spacing)
+            widths = measured.pose_widths
+        else:
+            widths = widths_at_poses(paths.poses, workpiece.part, spacing=spacing)
     with stage("layer"):
-        stream, laid = lay(paths.poses, measured, workpiece, spacing=paths.contours.spacing)
+        stream, laid = lay(paths.poses, widths, workpiece, spacing=spacing)
     return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
 
 
@@ -246,9 +257,8 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         aloft, aloft_targets = aloft_path(joint_path, targets, arm)
         dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
         dry_found = _clearance(dry, aloft, workpiece, placement, arm)
-        if cell.purge is not None:
-            priming = there_and_back(cell.purge.joints, arm, step=ALOFT_STEP)
-            _clearance(priming, aloft, workpiece, placement, arm)
+        for joints in _stations(cell):
+            _clearance(there_and_back(joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
     with stage("program"):
         orders = orders_of(joint_path, targets, trajectory, placement=placement, aloft=aloft.joints[0])
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
@@ -256,6 +266,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
             orders,
             cell=cell,
             placement=placement,
+            surface_within=workpiece.surface_within,
             tips_at=tips,
             part_name=paths.job.surface.name,
             spacing=paths.contours.spacing,
@@ -266,6 +277,12 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         check_timeline(switching)
     robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
+
+
+def _stations(cell: Cell) -> list[FloatArray]:
+    """Return the joints to which the program goes from home and back: where nozzle and part are primed and flooded."""
+    stations = [None if cell.purge is None else cell.purge.joints, None if cell.flood is None else cell.flood.joints]
+    return [joints for joints in stations if joints is not None]
 
 
 def _clearance(

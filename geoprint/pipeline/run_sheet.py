@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.export import Json, Orders, Setup, Timeline
+from geoprint.model import PASCAL_PER_KPA
 from geoprint.pipeline.checking import Checked
 from geoprint.pipeline.switching_summary import switching_summary
 
@@ -50,6 +52,7 @@ def run_sheet(checked: Checked) -> str:
         ("extent", _reach(setup, orders, summary["motion"])),
         ("closest approach", _closest(summary["clearance"])),
         ("signals", _signals(setup, checked.switching)),
+        ("process", _process(setup, summary)),
         ("limits", _limits(setup, summary["motion"])),
         ("before start", _steps(setup)),
         ("not checked", ["; ".join(summary["clearance"]["not_checked"]) + "; the real cell."]),
@@ -80,7 +83,10 @@ def _placement(setup: Setup) -> list[str]:
     where = f"part's origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
     if not placement.calibrated:
         return ["NOT CALIBRATED: nobody has measured where the part stands", where]
-    return [f"calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm", where]
+    texts = [f"calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm"]
+    if setup.surface_within is not None:
+        texts.append(f"surface known within {setup.surface_within:.2f} mm along its normal (95 %)")
+    return [*texts, where]
 
 
 def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
@@ -107,13 +113,28 @@ def _closest(clearance: dict[str, Json]) -> list[str]:
 def _signals(setup: Setup, switching: Timeline) -> list[str]:
     signals = setup.cell.signals
     flow = "" if signals.flow is None else f", flow {signals.flow} ({signals.flow_per_mm3_s:g} for 1 mm3/s)"
+    vacuum = "" if signals.vacuum is None else f", vacuum {signals.vacuum} while the valve is shut"
     return [
-        f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}; safe values 0",
+        f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}{vacuum}; safe values 0",
         (
             f"lags: valve {signals.valve_open:g} / {signals.valve_close:g} s, lamp leads {signals.uv_lead:g} s and "
             f"trails {signals.uv_tail:g} s; material {switching.errors.max(initial=0.0):.3f} mm from each run's ends"
         ),
     ]
+
+
+def _process(setup: Setup, summary: dict[str, Any]) -> list[str]:
+    """Say what a person sets beside the robot, and what the lamp gives."""
+    process, flood = setup.cell.process, setup.cell.flood
+    pressure = "not named" if process.pressure is None else f"{process.pressure / PASCAL_PER_KPA:g} kPa"
+    texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {process.standoff:g} mm"]
+    light = summary["deposition"]["light"]
+    if light is not None:
+        texts.append(f"light: {light['one_pass']:.3g} mJ/cm2 in one pass, {light['all_passes']:.3g} in all together")
+    if flood is not None:
+        who = "by hand" if flood.joints is None else "by the program, after the last run"
+        texts.append(f"final exposure of the whole part: {flood.duration:g} s, {who}")
+    return texts
 
 
 def _limits(setup: Setup, motion: dict[str, float]) -> list[str]:
@@ -124,11 +145,12 @@ def _limits(setup: Setup, motion: dict[str, float]) -> list[str]:
 
 
 def _steps(setup: Setup) -> list[str]:
-    texts = [
-        "1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0",
-        "2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)",
-    ]
+    signals = setup.cell.signals
+    texts = ["1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0"]
+    if signals.mode == "analog" and signals.flow_lag > 0.0:
+        texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
+    texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
     if setup.placement.calibrated:
-        full = " and geoSpeedPct 100, speed override 100 %" if setup.cell.signals.mode == "io" else ""
+        full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
         texts.append(f"3. to print: geoDryRun FALSE{full}; to resume at run k: clean the nozzle, geoFirstRun k, main")
     return texts

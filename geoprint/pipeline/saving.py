@@ -55,8 +55,9 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
         orders = plan.robot.orders
         files["trajectory.csv"] = trajectory_table(plan.robot.trajectory)
         files["targets.csv"] = targets_table(orders)
+        workpiece, placement = plan.workpiece, plan.robot.placement
         files["setup.json"] = setup_file(
-            Setup(plan.workpiece.cell, plan.robot.placement, start=orders.start, aloft=orders.aloft)
+            Setup(workpiece.cell, placement, workpiece.surface_within, start=orders.start, aloft=orders.aloft)
         )
         for name, text in plan.robot.program.modules:
             files[f"{RAPID_FOLDER}/{name}"] = text.encode("ascii")

@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.backends import Flattening, diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
-from geoprint.model import Surface
+from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
@@ -128,10 +128,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "seed": plan.job.seed,
         "flip": plan.job.flip,
         "label": plan.job.label,
-        "at_mm": plan.job.at,
-        "radius_mm": plan.job.radius,
-        "cone_deg": plan.job.cone_deg,
-        "box_mm": plan.job.box,
+        "patch": None if plan.job.patch is None else plan.job.patch.model_dump(),
         "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
         "place": plan.job.place,
@@ -144,6 +141,8 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "clearance_mm": process.clearance,
         "retract_mm": process.retract,
         "layer_height_mm": process.layer_height,
+        "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
+        "flood_s": None if plan.workpiece.cell.flood is None else plan.workpiece.cell.flood.duration,
     }
 
 
@@ -255,6 +254,8 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
             f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
             "touch next."
         )
+    if plan.laid is not None and plan.laid.light is not None and plan.laid.light.lacking is not None:
+        warnings.append(plan.laid.light.lacking)
     if plan.toolpath.dropped_runs:
         warnings.append(
             f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "

@@ -1,4 +1,4 @@
-"""Valve, material and lamp in time, as plan.json and `geoprint check --json` carry them."""
+"""Valve, material, lamp and vacuum in time, as plan.json and `geoprint check --json` carry them."""
 
 from __future__ import annotations
 
@@ -15,4 +15,5 @@ def switching_summary(switching: Timeline) -> dict[str, Json]:
             for run, deposit, material in zip(switching.runs, switching.deposits, switching.material, strict=True)
         ],
         "lamp_s": switching.lamp.round(4).tolist(),
+        "vacuum_s": switching.vacuum.round(4).tolist(),
     }

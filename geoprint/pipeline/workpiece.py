@@ -90,6 +90,11 @@ class Workpiece:
     placement: Placement | None
     uncertainty: Uncertainty | None
 
+    @property
+    def surface_within(self) -> float | None:
+        """What the surface is known within along its normal, in 95 of 100 calibrations [mm]; None as `uncertainty`."""
+        return None if self.uncertainty is None else self.uncertainty.bound
+
 
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
     """Read cell, part and body, decide where the part stands, and refine it for whichever backend needs it finest.
@@ -251,6 +256,13 @@ def largest_distance(job: Job, part: Surface) -> float:
     across = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
     coarse = refine(part, edge_length=across / TRIANGLES_ACROSS)
     return backend_factory(job.backend)(coarse).distance(_seed(job, coarse)).maximum
+
+
+def with_rounds(job: Job) -> Job:
+    """Return the job with the rounds of its cell where it names neither rounds nor spacing."""
+    if job.spacing is not None or job.rounds is not None:
+        return job
+    return job.model_copy(update={"rounds": load_cell(job.cell).process.rounds})
 
 
 def _wanted_spacing(job: Job, part: Surface) -> float:

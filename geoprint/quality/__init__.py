@@ -2,6 +2,6 @@
 
 from geoprint.quality.agreement import Agreement, agreement
 from geoprint.quality.thickness import LevelledLayer, Thickness
-from geoprint.quality.uniformity import Uniformity, uniformity
+from geoprint.quality.uniformity import Uniformity, uniformity, widths_at_poses
 
-__all__ = ["Agreement", "LevelledLayer", "Thickness", "Uniformity", "agreement", "uniformity"]
+__all__ = ["Agreement", "LevelledLayer", "Thickness", "Uniformity", "agreement", "uniformity", "widths_at_poses"]

@@ -2,8 +2,9 @@
 
 The surface is cut into small triangles. In each of them the distance to the nearest stretch of path falls one way, and
 the distance to the nearest other stretch falls the other way, both at a rate of one: the shares of the triangle that
-belong to this stretch, that are far from both and that are near both follow from the two distances at its middle. So
-shares are far finer than the triangles. Distances run over the surface.
+belong to this stretch, that are far from both and that are near both follow from the two distances at its middle, the
+first of them, which sets the flow, with the directions too. So shares are far finer than the triangles. Distances run
+over the surface.
 """
 
 from __future__ import annotations
@@ -20,7 +21,15 @@ from geoprint.quality.front import ANY
 from geoprint.quality.geodesic import Ask, GeodesicDistance
 from geoprint.quality.spacing import APART
 from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import Mesh, Places, SmallTriangles, small_triangles, spatial
+from geoprint.quality.triangles import (
+    ComplexArray,
+    Mesh,
+    Places,
+    SmallTriangles,
+    positive_shares,
+    small_triangles,
+    spatial,
+)
 from geoprint.quality.widths import strip_widths
 
 # Surface farther than this share of the spacing from every run is a gap.
@@ -77,6 +86,14 @@ class _Stretches(NamedTuple):
     other_runs: IntArray
     other_arcs: FloatArray
 
+    def some(self, which: BoolArray) -> _Stretches:
+        """Return some of them."""
+        return _Stretches(
+            self.triangles.some(which),
+            self.own[which], self.own_runs[which], self.own_arcs[which],
+            self.other[which], self.other_runs[which], self.other_arcs[which],
+        )  # fmt: skip
+
 
 def coverage(
     mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
@@ -94,9 +111,8 @@ def coverage(
     found, unknown = _stretches(mesh, distance, spacing=spacing)
     across, gap, overlap = found.triangles.extents, GAP_SHARE * spacing, OVERLAP_SHARE * spacing
     near, both = np.isfinite(found.own), np.isfinite(found.other)
-    middle = np.full(found.own.size, np.inf)
-    middle[both] = 0.5 * (found.other[both] - found.own[both])
-    here = _share(across, np.full(middle.size, -np.inf), middle)
+    here = np.ones(found.own.size)
+    here[both] = _own_shares(mesh, path, found.some(both))
     weights = found.triangles.areas / found.triangles.areas.sum()
     widths, lengths = strip_widths(
         samples,
@@ -135,12 +151,32 @@ def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tup
     ask = Ask.elsewhere(every, own.runs, own.arcs, clear=APART * spacing, limits=limits)
     other = distance(triangles.middles, ask)
     known = own.complete & other.complete
-    found = _Stretches(
-        triangles.some(known),
-        own.distances[known], own.runs[known], own.arcs[known],
-        other.distances[known], other.runs[known], other.arcs[known],
-    )  # fmt: skip
-    return found, 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
+    found = _Stretches(triangles, own.distances, own.runs, own.arcs, other.distances, other.runs, other.arcs)
+    return found.some(known), 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
+
+
+def _own_shares(mesh: Mesh, path: SurfacePath, found: _Stretches) -> FloatArray:
+    """Return which share of each triangle is nearer to its own stretch than to the other: it is cut by a line.
+
+    Across a triangle both distances fall at a rate of one towards the places that they lead to, so half of their
+    difference is linear, and its zero parts the triangle.
+    """
+    middles = found.triangles.middles
+    towards = [
+        _directions(mesh, middles, path.at(runs, arcs))
+        for runs, arcs in ((found.own_runs, found.own_arcs), (found.other_runs, found.other_arcs))
+    ]
+    rise = 0.5 * (towards[0] - towards[1])
+    change = np.real(np.conj(rise)[:, None] * found.triangles.corners(mesh))
+    return positive_shares(0.5 * (found.other - found.own)[:, None] + change)
+
+
+def _directions(mesh: Mesh, places: Places, ends: Places) -> ComplexArray:
+    """Return the (k,) unit vectors from places towards others in the planes of their faces; 0 where both are one."""
+    way = np.einsum("kpx,kx->kp", mesh.axes[places.faces], spatial(mesh, ends) - spatial(mesh, places))
+    plane = way[:, 0] + 1j * way[:, 1]
+    length = np.abs(plane)
+    return np.divide(plane, length, out=np.zeros_like(plane), where=length > 0.0)
 
 
 def _share(across: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:

@@ -121,16 +121,24 @@ class SmallTriangles(NamedTuple):
         areas: (k,) [mm2].
         extents: (k,) how far each reaches in any direction: a strip that wide has the same mean square distance from
             its middle [mm].
+        scales: (k,) size of each over that of its face; negative for those that are turned by half a turn.
     """
 
     middles: Places
     areas: FloatArray
     extents: FloatArray
+    scales: FloatArray
 
     def some(self, which: IntArray | BoolArray) -> SmallTriangles:
         """Return some of them."""
         middles = Places(self.middles.faces[which], self.middles.flat[which])
-        return SmallTriangles(middles, self.areas[which], self.extents[which])
+        return SmallTriangles(middles, self.areas[which], self.extents[which], self.scales[which])
+
+    def corners(self, mesh: Mesh) -> ComplexArray:
+        """Return the (k, 3) corners seen from the middles, in the planes of their faces [mm]."""
+        whole = mesh.corners.reshape(-1, 3)
+        about = whole - whole.mean(axis=1, keepdims=True)
+        return self.scales[:, None] * about[self.middles.faces]
 
 
 def small_triangles(mesh: Mesh, *, edge_length: float) -> SmallTriangles:
@@ -144,19 +152,42 @@ def small_triangles(mesh: Mesh, *, edge_length: float) -> SmallTriangles:
     extents = np.sqrt((4 * halves**2).sum(axis=1) / 6) / cuts
     faces: list[IntArray] = []
     flat: list[ComplexArray] = []
+    scales: list[FloatArray] = []
     for cut in np.unique(cuts):
         chosen = np.flatnonzero(cuts == cut)
-        middles = corners[chosen] @ _middle_weights(int(cut)).T
+        weights, upright = _middle_weights(int(cut))
+        middles = corners[chosen] @ weights.T
         faces.append(np.repeat(chosen, middles.shape[1]))
         flat.append(middles.ravel())
+        scales.append(np.tile(np.where(upright, 1.0, -1.0) / float(cut), chosen.size))
     where = np.concatenate(faces)
-    return SmallTriangles(Places(where, np.concatenate(flat)), areas[where], extents[where])
+    middles = Places(where, np.concatenate(flat))
+    return SmallTriangles(middles, areas[where], extents[where], np.concatenate(scales))
 
 
-def _middle_weights(cut: int) -> FloatArray:
-    """Return the (cut^2, 3) barycentric weights of the middles of the triangles that a face is cut into."""
+def _middle_weights(cut: int) -> tuple[FloatArray, BoolArray]:
+    """Return the (cut^2, 3) barycentric weights of the middles of a face's small triangles, and which are upright."""
     i, j = (index.ravel() for index in np.meshgrid(np.arange(cut), np.arange(cut), indexing="ij"))
     upright, turned = i + j < cut, i + j < cut - 1
     second = np.concatenate([i[upright] + 1 / 3, i[turned] + 2 / 3]) / cut
     third = np.concatenate([j[upright] + 1 / 3, j[turned] + 2 / 3]) / cut
-    return np.column_stack([1.0 - second - third, second, third])
+    return np.column_stack([1.0 - second - third, second, third]), np.arange(second.size) < upright.sum()
+
+
+def positive_shares(values: FloatArray) -> FloatArray:
+    """Return which share of a triangle's area a linear function is positive on.
+
+    Args:
+        values: (k, 3) at the corners.
+
+    Examples:
+        >>> positive_shares(np.array([[-1.0, 1.0, 1.0], [-1.0, -1.0, 1.0], [0.0, 0.0, 0.0]]))
+        array([0.75, 0.25, 1.  ])
+    """
+    ordered: FloatArray = np.sort(values, axis=1)
+    low, middle, high = ordered[:, 0], ordered[:, 1], ordered[:, 2]
+    # The corner that is alone on its side of the line cuts off a triangle that is similar in two sides.
+    alone = np.where(middle < 0.0, high, low)
+    others = np.where(middle < 0.0, (low - high) * (middle - high), (middle - low) * (high - low))
+    corner = np.divide(alone**2, others, out=np.zeros_like(alone), where=others > 0.0)
+    return np.where(middle < 0.0, np.where(high > 0.0, corner, 0.0), np.where(low < 0.0, 1.0 - corner, 1.0))

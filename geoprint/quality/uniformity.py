@@ -14,11 +14,12 @@ import numpy as np
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
-from geoprint.quality.coverage import coverage
-from geoprint.quality.deposited import at_poses, deposited_path, sampled
+from geoprint.quality.coverage import Coverage, coverage
+from geoprint.quality.deposited import Samples, at_poses, deposited_path, sampled
 from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
 from geoprint.quality.spacing import meeting_share, outer_distance
-from geoprint.quality.triangles import flat_mesh, spatial
+from geoprint.quality.tracing import SurfacePath
+from geoprint.quality.triangles import Mesh, flat_mesh, spatial
 from geoprint.surfaces import refine
 
 # Samples per spacing along each run.
@@ -200,12 +201,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         raise FieldError(
             f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
         )
-    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
-    mesh = flat_mesh(fine)
-    path = deposited_path(poses, fine, mesh, spacing=spacing)
-    distance = GeodesicDistance(mesh, path, windows=windows)
-    samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
-    covered = coverage(mesh, path, distance, samples, spacing=spacing)
+    mesh, path, distance, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
     chosen = samples.some(inner)
     outer = outer_distance(mesh, path, distance, chosen, spacing=spacing)
@@ -234,3 +230,43 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         length=length,
         spacing=spacing,
     )
+
+
+def widths_at_poses(
+    poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL
+) -> FloatArray:
+    """Measure how wide the strip of surface is that lies nearest to the path, where there is but one level too.
+
+    Args:
+        poses: the p poses of the stream; only depositing rows count.
+        surface: what they cover.
+        spacing: wanted distance between neighbouring levels [mm].
+        windows: budget of work.
+
+    Returns:
+        (p,) widths over the spacing; 0 on travel.
+
+    Raises:
+        FieldError: the path lies on another surface.
+    """
+    _, path, _, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
+    return at_poses(poses, path, samples, covered.widths)
+
+
+class _Covered(NamedTuple):
+    """A deposited path on the triangles of its surface, and how it covers them."""
+
+    mesh: Mesh
+    path: SurfacePath
+    distance: GeodesicDistance
+    samples: Samples
+    coverage: Coverage
+
+
+def _covered(poses: PoseStream, surface: Surface, *, spacing: float, windows: int) -> _Covered:
+    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
+    mesh = flat_mesh(fine)
+    path = deposited_path(poses, fine, mesh, spacing=spacing)
+    distance = GeodesicDistance(mesh, path, windows=windows)
+    samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
+    return _Covered(mesh, path, distance, samples, coverage(mesh, path, distance, samples, spacing=spacing))

@@ -1,4 +1,4 @@
-"""Static figure: when material is laid, when it flows and when the lamp is on."""
+"""Static figure: when material is laid, when it flows, when the lamp is on and when a vacuum draws."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -16,20 +16,23 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Dark enough on white, and apart for colour-blind readers.
-COLOURS = ("#7a7a7a", "#0072b2", "#e69f00")
-LABELS = ("planned deposit", "material flows", "lamp is on")
+COLOURS = ("#7a7a7a", "#0072b2", "#e69f00", "#009e73")
+LABELS = ("planned deposit", "material flows", "lamp is on", "vacuum draws")
 # What is shown before and after the ends of a run [s].
 AROUND = 0.3
 BAR = 0.7
 
 
-def switching_figure(deposits: FloatArray, material: FloatArray, lamp: FloatArray, *, title: str) -> bytes:
+def switching_figure(
+    deposits: FloatArray, material: FloatArray, lamp: FloatArray, vacuum: FloatArray, *, title: str
+) -> bytes:
     """Draw the whole program above, and the beginning and the end of its longest run below.
 
     Args:
         deposits: (d, 2) when each planned deposit begins and ends [s].
         material: (d, 2) when material begins and ends to flow [s].
         lamp: (l, 2) when the lamp is on [s].
+        vacuum: (v, 2) when the vacuum draws material back [s]; without any the figure has no row for it.
         title: above everything.
 
     Returns:
@@ -41,18 +44,18 @@ def switching_figure(deposits: FloatArray, material: FloatArray, lamp: FloatArra
     grid = figure.add_gridspec(2, 2)
     longest = int(np.argmax(np.diff(deposits, axis=1)[:, 0]))
     start, end = deposits[longest].tolist()
-    spans = (deposits, material, lamp)
+    spans = (deposits, material, lamp, vacuum) if vacuum.size else (deposits, material, lamp)
     panels: list[tuple[Axes, str, tuple[float, float]]] = [
         (figure.add_subplot(grid[0, :]), "whole program", (0.0, float(max(span.max() for span in spans)) * 1.01)),
         (figure.add_subplot(grid[1, 0]), f"where run {longest} begins", (start - AROUND, start + AROUND)),
         (figure.add_subplot(grid[1, 1]), f"where run {longest} ends", (end - AROUND, end + AROUND)),
     ]
     for axis, name, limits in panels:
-        for row, (span, colour) in enumerate(zip(spans, COLOURS, strict=True)):
+        for row, (span, colour) in enumerate(zip(spans, COLOURS, strict=False)):
             bars = [(first, last - first) for first, last in span.tolist()]
             axis.broken_barh(bars, (row - BAR / 2, BAR), facecolors=colour)
-        axis.set_yticks(range(len(LABELS)), LABELS, fontsize=9)
-        axis.set_ylim(len(LABELS) - 0.5, -0.5)
+        axis.set_yticks(range(len(spans)), LABELS[: len(spans)], fontsize=9)
+        axis.set_ylim(len(spans) - 0.5, -0.5)
         axis.set_xlim(*limits)
         axis.set_xlabel("time [s]", fontsize=9)
         axis.set_title(name, fontsize=10, loc="left")

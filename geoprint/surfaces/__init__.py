@@ -30,6 +30,7 @@ from geoprint.surfaces.operators import (
     smallest_angles,
     vertex_normals,
 )
+from geoprint.surfaces.places import in_words
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
@@ -84,6 +85,7 @@ __all__ = [
     "faces_within",
     "gradient",
     "half_edges",
+    "in_words",
     "inspect",
     "join",
     "likely_unit",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from geoprint.model import FloatArray
 
 
-def in_words(position: FloatArray) -> str:
+def in_words(position: Iterable[float]) -> str:
     """Return a position [mm] as messages show it.
 
     Examples:

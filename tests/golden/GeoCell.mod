@@ -1,6 +1,7 @@
 MODULE GeoCell
   ! Written by geoprint VERSION. Change the plan and write again, not this.
   ! Placement calibrated; touched points lie within 0.11 mm of where others put them.
+  ! Surface known within 0.21 mm along its normal (95 %).
   ! Part: two rings
   ! Cell: bench; robot: irb120
   ! Spacing: 2.0000 mm; runs: 2; targets: 18

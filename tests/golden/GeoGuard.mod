@@ -2,6 +2,7 @@ MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
   ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
   ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
+  ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
   VAR num geoOn:=0;
   VAR bool geoStopped:=FALSE;
   PROC GeoSafe()
@@ -30,14 +31,15 @@ MODULE GeoGuard
     SingArea\Off;
     PDispOff;
     EOffsOff;
-    VelSet geoSpeedPct,250;
+    VelSet 100,250;
     GeoAskFrame;
     GeoAskHome;
     IF geoDryRun OR geoFirstRun>1 THEN
-      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
     ELSE
-      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere,fine,tGeoNozzle;
+      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
     ENDIF
+    VelSet geoSpeedPct,250;
   ERROR
     GeoSafe;
     RAISE;
@@ -100,7 +102,8 @@ MODULE GeoGuard
     GeoAskStopped run;
     geoOn:=0;
     PDispOff;
-    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack,fine,tGeoNozzle;
+    VelSet 100,250;
+    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
   ERROR
     GeoSafe;
     RAISE;

@@ -1,0 +1,122 @@
+"""How the material is laid: process, outputs of the controller, priming and final exposure. Lengths in mm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, final
+
+from geoprint.model.arrays import FloatArray, freeze_arrays
+
+SignalMode = Literal["io", "analog"]
+# Files and people name the pressure of the air in kPa.
+PASCAL_PER_KPA = 1000.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Process:
+    """How the material is laid.
+
+    Attributes:
+        speed: of the tip on deposit [mm/s].
+        travel_speed: of the tip between runs [mm/s].
+        joint_speed_share: share of the joint speeds used on the way from and to home, in (0, 1].
+        standoff: height of the tip over the surface [mm].
+        clearance: smallest distance kept between tool and anything else, above the tip zone [mm].
+        retract: lift between runs along the normal [mm].
+        layer_height: [mm].
+        pressure: of the air on the syringe [Pa], or None where nobody has said it.
+        rounds: levels that a part gets where a job names neither rounds nor spacing, or None.
+    """
+
+    speed: float
+    travel_speed: float
+    joint_speed_share: float
+    standoff: float
+    clearance: float
+    retract: float
+    layer_height: float
+    pressure: float | None = None
+    rounds: int | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class GoodPrint:
+    """A print that worked with the same part, material, nozzle and speed, to compare with where no fluid is known.
+
+    Attributes:
+        pressure: of the air [Pa].
+        rounds: levels on the part.
+    """
+
+    pressure: float
+    rounds: int
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """The controller's outputs that a program switches, and how late their equipment follows.
+
+    Attributes:
+        mode: 'io' switches valve and lamp; 'analog' also lets the flow follow the speed.
+        dispenser: digital output that opens the valve.
+        uv_lamp: digital output that turns the lamp on.
+        valve_open: time from the command until material flows [s].
+        valve_close: time from the command until no material flows [s].
+        uv_lead: how long before the material the lamp is switched on [s].
+        uv_tail: how long after the material the lamp is switched off [s].
+        flow: analog output that sets the flow, in mode 'analog'.
+        flow_per_mm3_s: value of that output for a flow of 1 mm3/s, in the output's own unit.
+        flow_lag: time from a new value of that output until the flow follows [s].
+        vacuum: digital output that draws the material back into the nozzle while the valve is shut between runs, or
+            None where the cell has none.
+    """
+
+    mode: SignalMode
+    dispenser: str
+    uv_lamp: str
+    valve_open: float = 0.0
+    valve_close: float = 0.0
+    uv_lead: float = 0.0
+    uv_tail: float = 0.0
+    flow: str | None = None
+    flow_per_mm3_s: float = 0.0
+    flow_lag: float = 0.0
+    vacuum: str | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Purge:
+    """Where the nozzle is primed before the first run.
+
+    Attributes:
+        joints: (6,) the arm over a cup or a pad [rad].
+        duration: how long the valve stays open there [s].
+    """
+
+    joints: FloatArray
+    duration: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, joints="float: 6")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Flood:
+    """The final exposure of the whole part.
+
+    Attributes:
+        duration: how long the lamp shines [s].
+        joints: (6,) the arm with its lamp over the part [rad], or None where a person does it.
+    """
+
+    duration: float
+    joints: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        if self.joints is not None:
+            freeze_arrays(self, joints="float: 6")
