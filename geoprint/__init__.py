@@ -27,19 +27,27 @@ Sources, by the keys that docstrings use:
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete
                         Comput. Geom. 38(4), 2007.
+    [Botsch2004]        Botsch, Kobbelt: A remeshing approach to multiresolution modeling. Symp. on Geometry Processing,
+                        2004.
     [Brandstötter2014]  Brandstötter, Angerer, Hofbaur: An analytical solution of the inverse kinematics problem of
                         industrial serial manipulators with an ortho-parallel basis and a spherical wrist. 2014.
     [Chen1990]          Chen, Han: Shortest paths on a polyhedron. Proc. 6th Symp. on Computational Geometry, 1990.
     [Chhabra2008]       Chhabra, Richardson: Non-Newtonian flow and applied rheology. 2nd edition, 2008.
     [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [Desbrun1999]       Desbrun, Meyer, Schröder, Barr: Implicit fairing of irregular meshes using diffusion and
+                        curvature flow. SIGGRAPH 1999.
     [Dey1999]           Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction. Publ. Inst. Math.
                         (Beograd) 66, 1999.
+    [DICOM]             NEMA: Digital imaging and communications in medicine. PS3.3, information object definitions.
     [Dowell1971]        Dowell, Jarratt: A modified regula falsi method for computing the root of an equation. BIT 11,
                         1971.
     [Fitzpatrick2001]   Fitzpatrick, West: The distribution of target registration error in rigid-body point-based
                         registration. IEEE Trans. Med. Imaging 20(9), 2001.
+    [Garland1997]       Garland, Heckbert: Surface simplification using quadric error metrics. SIGGRAPH 1997.
     [George1973]        George: Nested dissection of a regular finite element mesh. SIAM J. Numer. Anal. 10(2), 1973.
+    [Guthe2005]         Guthe, Borodin, Klein: Fast and accurate Hausdorff distance calculation between meshes.
+                        J. WSCG 13, 2005.
     [Hooke1961]         Hooke, Jeeves: "Direct search" solution of numerical and statistical problems. J. ACM 8(2),
                         1961.
     [Hoppe1992]         Hoppe, DeRose, Duchamp, McDonald, Stuetzle: Surface reconstruction from unorganized points.

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from geoprint.cli.cells import calibrate, doctor, fit_flow, init
-from geoprint.cli.parts import check, inspect, patch
+from geoprint.cli.parts import check, inspect, patch, remesh
 from geoprint.cli.planning import compare, place, plan, recommend
 from geoprint.cli.terminal import say
 from geoprint.errors import GeoprintError, ResourceError
@@ -23,7 +23,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 # As help lists them.
-for command in (plan, compare, place, recommend, inspect, patch, check, init, calibrate, fit_flow, doctor):
+for command in (plan, compare, place, recommend, inspect, patch, remesh, check, init, calibrate, fit_flow, doctor):
     app.command()(command)
 
 STOPPED_BY_USER = 130

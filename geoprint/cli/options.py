@@ -42,7 +42,7 @@ SeedPoint = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Point X Y Z (mm) from which distance is measured, instead of the border."),
 ]
-Label = Annotated[int | None, typer.Option(help="Which label of a label volume (.nii, .nii.gz, .nrrd).")]
+Label = Annotated[int | None, typer.Option(help="Which label of a label volume (.nii, .nii.gz, .nrrd, .dcm).")]
 At = Annotated[
     tuple[float, float, float] | None,
     typer.Option(help="Cut the part out of the file: the piece about the point X Y Z (mm) ..."),

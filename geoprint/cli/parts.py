@@ -1,4 +1,4 @@
-"""Commands about files: inspect a part, cut a patch from it, check a bundle."""
+"""Commands about files: inspect a part, cut a patch from it, remesh it, check a bundle."""
 
 from __future__ import annotations
 
@@ -76,8 +76,6 @@ def patch(
     from geoprint.pipeline import patch_summary, patch_text, patches_of
     from geoprint.surfaces import load_file, save_ply
 
-    if out.suffix.lower() != ".ply":
-        raise UsageError(f"the patch is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")
     job = job_of(
         surface=body,
         unit=unit,
@@ -89,14 +87,57 @@ def patch(
     several = len(job.patches) > 1
     paths = [out.with_stem(f"{out.stem}-{number}") if several else out for number in range(1, len(job.patches) + 1)]
     for path in paths:
-        if path.exists() and not overwrite:
-            raise UsageError(f"{path} exists; choose another name, or replace it with --overwrite.")
+        _check_ply(path, overwrite=overwrite)
     cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label))
     for one, path in zip(cut, paths, strict=True):
         save_ply(one.surface, path)
         say(f"{patch_text(one)}\nwritten: {path} (in mm)")
     if as_json:
         typer.echo(json.dumps([patch_summary(one) for one in cut] if several else patch_summary(cut[0]), indent=2))
+
+
+def remesh(
+    surface: Part,
+    *,
+    out: Annotated[Path, typer.Option(help="PLY file for the new mesh, in mm.", show_default=False)],
+    unit: Unit = None,
+    label: Label = None,
+    edge_length: Annotated[
+        float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
+    ] = None,
+    faces: Annotated[
+        int | None, typer.Option(help="Instead: take triangles away down to so many, where it changes least.")
+    ] = None,
+    smooth: Annotated[
+        float | None, typer.Option(help="First take away noise and ripples shorter than so many mm; holds creases.")
+    ] = None,
+    max_deviation: Annotated[
+        float | None,
+        typer.Option(help="Refuse a result farther off than so many mm; by default 1/500 of the part's diagonal."),
+    ] = None,
+    max_memory: MaxMemory = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write the same part with another mesh, smoother, more even or smaller, and say how far the two lie apart."""
+    from geoprint.pipeline import remesh_file, remeshing_summary, remeshing_text
+    from geoprint.surfaces import save_ply
+
+    limit_memory(max_memory)
+    _check_ply(out, overwrite=overwrite)
+    found = remesh_file(
+        surface,
+        unit=unit,
+        label=label,
+        wavelength=smooth,
+        edge_length=edge_length,
+        faces=faces,
+        max_deviation=max_deviation,
+    )
+    save_ply(found.after, out)
+    if as_json:
+        typer.echo(json.dumps(remeshing_summary(found), indent=2))
+    say(f"{remeshing_text(found)}\nwritten: {out} (in mm)")
 
 
 def check(
@@ -116,3 +157,11 @@ def check(
             f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
             "program; write it again with `geoprint plan`."
         )
+
+
+def _check_ply(out: Path, *, overwrite: bool) -> None:
+    """Refuse a name for a result that is taken, or not that of a PLY file."""
+    if out.exists() and not overwrite:
+        raise UsageError(f"{out} exists; choose another name, or replace it with --overwrite.")
+    if out.suffix.lower() != ".ply":
+        raise UsageError(f"the result is written as PLY, but `{out.name}` ends otherwise; name it `{out.stem}.ply`.")

@@ -35,6 +35,7 @@ from geoprint.pipeline.placing import Proposal, propose_placement
 from geoprint.pipeline.planning import Plan, RobotPlan, plan
 from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
 from geoprint.pipeline.recommending import recommendation
+from geoprint.pipeline.remeshing import Remeshed, remesh_file, remeshing_summary, remeshing_text
 from geoprint.pipeline.run_sheet import check_summary, run_sheet
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.several_patches import patches_of
@@ -58,6 +59,7 @@ __all__ = [
     "Planned",
     "Proposal",
     "Refused",
+    "Remeshed",
     "RobotPlan",
     "Workpiece",
     "calibrate",
@@ -92,6 +94,9 @@ __all__ = [
     "propose_placement",
     "read_curve",
     "recommendation",
+    "remesh_file",
+    "remeshing_summary",
+    "remeshing_text",
     "run_sheet",
     "save_calibrated",
     "save_comparisons",

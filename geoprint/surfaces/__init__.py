@@ -3,6 +3,8 @@
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
 from geoprint.surfaces.contraction import contracted, trimmed
 from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.decimation import decimate
+from geoprint.surfaces.deviation import Deviation, Distances, deviation
 from geoprint.surfaces.inscribing import SurfaceLine, inscribed, with_vertex
 from geoprint.surfaces.inspection import Finding, Inspection, inspect
 from geoprint.surfaces.io import (
@@ -26,6 +28,7 @@ from geoprint.surfaces.operators import (
     gradient,
     lumped_mass,
     mean_normal,
+    smallest_angles,
     vertex_normals,
 )
 from geoprint.surfaces.pieces import Piece, all_curves, middle_of, pieces, some_curves, united
@@ -34,8 +37,10 @@ from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
 from geoprint.surfaces.regions import region_faces
+from geoprint.surfaces.remeshing import remesh
 from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare, signed_volume
 from geoprint.surfaces.seeds import boundary_seed, point_seed
+from geoprint.surfaces.smoothing import smooth
 from geoprint.surfaces.topology import (
     boundary_half_edges,
     boundary_loops,
@@ -51,6 +56,8 @@ from geoprint.surfaces.topology import (
 
 __all__ = [
     "UNITS",
+    "Deviation",
+    "Distances",
     "Finding",
     "Inspection",
     "Joined",
@@ -70,7 +77,9 @@ __all__ = [
     "component_labels",
     "contracted",
     "cotangent_laplacian",
+    "decimate",
     "describe",
+    "deviation",
     "divergence",
     "edge_faces",
     "edge_lengths",
@@ -104,8 +113,11 @@ __all__ = [
     "prepare",
     "refine",
     "region_faces",
+    "remesh",
     "save_ply",
     "signed_volume",
+    "smallest_angles",
+    "smooth",
     "some_curves",
     "suggested_unit",
     "trimmed",

@@ -44,7 +44,7 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
         UsageError: cascadio is not installed.
     """
     if importlib.util.find_spec("cascadio") is None:
-        raise missing("cascadio", extra="cad", kind="STEP and IGES files")
+        raise missing("cascadio", extra="cad", work="reading STEP and IGES files")
     kind = KINDS[suffix]
     vertices, faces = _tessellated(data, kind=kind, chord=ROUGH_CHORD, relative=True, name=name)
     size = float(np.ptp(vertices, axis=0).max())

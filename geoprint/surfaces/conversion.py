@@ -30,20 +30,20 @@ class Conversion:
     notes: Notes
 
 
-def missing(package: str, *, extra: str, kind: str) -> UsageError:
+def missing(package: str, *, extra: str, work: str) -> UsageError:
     """Return the error for an optional package that is not installed.
 
     Args:
         package: that cannot be imported.
         extra: of geoprint, that brings it.
-        kind: of files that need it, as the message calls them.
+        work: that needs it, as the message calls it.
 
     Examples:
-        >>> print(missing("nibabel", extra="medical", kind="NIfTI files"))
+        >>> print(missing("nibabel", extra="medical", work="reading NIfTI files"))
         reading NIfTI files needs the package nibabel, which is not installed; install it with
         `pip install 'geoprint[medical]'`.
     """
     return UsageError(
-        f"reading {kind} needs the package {package}, which is not installed; install it with "
+        f"{work} needs the package {package}, which is not installed; install it with "
         f"`pip install 'geoprint[{extra}]'`."
     )

@@ -256,7 +256,7 @@ def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, Int
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
 CLOUDS = (".xyz", ".pwn")
-VOLUMES = (".nii", ".nii.gz", ".nrrd")
+VOLUMES = (".nii", ".nii.gz", ".nrrd", ".dcm")
 SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES, *CLOUDS)
 
 

@@ -18,6 +18,7 @@ from scipy import ndimage
 from geoprint.errors import InputError, UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.dicom_segmentation import read_dicom
 from geoprint.surfaces.repair import signed_volume
 from geoprint.surfaces.volume_formats import LabelVolume, read_nifti, read_nrrd
 
@@ -70,15 +71,18 @@ def read_volume(data: bytes, *, suffix: str, label: int | None, name: str) -> Co
 
     Args:
         data: content of the file.
-        suffix: ".nii", ".nii.gz" or ".nrrd".
+        suffix: ".nii", ".nii.gz", ".nrrd" or ".dcm".
         label: which one; None where there is but one.
         name: of the file.
 
     Raises:
         UsageError: there is no such label, or no choice among several; a package is missing.
-        InputError: as the readers of `volume_formats` and as `label_surface`.
+        InputError: as the readers of `volume_formats` and `dicom_segmentation`, and as `label_surface`.
     """
-    volume = (read_nrrd if suffix == ".nrrd" else read_nifti)(data, name=name)
+    if suffix == ".dcm":
+        volume = read_dicom(data, label=label, name=name)
+    else:
+        volume = (read_nrrd if suffix == ".nrrd" else read_nifti)(data, name=name)
     chosen = _chosen_label(volume, label, name=name)
     vertices, faces, smoothing, volume_error = label_surface(volume.labels == chosen, volume.affine, name=name)
     notes = (
@@ -126,7 +130,8 @@ def _chosen_label(volume: LabelVolume, label: int | None, *, name: str) -> int:
     values, counts = np.unique(volume.labels, return_counts=True)
     finite = np.isfinite(values) & (values != 0)
     found = dict(zip(values[finite].tolist(), counts[finite].tolist(), strict=True))
-    shown = ", ".join(f"{value:g} ({count} voxels)" for value, count in [*found.items()][:20])
+    names = {value: f"{volume.names[value]}, " if volume.names.get(value) else "" for value in found}
+    shown = ", ".join(f"{value:g} ({names[value]}{count} voxels)" for value, count in [*found.items()][:20])
     if not found:
         raise InputError(f"`{name}` holds no label: all of its voxels are 0.")
     if label is None and len(found) == 1:
@@ -215,7 +220,7 @@ def _enclosed(smooth: _Field, affine: FloatArray, *, level: float) -> tuple[Surf
     try:
         from skimage.measure import marching_cubes
     except ImportError as error:
-        raise missing("scikit-image", extra="medical", kind="label volumes") from error
+        raise missing("scikit-image", extra="medical", work="reading label volumes") from error
     found, faces, _, _ = marching_cubes(_kept_off(smooth, affine, level=level), level, allow_degenerate=False)
     voxels = found / smooth.finer + smooth.first
     vertices = voxels @ affine[:3, :3].T + affine[:3, 3]

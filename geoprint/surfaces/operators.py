@@ -64,6 +64,16 @@ def edge_lengths(surface: Surface) -> FloatArray:
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
 
+def smallest_angles(surface: Surface) -> FloatArray:
+    """Return the (m,) smallest angle of every face [rad]; pi / 3 in an equilateral one.
+
+    Raises:
+        MeshError: a face has no area.
+    """
+    # The cotangent falls from 0 to pi, so that the largest belongs to the smallest angle.
+    return np.arctan2(1.0, _cotangents(surface).max(axis=1))
+
+
 def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
     """Return the stiffness matrix of linear elements, L_ij = integral of grad phi_i . grad phi_j.
 

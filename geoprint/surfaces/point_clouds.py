@@ -132,7 +132,7 @@ def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
     """
     points, normals = _checked(cloud, name=name)
     if importlib.util.find_spec("lagrange") is None:
-        raise missing("adobe-lagrange", extra="scan", kind="point clouds")
+        raise missing("adobe-lagrange", extra="scan", work="reading point clouds")
     tree = KDTree(points)
     spacing = _spacing(points, tree)
     known = estimated_normals(points, tree) if normals is None else normals

@@ -16,6 +16,8 @@ from geoprint.surfaces.topology import half_edges
 FACE_LIMIT = 5_000_000
 # Edges longer than this times the wanted length are halved, so that lengths end in [1/sqrt(2), sqrt(2)] of it.
 LONGEST_EDGE = math.sqrt(2.0)
+# Equilateral triangles on the square of their side.
+FACES_PER_SQUARE = 4.0 / math.sqrt(3.0)
 # Relative; lengths that differ by rounding alone are treated alike, so that a rotated part is cut the same way.
 LENGTH_TOLERANCE = 1e-9
 # A face whose height is below this share of its longest side (angles of 14 degrees) is cut across.
@@ -179,7 +181,7 @@ def _expected_faces(surface: Surface, *, edge_length: float) -> tuple[float, flo
     """Return how many equilateral triangles cover the surface, and how many pieces the sides of its faces need."""
     corners = surface.vertices[surface.faces]
     perimeters = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).sum()
-    by_area = float(face_areas(surface).sum()) / (math.sqrt(3.0) / 4 * edge_length**2)
+    by_area = FACES_PER_SQUARE * float(face_areas(surface).sum()) / edge_length**2
     return by_area, float(perimeters) / (LONGEST_EDGE * edge_length) - 2 * len(surface.faces)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import BytesIO
 from typing import TYPE_CHECKING, final
 
@@ -48,11 +48,13 @@ class LabelVolume:
         labels: (i, j, k) whole numbers, 0 outside of all.
         affine: (4, 4) turns (i, j, k, 1) of a voxel's centre into its position in the file's unit.
         unit: of the positions, or None where the file does not say it.
+        names: of labels, where the file has them; nothing in them steers a terminal.
     """
 
     labels: NDArray[np.generic]
     affine: FloatArray
     unit: str | None
+    names: Mapping[int, str] = field(default_factory=dict[int, str])
 
 
 def read_nifti(data: bytes, *, name: str) -> LabelVolume:
@@ -66,7 +68,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     try:
         import nibabel
     except ImportError as error:
-        raise missing("nibabel", extra="medical", kind="NIfTI files") from error
+        raise missing("nibabel", extra="medical", work="reading NIfTI files") from error
     packed = data[:2] == b"\x1f\x8b"
     start = _unpacked(data, NIFTI2_HEADER, name=name) if packed else data[:NIFTI2_HEADER]
     size = {int.from_bytes(start[:4], order) for order in ("little", "big")}
@@ -78,7 +80,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     affine = np.asarray(header.get_best_affine(), dtype=np.float64)
     stored = header.get_data_dtype()
     offset = int(max(header["vox_offset"], min(size & {NIFTI1_HEADER, NIFTI2_HEADER})))
-    shape = _checked_shape(shape, affine, stored=stored, name=name)
+    shape = checked_shape(shape, affine, stored=stored, name=name)
     needed = offset + math.prod(shape) * stored.itemsize
     content = _unpacked(data, needed, name=name) if packed else data
     labels = _grid(content, shape, stored=stored, offset=offset, name=name)
@@ -98,7 +100,7 @@ def read_nrrd(data: bytes, *, name: str) -> LabelVolume:
     try:
         import nrrd
     except ImportError as error:
-        raise missing("pynrrd", extra="medical", kind="NRRD files") from error
+        raise missing("pynrrd", extra="medical", work="reading NRRD files") from error
     end = max(data.find(b"\n\n", 0, LONGEST_NRRD_HEADER) + 2, data.find(b"\r\n\r\n", 0, LONGEST_NRRD_HEADER) + 4)
     if data[:4] != b"NRRD" or end < 4:
         raise InputError(f"`{name}` does not begin with a NRRD header; export the segmentation again as NRRD.")
@@ -111,9 +113,7 @@ def read_nrrd(data: bytes, *, name: str) -> LabelVolume:
     order = ">" if header.get("endian") == "big" else "<"
     stored = np.dtype(order + NRRD_TYPES[kind])
     affine = _nrrd_affine(header, name=name)
-    shape = _checked_shape(
-        tuple(np.asarray(header["sizes"], dtype=np.int64).tolist()), affine, stored=stored, name=name
-    )
+    shape = checked_shape(tuple(np.asarray(header["sizes"], dtype=np.int64).tolist()), affine, stored=stored, name=name)
     needed = math.prod(shape) * stored.itemsize
     content = data[end:] if encoding == "raw" else _unpacked(data[end:], needed, name=name)
     units = {str(unit) for unit in np.asarray(header.get("space units", [])).ravel().tolist()}
@@ -139,10 +139,21 @@ def _nrrd_affine(header: Mapping[str, object], *, name: str) -> FloatArray:
     return affine
 
 
-def _checked_shape(
+def checked_shape(
     shape: tuple[int, ...], affine: FloatArray, *, stored: np.dtype[np.generic], name: str
 ) -> tuple[int, ...]:
-    """Return the three extents that a header announces, if they can be believed."""
+    """Return the three extents that a header announces, if they can be believed.
+
+    Args:
+        shape: extents along all axes.
+        affine: (4, 4) as in `LabelVolume`.
+        stored: type of a label.
+        name: of the file.
+
+    Raises:
+        InputError: there are more than three axes, too many voxels, voxels too long or flat, or values that are no
+            numbers.
+    """
     grid = shape[:3]
     if len(grid) != 3 or any(extent != 1 for extent in shape[3:]) or min(grid) < 1:
         words = " x ".join(str(extent) for extent in shape)
