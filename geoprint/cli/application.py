@@ -22,9 +22,23 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-# As help lists them.
-for command in (plan, compare, place, recommend, inspect, patch, remesh, check, init, calibrate, fit_flow, doctor):
-    app.command()(command)
+# As help lists them, each in a line of its own.
+COMMANDS = {
+    plan: "Plan a part and write the checked program for the robot.",
+    compare: "Compare how evenly backends cover parts, and what prints.",
+    place: "Look for the place where the arm prints a part best.",
+    recommend: "Say which spacing, rounds and speed fit a pressure.",
+    inspect: "Say what a mesh is, its defects, and which backends plan it.",
+    patch: "Cut patches out of a body.",
+    remesh: "Smooth, even or thin out a mesh, within a deviation.",
+    check: "Read a bundle back and print its run sheet.",
+    init: "Write commented cell files and a job file.",
+    calibrate: "Fit the fixture or the tool centre point from touches.",
+    fit_flow: "Fit how the material flows to a few measured lines.",
+    doctor: "Show versions and prove that the checks work here.",
+}
+for command, summary in COMMANDS.items():
+    app.command(short_help=summary)(command)
 
 STOPPED_BY_USER = 130
 
