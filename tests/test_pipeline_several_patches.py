@@ -165,7 +165,7 @@ def test_a_patch_whose_every_curve_is_too_short_is_named() -> None:
 
 def test_a_file_in_several_pieces_is_still_refused_and_pointed_to_patches() -> None:
     far = Surface(plate().vertices + np.array([100.0, 0.0, 0.0]), plate().faces)
-    with pytest.raises(MeshError, match=r"consists of 2 pieces.*cut patches out of several pieces with a job file"):
+    with pytest.raises(MeshError, match=r"consists of 2 pieces.*a point on it .*several with a job file"):
         prepare(united([plate(), far]))
 
 

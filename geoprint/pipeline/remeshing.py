@@ -19,6 +19,7 @@ from geoprint.surfaces import (
     decimate,
     deviation,
     edge_lengths,
+    in_words,
     load_file,
     prepare,
     remesh,
@@ -157,7 +158,7 @@ def _check_deviation(found: Remeshed) -> None:
     deviates = max(worst.bound, rim)
     if deviates <= found.allowed:
         return
-    where = f"at {_place(worst)}" if worst.bound >= rim else "at a rim"
+    where = f"at {in_words(worst.place)}" if worst.bound >= rim else "at a rim"
     raise InputError(
         f"{found.before.name}, {' and '.join(found.steps)}, lies up to {deviates:.3g} mm off, {where}; at most "
         f"{found.allowed:.3g} mm is allowed: {ADVICE}, or allow it with `--max-deviation {1.1 * deviates:.2g}`.",
@@ -198,10 +199,6 @@ def _distances_summary(found: Distances) -> dict[str, Json]:
 
 def _distances_text(found: Distances) -> str:
     return (
-        f"largest {found.largest:.3g} mm at {_place(found)}, proven below {found.bound:.3g}; mean {found.mean:.2g}, "
-        f"95 % below {found.p95:.2g}"
+        f"largest {found.largest:.3g} mm at {in_words(found.place)}, proven below {found.bound:.3g}; "
+        f"mean {found.mean:.2g}, 95 % below {found.p95:.2g}"
     )
-
-
-def _place(found: Distances) -> str:
-    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*found.place)

@@ -116,8 +116,8 @@ def check_connected(surface: Surface, labels: IntArray) -> None:
         place = surface.vertices[surface.faces[np.argmax(labels == smallest), 0]]
         raise MeshError(
             f"{surface.name} consists of {sizes.size} pieces that no edge joins, the largest with {sizes.max()} faces "
-            f"and the smallest with {sizes.min()} at {in_words(place)}; plan one at a time and delete the others, "
-            "or cut patches out of several pieces with a job file (`geoprint init` writes one).",
+            f"and the smallest with {sizes.min()} at {in_words(place)}; plan one at a time: delete the others, "
+            "or cut a patch out by a point on it (`--at`), several with a job file (`geoprint init` writes one).",
             pieces=int(sizes.size),
             place=triple(place),
         )
