@@ -5,19 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from geoprint.config import job_of
+from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError
-from geoprint.model import Clearance
+from geoprint.model import Clearance, PoseStream
 from geoprint.motion import clearance
 from geoprint.pipeline import plan
 from geoprint.surfaces import save_ply
 from tests.meshes import spherical_cap
 
 
-def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> float:
-    """Plan a cap whose first checks are refused; return how high the tip travels [mm]."""
+def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> PoseStream:
+    """Plan a cap whose first checks are refused, in a cell whose flow follows; return the poses."""
     calls: list[int] = []
 
     def refused_at_first(*values: Any, **settings: Any) -> Clearance:
@@ -28,7 +29,15 @@ def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypat
 
     monkeypatch.setattr("geoprint.pipeline.planning.clearance", refused_at_first)
     save_ply(spherical_cap(radius=30.0, angle=0.4, rings=8), folder / "cap.ply")
-    poses = plan(job_of(surface=folder / "cap.ply", unit="mm", spacing=3.0, place="demo", max_tilt=0.0)).poses
+    cell = folder / "analog.toml"
+    analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog), encoding="utf-8")
+    asked = {"unit": "mm", "spacing": 3.0, "place": "demo", "max_tilt": 0.0, "cell": cell}
+    return plan(job_of(surface=folder / "cap.ply", **asked)).poses
+
+
+def travel_height(poses: PoseStream) -> float:
+    """Return how high the tip travels between runs [mm]."""
     between = (poses.runs > 0) & (poses.runs < poses.runs[-1]) & ~poses.deposit
     return float(poses.tips[between, 2].max())
 
@@ -38,8 +47,11 @@ def test_travel_that_is_not_clear_goes_over_everything(tmp_path: Path, monkeypat
     low = planned_with(hit, times=0, folder=tmp_path, monkeypatch=monkeypatch)
     high = planned_with(hit, times=1, folder=tmp_path, monkeypatch=monkeypatch)
 
-    assert low < 36.0
-    assert high == pytest.approx(40.0, abs=0.1)
+    assert travel_height(low) < 36.0
+    assert travel_height(high) == pytest.approx(40.0, abs=0.1)
+    flow = high.flow[high.deposit]
+    assert np.array_equal(flow, low.flow[low.deposit])
+    assert np.ptp(flow) > 0.0
 
 
 @pytest.mark.parametrize(("travelling", "times"), [(False, 1), (True, 2)])

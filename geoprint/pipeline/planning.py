@@ -247,7 +247,10 @@ def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: L
         if not error.details.get("travelling", False):
             raise
     high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
-    return _with_robot(replace(paths, poses=high), placement, stage, leaning=leaning)
+    # Only travel differs: what was chosen to flow on the deposits stays.
+    flow = np.zeros(high.count)
+    flow[high.deposit] = paths.poses.flow[paths.poses.deposit]
+    return _with_robot(replace(paths, poses=replace(high, flow=flow)), placement, stage, leaning=leaning)
 
 
 def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
