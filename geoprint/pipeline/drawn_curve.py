@@ -24,9 +24,9 @@ from geoprint.surfaces import (
     half_edges,
     in_words,
     inscribed,
+    triple,
     with_vertex,
 )
-from geoprint.surfaces.places import triple
 
 CURVE_COLUMNS = ("x", "y", "z")
 

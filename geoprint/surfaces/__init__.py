@@ -29,10 +29,11 @@ from geoprint.surfaces.operators import (
     lumped_mass,
     mean_normal,
     smallest_angles,
+    sum_around_vertices,
     vertex_normals,
 )
 from geoprint.surfaces.pieces import Piece, all_curves, middle_of, pieces, some_curves, united
-from geoprint.surfaces.places import in_words
+from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
@@ -120,7 +121,9 @@ __all__ = [
     "smooth",
     "some_curves",
     "suggested_unit",
+    "sum_around_vertices",
     "trimmed",
+    "triple",
     "twins",
     "unit_hint",
     "united",

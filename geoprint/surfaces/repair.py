@@ -13,7 +13,7 @@ from geoprint.surfaces.crossings import crossings
 from geoprint.surfaces.holes import fill_holes
 from geoprint.surfaces.junctions import split_junctions
 from geoprint.surfaces.manifold import check_connected, check_edges, split_vertices, turned_faces
-from geoprint.surfaces.operators import face_areas
+from geoprint.surfaces.operators import doubled_area_vectors, face_areas
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import (
     boundary_loops,
@@ -262,7 +262,7 @@ def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
     """Return (m,) whether a face has no area: a corner twice, or a height lost in rounding."""
     corners = vertices[faces]
     longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    doubled = np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1)
     return doubled <= DEGENERATE_SHARE * longest**2
 
 
