@@ -1,4 +1,7 @@
-"""A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
+"""A mesh worth planning on: reading, preparing, cutting and remeshing it, its topology and operators, points on it.
+
+What lies on it or is made of it is here too: seeds, lines, pieces, and how far two surfaces lie apart.
+"""
 
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
 from geoprint.surfaces.contraction import contracted, trimmed
@@ -52,6 +55,7 @@ from geoprint.surfaces.topology import (
     euler_characteristic,
     half_edges,
     numbered_edges,
+    turned_over,
     twins,
 )
 
@@ -124,6 +128,7 @@ __all__ = [
     "sum_around_vertices",
     "trimmed",
     "triple",
+    "turned_over",
     "twins",
     "unit_hint",
     "united",

@@ -21,6 +21,7 @@ from geoprint.surfaces.topology import (
     half_edges,
     kind_of,
     loop_length,
+    turned_over,
     used_vertices,
 )
 from geoprint.surfaces.welding import weld_tolerance, welded
@@ -170,7 +171,7 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
     filled, holes = fill_holes(fans, loops, longest=longest_hole)
     loops = boundary_loops(filled) if holes else loops
     inverted = not loops and signed_volume(filled) < 0
-    prepared = replace(filled, faces=filled.faces[:, ::-1]) if inverted else filled
+    prepared = turned_over(filled) if inverted else filled
     sizes = _sizes(prepared, loops)
     report = PreparationReport(
         welded_vertices=joined.welded_vertices,

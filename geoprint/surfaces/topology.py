@@ -6,6 +6,8 @@ from outside. Everything here reads the faces alone; only the order of boundary 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -24,6 +26,11 @@ def half_edges(faces: IntArray) -> IntArray:
         (3 m, 2) start and end of half-edge 3 f + i.
     """
     return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def turned_over(surface: Surface) -> Surface:
+    """Return a surface wound the other way round, so that its inside is outside."""
+    return replace(surface, faces=surface.faces[:, ::-1])
 
 
 def used_vertices(indices: IntArray) -> IntArray:
