@@ -16,6 +16,7 @@ from geoprint.model import PoseStream, Surface
 from geoprint.pipeline import (
     Comparison,
     FailedPart,
+    Refused,
     compare,
     compare_parts,
     comparison_summary,
@@ -101,8 +102,11 @@ def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparis
     flat = parts[0]
     assert isinstance(flat, Comparison)
     twice = replace(flat, outcomes=(("lscm", flat.planned[1][1]), ("heat", flat.planned[1][1])))
-    assert verdict(twice)[0].startswith("lscm and heat cover part.ply equally evenly")
-    assert verdict(replace(flat, outcomes=flat.outcomes[1:]))[0].startswith("Only heat covers part.ply")
+    assert verdict(twice)[0].startswith("lscm and heat cover part.ply equally evenly: the spacing of lscm varies")
+    alone = replace(flat, outcomes=flat.outcomes[1:])
+    assert verdict(alone)[0].startswith("heat covers part.ply; its spacing varies")
+    refused = replace(alone, outcomes=(("lscm", Refused("too curved.")), *alone.outcomes))
+    assert verdict(refused)[0].startswith("Only heat covers part.ply")
 
 
 @pytest.mark.parametrize("backend", sorted(BACKENDS))

@@ -175,7 +175,9 @@ def _overview(comparison: Comparison) -> tuple[tuple[str, str], ...]:
 
 def _settings(plan: Plan) -> tuple[tuple[str, str], ...]:
     def text(value: Json) -> str:
-        return "none" if value is None else {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
     settings = {name: value for name, value in settings_summary(plan).items() if name not in {"backend", "patches"}}
     regions = [region.model_dump(exclude_none=True).items() for region in plan.job.patches]

@@ -143,6 +143,8 @@ def _process(setup: Setup, summary: dict[str, Any]) -> list[str]:
     pressure = "not named" if process.pressure is None else f"{process.pressure / PASCAL_PER_KPA:g} kPa"
     texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {process.standoff:g} mm"]
     light = summary["deposition"]["light"]
+    if setup.cell.purge is not None:
+        texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
     if light is not None:
         texts.append(f"light: {light['one_pass']:.3g} mJ/cm2 in one pass, {light['all_passes']:.3g} in all together")
     if flood is not None:

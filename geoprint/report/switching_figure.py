@@ -47,8 +47,8 @@ def switching_figure(
     spans = (deposits, material, lamp, vacuum) if vacuum.size else (deposits, material, lamp)
     panels: list[tuple[Axes, str, tuple[float, float]]] = [
         (figure.add_subplot(grid[0, :]), "whole program", (0.0, float(max(span.max() for span in spans)) * 1.01)),
-        (figure.add_subplot(grid[1, 0]), f"where run {longest} begins", (start - AROUND, start + AROUND)),
-        (figure.add_subplot(grid[1, 1]), f"where run {longest} ends", (end - AROUND, end + AROUND)),
+        (figure.add_subplot(grid[1, 0]), f"where run {longest + 1} begins", (start - AROUND, start + AROUND)),
+        (figure.add_subplot(grid[1, 1]), f"where run {longest + 1} ends", (end - AROUND, end + AROUND)),
     ]
     for axis, name, limits in panels:
         for row, (span, colour) in enumerate(zip(spans, COLOURS, strict=False)):
