@@ -138,6 +138,7 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     sheet = " ".join(run_sheet(checked).split())
     assert "flow aoFlow (0.1 for 1 mm3/s), vacuum doVacuum while the valve is shut" in sheet
     assert "nozzle primed by the program before its first run: 2 s" in sheet
+    assert "valve opens 0 s and closes 0.1 s late" in sheet
     assert "light: 30 mJ/cm2 in one pass" in sheet
     assert "final exposure of the whole part: 60 s, by the program, after the last run" in sheet
     said = json.loads((out / "plan.json").read_text())

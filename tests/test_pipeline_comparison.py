@@ -78,6 +78,7 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
     page = (tmp_path / "out" / "report.html").read_text()
     assert "geoprint compare: 3 parts" in page
     assert "broken.ply" in page
+    assert "travel speed [mm/s]" in page
 
 
 def test_where_not_one_part_can_be_compared_the_reason_is_an_error(tmp_path: Path) -> None:

@@ -270,7 +270,7 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     count = len(np.unique(hits.rows))
     solid = next(solid for solid in world.solids if solid.name == worst.solid)
     rounding = round(float(placements.rounding((solid,))[worst.row, 0]), 2)
-    corner = f", the rounded corner there up to {rounding:.2f} mm" if rounding else ""
+    corner = f" and the rounded corner there up to {rounding:.2f} mm" if rounding else ""
     return ClearanceError(
         f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
         f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more{corner}; {count} of "

@@ -131,8 +131,9 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     return [
         f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}{vacuum}; safe values 0",
         (
-            f"lags: valve {signals.valve_open:g} / {signals.valve_close:g} s, lamp leads {signals.uv_lead:g} s and "
-            f"trails {signals.uv_tail:g} s; material {switching.errors.max(initial=0.0):.3f} mm from each run's ends"
+            f"lags: valve opens {signals.valve_open:g} s and closes {signals.valve_close:g} s late; lamp leads "
+            f"{signals.uv_lead:g} s and trails {signals.uv_tail:g} s; material "
+            f"{switching.errors.max(initial=0.0):.3f} mm from each run's ends"
         ),
     ]
 
