@@ -65,7 +65,8 @@ def test_an_untouched_bundle_passes_and_its_page_says_what_matters(bundle: Path)
     for words in (
         "plate.ply", "2 runs", "calibrated", "surface known within", "tip in base coordinates", "closest approach",
         "dry run, 20 mm higher",
-        "valve doValve", "0.05 / 0.08 s", "20 mm/s laying", "geoDryRun FALSE", "geoFirstRun", "material already laid",
+        "valve doValve", "opens 0.05 s and closes 0.08 s late",
+            "20 mm/s laying", "geoDryRun FALSE", "geoFirstRun", "material already laid",
     ):  # fmt: skip
         assert words in " ".join(sheet.split()), words
     assert max(len(line) for line in sheet.split("\n")) <= 100

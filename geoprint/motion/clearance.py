@@ -323,7 +323,7 @@ def _no_room(
     placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
 ) -> ClearanceError:
     tip = placements.poses[row, :3, 3]
-    side = ", or turn the part's outside with `--flip` if this is its hollow side" if room < 0.0 else ""
+    side = "; if this is the wrong side of the part, `--flip` turns it" if room < 0.0 else ""
     return ClearanceError(
         f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
         f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
