@@ -139,7 +139,7 @@ def test_needle_in_the_part_is_refused():
 def test_lean_that_brings_the_rim_down_is_refused():
     with pytest.raises(
         ClearanceError,
-        match=r"in run 1 .* rim of the needle has -0.0. mm of room over the part.*if this is the wrong side of the part, `--flip` turns it",
+        match=r"in run 1 .* rim of the needle has -0.0. mm of room over the part.* wrong side .* `--flip` turns it",
     ) as caught:
         check(over_plate(lean=np.radians(29.0)))
 
