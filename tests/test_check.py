@@ -65,7 +65,8 @@ def test_an_untouched_bundle_passes_and_its_page_says_what_matters(bundle: Path)
     for words in (
         "plate.ply", "2 runs", "calibrated", "surface known within", "tip in base coordinates", "closest approach",
         "dry run, 20 mm higher",
-        "valve doValve", "0.05 / 0.08 s", "20 mm/s laying", "geoDryRun FALSE", "geoFirstRun", "material already laid",
+        "valve doValve", "opens 0.05 s and closes 0.08 s late",
+            "20 mm/s laying", "geoDryRun FALSE", "geoFirstRun", "material already laid",
     ):  # fmt: skip
         assert words in " ".join(sheet.split()), words
     assert max(len(line) for line in sheet.split("\n")) <= 100
@@ -87,11 +88,19 @@ def test_the_result_object_holds_the_times_of_valve_material_and_lamp(bundle: Pa
 
 
 def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"there is no folder .*nowhere; give the folder that"):
+        check_bundle(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"it holds no manifest\.json; give the folder that"):
+        check_bundle(tmp_path)
+    (tmp_path / "manifest.json").write_text("{")
     with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
         check_bundle(tmp_path)
     (tmp_path / "manifest.json").write_text('{"sha256": {"poses.csv": ""}}')
-    with pytest.raises(InputError, match="holds no program"):
+    with pytest.raises(InputError, match=r"holds no program, .* plan it without `--no-robot`"):
         check_bundle(tmp_path)
+    (tmp_path / "beside").mkdir()
+    with pytest.raises(InputError, match=r"the manifest\.json above it lists none here"):
+        check_bundle(tmp_path / "beside")
 
 
 def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
@@ -129,6 +138,8 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     assert checked.findings == ()
     sheet = " ".join(run_sheet(checked).split())
     assert "flow aoFlow (0.1 for 1 mm3/s), vacuum doVacuum while the valve is shut" in sheet
+    assert "nozzle primed by the program before its first run: 2 s" in sheet
+    assert "valve opens 0 s and closes 0.1 s late" in sheet
     assert "light: 30 mJ/cm2 in one pass" in sheet
     assert "final exposure of the whole part: 60 s, by the program, after the last run" in sheet
     said = json.loads((out / "plan.json").read_text())

@@ -356,8 +356,8 @@ def without(index: int) -> Targets:
     [
         (without(0), "first and the last"),
         (without(17), "first and the last"),
-        (without(1), "pose 1 of run 0 begins or ends a deposit"),
-        (without(7), "pose 7 of run 0 begins or ends a deposit"),
+        (without(1), "pose 1 of run 1 begins or ends a deposit"),
+        (without(7), "pose 7 of run 1 begins or ends a deposit"),
         (broken_targets(poses=np.zeros(18, dtype=np.int64)), "first and the last"),
         (broken_targets(zones=np.full(18, 0.1)), "no target with zone 0"),
         (broken_targets(zones=np.full(18, -0.1)), "at least 0 mm"),

@@ -126,7 +126,7 @@ def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
 def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
     found = simulated(signals(), real=signals(valve_open=0.1))
     assert found.errors[:, 0] == pytest.approx(2.0, abs=0.02)
-    with pytest.raises(VerificationError, match=r"run 0: the material begins \d\.\d\d mm from where it should"):
+    with pytest.raises(VerificationError, match=r"run 1: the material begins \d\.\d\d mm from where it should"):
         check_timeline(found)
     with pytest.raises(VerificationError, match=r"the lamp is on for 0\.200 s without material"):
         check_timeline(simulated(signals(uv_tail=0.08), real=signals(uv_tail=-0.12)))

@@ -76,7 +76,7 @@ def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
     for row in (first - 1, first):
         zones = targets.zones.copy()
         zones[row] = 0.1
-        with pytest.raises(InputError, match="does not stop where run 1 begins"):
+        with pytest.raises(InputError, match="does not stop where run 2 begins"):
             aloft_path(path, replace(targets, zones=zones), ARM)
 
 

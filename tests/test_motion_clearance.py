@@ -59,7 +59,7 @@ def test_plain_plate_is_clear_by_what_the_tip_zone_leaves():
     found = check(over_plate())
 
     assert found.smallest == pytest.approx(1.0 + STANDOFF, abs=0.01)
-    assert found.at.startswith("in run 0 at (20.00, ")
+    assert found.at.startswith("in run 1 at (20.00, ")
     assert found.at.endswith("needle to part plate")
     assert found.tip_margin == pytest.approx(STANDOFF, abs=1e-9)
     assert (found.kept, found.checks) == (KEPT, len(WAY))
@@ -82,7 +82,7 @@ def test_body_is_checked_and_surroundings_are_then_not_missing():
 
 
 def test_barrel_that_enters_a_post_is_refused_by_its_depth():
-    with pytest.raises(ClearanceError, match=r"in run 0 at tip \(20.00, .* the barrel reaches 1.00 mm into") as caught:
+    with pytest.raises(ClearanceError, match=r"in run 1 at tip \(20.00, .* the barrel reaches 1.00 mm into") as caught:
         check(over_plate(), body=post_beside_barrel(-1.0))
 
     details = caught.value.details
@@ -138,7 +138,8 @@ def test_needle_in_the_part_is_refused():
 
 def test_lean_that_brings_the_rim_down_is_refused():
     with pytest.raises(
-        ClearanceError, match=r"in run 0 .* rim of the needle has -0.0. mm of room over the part"
+        ClearanceError,
+        match=r"in run 1 .* rim of the needle has -0.0. mm of room over the part.* wrong side .* `--flip` turns it",
     ) as caught:
         check(over_plate(lean=np.radians(29.0)))
 

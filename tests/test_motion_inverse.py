@@ -152,7 +152,7 @@ def test_joint_6_starts_at_the_whole_turn_nearest_to_home() -> None:
 
 def test_pose_beyond_the_arm_is_refused_with_place_and_distance() -> None:
     T_base_work = transforms.rigid(np.eye(3), np.array([900.0, 0.0, 0.0]))
-    with pytest.raises(ReachError, match=r"run 0 at \(50\.0, 1\.0, 2\.0\) mm \(base \(950\.0.*out of reach") as caught:
+    with pytest.raises(ReachError, match=r"run 1 at \(50\.0, 1\.0, 2\.0\) mm \(base \(950\.0.*out of reach") as caught:
         reach(level([[50.0, 1.0, 2.0]]), arm_of(straight_cell()), T_base_work=T_base_work)
     assert caught.value.details["share"] == 0.0
     assert caught.value.details["run"] == 0

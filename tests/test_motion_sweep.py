@@ -52,4 +52,4 @@ def test_stretch_names_the_joint_moves_at_both_ends():
 
     names = [placements.stretch(row) for row in range(5)]
 
-    assert names == ["on the way from home", "in run 0", "in run 0", "in run 1", "on the way to home"]
+    assert names == ["on the way from home", "in run 1", "in run 1", "in run 2", "on the way to home"]

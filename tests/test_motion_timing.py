@@ -230,7 +230,7 @@ def test_a_jump_of_the_joints_on_the_spot_is_refused() -> None:
     path = solved(stream(np.repeat(arc(angle=0.5), 2, axis=0)), ARM)
     joints = path.joints.copy()
     joints[5, 3] += 0.01
-    with pytest.raises(LimitError, match=r"run 0, pose 5: joint 4 jumps by 0\.01 rad"):
+    with pytest.raises(LimitError, match=r"run 1, pose 5: joint 4 jumps by 0\.01 rad"):
         timed(replace(path, joints=joints))
 
 
@@ -241,7 +241,7 @@ def test_a_path_that_no_speed_can_follow_is_refused_by_its_run(
         return None, None, None
 
     monkeypatch.setattr(toppra.algorithm.TOPPRA, "compute_parameterization", give_up)
-    with pytest.raises(LimitError, match="run 0: no speed along the path keeps the joint accelerations") as refusal:
+    with pytest.raises(LimitError, match="run 1: no speed along the path keeps the joint accelerations") as refusal:
         timed(path)
     assert refusal.value.details["run"] == 0
 

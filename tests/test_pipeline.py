@@ -310,7 +310,7 @@ def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_
     )  # fmt: skip
     trajectory = replace(planned.robot.trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
     slower = replace(planned, robot=replace(planned.robot, trajectory=trajectory))
-    assert "run 3 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 other runs" in outcome_text(
+    assert "run 4 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 more by less" in outcome_text(
         slower
     )
     motion = summary(slower)["motion"]

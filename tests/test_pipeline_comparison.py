@@ -16,6 +16,7 @@ from geoprint.model import PoseStream, Surface
 from geoprint.pipeline import (
     Comparison,
     FailedPart,
+    Refused,
     compare,
     compare_parts,
     comparison_summary,
@@ -77,6 +78,7 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
     page = (tmp_path / "out" / "report.html").read_text()
     assert "geoprint compare: 3 parts" in page
     assert "broken.ply" in page
+    assert "travel speed [mm/s]" in page
 
 
 def test_where_not_one_part_can_be_compared_the_reason_is_an_error(tmp_path: Path) -> None:
@@ -101,8 +103,11 @@ def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparis
     flat = parts[0]
     assert isinstance(flat, Comparison)
     twice = replace(flat, outcomes=(("lscm", flat.planned[1][1]), ("heat", flat.planned[1][1])))
-    assert verdict(twice)[0].startswith("lscm and heat cover part.ply equally evenly")
-    assert verdict(replace(flat, outcomes=flat.outcomes[1:]))[0].startswith("Only heat covers part.ply")
+    assert verdict(twice)[0].startswith("lscm and heat cover part.ply equally evenly: the spacing of lscm varies")
+    alone = replace(flat, outcomes=flat.outcomes[1:])
+    assert verdict(alone)[0].startswith("heat covers part.ply; its spacing varies")
+    refused = replace(alone, outcomes=(("lscm", Refused("too curved.")), *alone.outcomes))
+    assert verdict(refused)[0].startswith("Only heat covers part.ply")
 
 
 @pytest.mark.parametrize("backend", sorted(BACKENDS))

@@ -65,7 +65,9 @@ def test_a_body_wound_inward_still_gives_a_patch_that_faces_out() -> None:
 
 
 def test_an_open_body_faces_as_the_file_winds_it() -> None:
-    assert "as the file winds it" in patch_text(cut_patch(plate(), chosen((20.0, 15.0, 0.0), radius=8.0)))
+    said = patch_text(cut_patch(plate(), chosen((20.0, 15.0, 0.0), radius=8.0)))
+    assert "as the file winds it" in said
+    assert ", rim " in said
 
 
 def test_a_box_cuts_straight() -> None:

@@ -206,7 +206,7 @@ def test_one_level_has_no_spacing_to_measure() -> None:
 
 
 def test_a_path_beside_the_surface_is_refused() -> None:
-    with pytest.raises(FieldError, match="away from plate in run 1"):
+    with pytest.raises(FieldError, match="away from plate in run 2"):
         uniformity(rows([1.0, 33.0]), fine_plate(), spacing=2.0)
 
 

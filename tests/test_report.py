@@ -5,10 +5,13 @@ from __future__ import annotations
 import io
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from geoprint.model import FloatArray
 from geoprint.report import Coverage, coverage_figure
+from geoprint.report.figures import add_title
 from tests.meshes import plate
 
 
@@ -45,3 +48,12 @@ def test_nothing_reaches_the_edge_of_the_picture_and_the_bytes_repeat() -> None:
     for edge in (image[0], image[-1], image[:, 0], image[:, -1]):
         np.testing.assert_allclose(edge[:, :3], 1.0)
     assert drawn(1.0)[1] == png
+
+
+def test_a_title_that_is_longer_than_the_figure_is_wide_goes_on_in_a_line_below() -> None:
+    figure = Figure(figsize=(6.3, 6.2))
+    FigureCanvasAgg(figure)
+    add_title(figure, "rodero01_lv_epicardium.ply, paths 1.5 mm apart, seen along the mean normal, MMMM")
+    assert figure.get_suptitle().count("\n") == 1
+    (title,) = figure.texts
+    assert title.get_window_extent().x1 < figure.bbox.x1

@@ -74,7 +74,8 @@ def calibrate(
     say(calibration_text(found))
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
-        say(f"written and read back: {out}")
+        stands = "; part_mm and part_rpy_deg under [work] say where the part stands on the fixture" if model else ""
+        say(f"written and read back: {out}{stands}")
 
 
 def fit_flow(

@@ -9,23 +9,27 @@ import typer
 
 from geoprint.errors import UsageError
 
+_PARTS = (
+    "File of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP; with the extras also STEP, IGES, label "
+    "volumes and point clouds"
+)
 Part = Annotated[
     Path,
-    typer.Argument(help="Mesh of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP.", show_default=False),
+    typer.Argument(help=f"{_PARTS}.", show_default=False),
 ]
 PartOrJob = Annotated[
     Path,
     typer.Argument(
-        help="Mesh of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP; or a job file (.toml), which "
-        "`geoprint init` writes: its keys count where no option is given here.",
+        help=f"{_PARTS}; or a job file (.toml), which `geoprint init` writes: its keys count where no option is given "
+        "here.",
         show_default=False,
     ),
 ]
 PartsOrJobs = Annotated[
     list[Path],
     typer.Argument(
-        help="Meshes of the parts: STL, OBJ, PLY, OFF or 3MF; or job files (.toml), whose keys count where no option "
-        "is given here.",
+        help="Files of parts, as `geoprint plan` takes them; or job files (.toml), whose keys count where no option is "
+        "given here.",
         show_default=False,
     ),
 ]

@@ -89,9 +89,9 @@ def patch(
     for path in paths:
         _check_ply(path, overwrite=overwrite)
     cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label))
-    for one, path in zip(cut, paths, strict=True):
+    for number, (one, path) in enumerate(zip(cut, paths, strict=True), start=1):
         save_ply(one.surface, path)
-        say(f"{patch_text(one)}\nwritten: {path} (in mm)")
+        say(f"{f'{number}: ' if several else ''}{patch_text(one)}\nwritten: {path} (in mm)")
     if as_json:
         typer.echo(json.dumps([patch_summary(one) for one in cut] if several else patch_summary(cut[0]), indent=2))
 

@@ -53,7 +53,7 @@ def job_of(**values: object) -> Job:
     try:
         return Job.model_validate(given)
     except ValidationError as error:
-        raise UsageError(f"{describe(error)}; `geoprint --help` lists what can be given.") from error
+        raise UsageError(f"{describe(error)}; `geoprint plan --help` lists what can be given.") from error
 
 
 def job_file_text() -> str:

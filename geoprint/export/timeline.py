@@ -110,8 +110,8 @@ def check_timeline(found: Timeline) -> None:
     if found.errors.max(initial=0.0) > LARGEST_ERROR:
         deposit, end = np.unravel_index(int(found.errors.argmax()), found.errors.shape)
         raise VerificationError(
-            f"run {found.runs[deposit]:.0f}: the material {('begins', 'ends')[int(end)]} {found.errors.max():.2f} mm "
-            f"from where it should, allowed is {LARGEST_ERROR} mm; measure the lags of [signals], or plan again.",
+            f"run {found.runs[deposit] + 1:.0f}: the material {('begins', 'ends')[int(end)]} {found.errors.max():.2f} "
+            f"mm from where it should, allowed is {LARGEST_ERROR} mm; measure the lags of [signals], or plan again.",
             run=int(found.runs[deposit]),
             error_mm=float(found.errors.max()),
         )

@@ -48,8 +48,8 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
     if missing.any():
         row = int(np.argmax(missing))
         raise ReachError(
-            f"run {stream.runs[row]}: {LIFT:g} mm above the part, where a dry run drives, the tip is out of reach at "
-            f"{stream.tips[row].round(1).tolist()} mm; move the part lower or nearer.",
+            f"run {stream.runs[row] + 1}: {LIFT:g} mm above the part, where a dry run drives, the tip is out of reach "
+            f"at {stream.tips[row].round(1).tolist()} mm; move the part lower or nearer.",
             run=int(stream.runs[row]),
         )
     joints: FloatArray = np.unwrap(found, axis=0)
@@ -73,8 +73,8 @@ def _refuse_rounded_ends(runs: IntArray, zones: FloatArray) -> None:
     if rounded.any():
         run = int(runs[changes[int(np.argmax(rounded))] + 1])
         raise InputError(
-            f"the program does not stop where run {run} begins or where the one before ends, but whoever resumes there "
-            "comes from elsewhere; thin the stream again.",
+            f"the program does not stop where run {run + 1} begins or where the one before ends, but whoever resumes "
+            "there comes from elsewhere; thin the stream again.",
             run=run,
         )
 

@@ -268,10 +268,13 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     worst = worst_hit(hits, world)
     wanted = next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == worst.solid)
     count = len(np.unique(hits.rows))
+    solid = next(solid for solid in world.solids if solid.name == worst.solid)
+    rounding = round(float(placements.rounding((solid,))[worst.row, 0]), 2)
+    corner = f" and the rounded corner there up to {rounding:.2f} mm" if rounding else ""
     return ClearanceError(
         f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
-        f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more; {count} of {placements.count} "
-        "placements are too close: turn or move the part, lean the tool, or use a longer needle.",
+        f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more{corner}; {count} of "
+        f"{placements.count} placements are too close: turn or move the part, lean the tool, or use a longer needle.",
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),
@@ -320,10 +323,11 @@ def _no_room(
     placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
 ) -> ClearanceError:
     tip = placements.poses[row, :3, 3]
+    side = "; if this is the wrong side of the part, `--flip` turns it" if room < 0.0 else ""
     return ClearanceError(
         f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
         f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
-        "placements have too little: raise the stand-off, lean less, or use a thinner needle.",
+        f"placements have too little: raise the stand-off, lean less, or use a thinner needle{side}.",
         solid="needle's tip",
         against=target.name,
         run=int(placements.runs[row]),

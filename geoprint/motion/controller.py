@@ -157,8 +157,8 @@ def _refuse_incomplete(joint_path: JointPath, targets: Targets, *, step: float) 
     missing = np.setdiff1d(required_poses(joint_path.poses), targets.poses)
     if missing.size:
         raise InputError(
-            f"the targets leave out pose {missing[0]} (run {joint_path.poses.runs[missing[0]]}), where the tool stops "
-            "or laying begins or ends; thin the stream again.",
+            f"the targets leave out pose {missing[0]} (run {joint_path.poses.runs[missing[0]] + 1}), where the tool "
+            "stops or laying begins or ends; thin the stream again.",
             pose=int(missing[0]),
         )
 
@@ -189,7 +189,7 @@ def _refuse(what: str, joint_path: JointPath, Ts_base_tool: FloatArray, runs: In
     work = transforms.apply(transforms.inverse(joint_path.T_base_work), base[None])[0]
     run = int(runs[at])
     raise ReachError(
-        f"run {run}: the straight way of the controller {what} at {work.round(1).tolist()} mm (base "
+        f"run {run + 1}: the straight way of the controller {what} at {work.round(1).tolist()} mm (base "
         f"{base.round(1).tolist()} mm); move or turn the part, or keep more targets there.",
         run=run,
         work_mm=tuple(work.tolist()),

@@ -287,7 +287,7 @@ def _confirm(path: JointPath, arm: Arm) -> None:
     worst = int(np.argmax(np.maximum(off / POSITION_TOLERANCE, turned / ROTATION_TOLERANCE)))
     if off[worst] > POSITION_TOLERANCE or turned[worst] > ROTATION_TOLERANCE:
         raise VerificationError(
-            f"run {path.poses.runs[worst]}, pose {worst}: forward kinematics misses the commanded pose by "
+            f"run {path.poses.runs[worst] + 1}, pose {worst}: forward kinematics misses the commanded pose by "
             f"{off[worst]:.3g} mm and {turned[worst]:.3g} rad, allowed are {POSITION_TOLERANCE:g} mm and "
             f"{ROTATION_TOLERANCE:g} rad; please report this as a defect of geoprint.",
             pose=worst,
@@ -302,8 +302,8 @@ def _confirm_cone(path: JointPath, poses: PoseStream, *, max_tilt: float) -> Non
     worst = int(np.where(laying(poses), excess, -np.inf).argmax())
     if laying(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:
         raise VerificationError(
-            f"run {poses.runs[worst]}, pose {worst}: the nozzle leans {np.degrees(excess[worst]):.3g} degrees beyond "
-            f"the {np.degrees(max_tilt):g} allowed; please report this as a defect of geoprint.",
+            f"run {poses.runs[worst] + 1}, pose {worst}: the nozzle leans {np.degrees(excess[worst]):.3g} degrees "
+            f"beyond the {np.degrees(max_tilt):g} allowed; please report this as a defect of geoprint.",
             pose=worst,
             excess_rad=float(excess[worst]),
         )

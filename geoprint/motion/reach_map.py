@@ -138,9 +138,8 @@ class ReachMap:
             Reason.WINDING: f"is the end of a winding: joint {joint} turns along the runs as far as {angle:.0f} "
             f"degrees, allowed is {least:.0f} to {most:.0f}, at any whole turn",
         }[Reason(int(self.reasons[pose]))]
-        return (
-            f"run {self.runs[pose]} at {_place(self.places[pose])} mm (base {_place(self.base_places[pose])} mm) {what}"
-        )
+        where = f"{_place(self.places[pose])} mm (base {_place(self.base_places[pose])} mm)"
+        return f"run {self.runs[pose] + 1} at {where} {what}"
 
     def refusal(self) -> ReachError:
         """Return the error that says which share is lost, for which main reason, and where first."""

@@ -97,7 +97,7 @@ class Placements:
     def stretch(self, row: int) -> str:
         """Name the part of the way that a placement belongs to."""
         if self.runs[row] >= 0:
-            return f"in run {self.runs[row]}"
+            return f"in run {self.runs[row] + 1}"
         return "on the way from home" if (self.runs[:row] < 0).all() else "on the way to home"
 
 

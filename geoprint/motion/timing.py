@@ -118,7 +118,7 @@ def _piece(ways: Waypoints, first: int, last: int, *, robot: Robot) -> Motion:
         )
     except LimitError as error:
         run = int(ways.runs[last])
-        raise LimitError(f"run {run}: {error}", run=run) from error
+        raise LimitError(f"run {run + 1}: {error}", run=run) from error
 
 
 def _home_motion(start: FloatArray, end: FloatArray, *, robot: Robot, process: Process) -> list[Motion]:

@@ -107,7 +107,7 @@ def _refuse_excess(
         return
     at = min(int(row), trajectory.times.size - 1)
     run, time = int(trajectory.runs[at]), float(trajectory.times[at])
-    where = f"run {run}{_bend(trajectory, poses, time=time)}" if run >= 0 else "the way from or to home"
+    where = f"run {run + 1}{_bend(trajectory, poses, time=time)}" if run >= 0 else "the way from or to home"
     amount = float(np.abs(found[row, joint]))
     raise LimitError(
         f"{where}, {time:.3f} s: joint {joint + 1} {what} {amount:.4g} {unit}, allowed is {allowed[joint]:.4g} {unit}; "
@@ -136,7 +136,7 @@ def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Proc
     step = int(excess.argmax())
     run, time = int(poses.runs[step + 1]), float(trajectory.pose_times[step])
     raise LimitError(
-        f"run {run}, {time:.3f} s: the tip goes {ways[step]:.3g} mm from pose {step} to the next in "
+        f"run {run + 1}, {time:.3f} s: the tip goes {ways[step]:.3g} mm from pose {step} to the next in "
         f"{trajectory.pose_times[step + 1] - time:.4g} s, allowed are {allowed[step]:g} mm/s; time the path again.",
         run=run, time_s=time, way_mm=float(ways[step]), allowed_mm_s=float(allowed[step]),
     )  # fmt: skip
@@ -152,7 +152,7 @@ def _refuse_missed_pose(trajectory: Trajectory, joint_path: JointPath) -> None:
     found, run = float(misses[pose, joint]), int(joint_path.poses.runs[pose])
     if found > PASSING_TOLERANCE:
         raise VerificationError(
-            f"run {run}: the trajectory passes pose {pose} with joint {joint + 1} off by {found:.3g} rad, allowed is "
-            f"{PASSING_TOLERANCE:g} rad; please report this as a defect of geoprint.",
+            f"run {run + 1}: the trajectory passes pose {pose} with joint {joint + 1} off by {found:.3g} rad, allowed "
+            f"is {PASSING_TOLERANCE:g} rad; please report this as a defect of geoprint.",
             run=run, pose=int(pose), joint=int(joint) + 1, found_rad=found, allowed_rad=PASSING_TOLERANCE,
         )  # fmt: skip

@@ -126,7 +126,7 @@ def _refuse_jump(joint_path: JointPath, differences: FloatArray) -> None:
     if found > COINCIDENT_JOINTS:
         run = int(joint_path.poses.runs[pose])
         raise LimitError(
-            f"run {run}, pose {pose}: joint {joint + 1} jumps by {found:.3g} rad where the tool stands still, allowed "
-            f"is {COINCIDENT_JOINTS:g} rad; keep the whole path on one branch.",
+            f"run {run + 1}, pose {pose}: joint {joint + 1} jumps by {found:.3g} rad where the tool stands still, "
+            f"allowed is {COINCIDENT_JOINTS:g} rad; keep the whole path on one branch.",
             run=run, joint=int(joint) + 1, found_rad=found, allowed_rad=COINCIDENT_JOINTS,
         )  # fmt: skip

@@ -40,6 +40,8 @@ from geoprint.motion import Arm, configuration_data, joints_at, tips_at
 
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
+# What a person asks to check who named another folder.
+_WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 # The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
 TRAJECTORY_TOLERANCE = 0.01
 # Joints from the inverse agree with those of the trajectory between its rows to this [rad].
@@ -115,19 +117,28 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
 
 def _listed(folder: Path) -> dict[str, str]:
     """Return the hash of each file that the manifest lists: the bundle's own, or that of the comparison it is in."""
+    if not folder.is_dir():
+        raise InputError(f"there is no folder {folder}; {_WHICH_FOLDER}.")
     try:
         place = next(place for place in (folder, *folder.absolute().parents[:2]) if (place / MANIFEST).is_file())
         below = folder.absolute().relative_to(place.absolute())
         listed = dict(json.loads((place / MANIFEST).read_bytes())["sha256"])
         paths = {PurePosixPath(str(name)): str(digest) for name, digest in listed.items()}
         names = {str(path.relative_to(below)): digest for path, digest in paths.items() if path.is_relative_to(below)}
-    except (StopIteration, OSError, ValueError, KeyError, TypeError) as error:
+    except StopIteration:
+        raise InputError(f"{folder} is no bundle of geoprint: it holds no {MANIFEST}; {_WHICH_FOLDER}.") from None
+    except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
-            f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); give the folder that "
-            "`geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`."
+            f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); {_WHICH_FOLDER}."
         ) from error
+    if not names:
+        raise InputError(
+            f"{folder} is no bundle of geoprint: the {MANIFEST} above it lists none here; {_WHICH_FOLDER}."
+        )
     if not any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
-        raise InputError(f"{folder} holds no program, because it was planned without the robot; plan it with one.")
+        raise InputError(
+            f"{folder} holds no program, because it was planned without the robot: plan it without `--no-robot`."
+        )
     return names
 
 

@@ -51,7 +51,7 @@ def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Su
     source = "flip" if flip else "winding"
     told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
     if agreeing is None:
-        way = "leave `--flip` out to turn it" if flip else "`--flip` turns it"
+        way = "leave `--flip` out for the other" if flip else "`--flip` turns it"
         return part, Side(source, flip, None, f"printed on {told}; {way}.")
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:

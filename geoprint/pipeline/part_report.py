@@ -44,6 +44,8 @@ TITLES = {
 }
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
+# Units of settings by the ends of their keys, the longest first.
+UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_deg": "degrees", "_kpa": "kPa", "_s": "s"}
 
 
 def part_report(comparison: Comparison, *, faces: int) -> PartReport:
@@ -97,7 +99,8 @@ def _pictures(name: str, plan: Plan) -> list[Picture]:
         found = plan.robot.switching
         title = f"{name}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
         drawn = switching_figure(found.deposits, found.material, found.lamp, found.vacuum, title=title)
-        pictures.append(Picture(f"{name}: when material is laid, flows, and the lamp is on", "png", drawn))
+        on = "the lamp is on and the vacuum draws" if found.vacuum.size else "and the lamp is on"
+        pictures.append(Picture(f"{name}: when material is laid, flows, {on}", "png", drawn))
     return pictures
 
 
@@ -175,14 +178,22 @@ def _overview(comparison: Comparison) -> tuple[tuple[str, str], ...]:
 
 def _settings(plan: Plan) -> tuple[tuple[str, str], ...]:
     def text(value: Json) -> str:
-        return "none" if value is None else {True: "yes", False: "no"}[value] if isinstance(value, bool) else str(value)
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
     settings = {name: value for name, value in settings_summary(plan).items() if name not in {"backend", "patches"}}
     regions = [region.model_dump(exclude_none=True).items() for region in plan.job.patches]
     return (
-        *((name.replace("_", " "), text(value)) for name, value in settings.items()),
+        *((_with_unit(name), text(value)) for name, value in settings.items()),
         *(
             (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))
             for i, each in enumerate(regions, start=1)
         ),
     )
+
+
+def _with_unit(key: str) -> str:
+    """Return a key of plan.json in words, with its unit in brackets."""
+    end = next((end for end in UNITS if key.endswith(end)), None)
+    return key.replace("_", " ") if end is None else f"{key.removesuffix(end).replace('_', ' ')} [{UNITS[end]}]"

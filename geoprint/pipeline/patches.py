@@ -173,9 +173,10 @@ def patch_summary(patch: Patch) -> dict[str, Json]:
 def patch_text(patch: Patch) -> str:
     """Return the lines that a person reads."""
     found = patch.preparation
-    rims = ", ".join(f"{length:.4g}" for length in found.boundary_lengths)
+    lengths = ", ".join(f"{length:.4g}" for length in found.boundary_lengths)
+    rims = f"rim{'s' if len(found.boundary_lengths) > 1 else ''} {lengths} mm"
     lines = [
-        f"patch of {patch.body.name}: {found.topology}, {found.area:.4g} mm2, rims {rims} mm, {found.faces} faces",
+        f"patch of {patch.body.name}: {found.topology}, {found.area:.4g} mm2, {rims}, {found.faces} faces",
         f"outside: {patch.outside}",
     ]
     if patch.inside is not None:

@@ -127,7 +127,7 @@ def remeshing_summary(found: Remeshed) -> dict[str, Json]:
 def remeshing_text(found: Remeshed) -> str:
     """Return the lines that a person reads."""
     changes = found.preparation.changes()
-    rim = f"; rims at most {found.deviation.rim:.3g} mm" if found.preparation.boundary_lengths else ""
+    rim = f"; rims at most {_length(found.deviation.rim)} mm" if found.preparation.boundary_lengths else ""
     return "\n".join(
         [
             f"{found.before.name}: {'; '.join([*changes, *found.steps])}",
@@ -199,6 +199,11 @@ def _distances_summary(found: Distances) -> dict[str, Json]:
 
 def _distances_text(found: Distances) -> str:
     return (
-        f"largest {found.largest:.3g} mm at {in_words(found.place)}, proven below {found.bound:.3g}; "
-        f"mean {found.mean:.2g}, 95 % below {found.p95:.2g}"
+        f"largest {_length(found.largest)} mm at {in_words(found.place)}, proven below {_length(found.bound)}; "
+        f"mean {_length(found.mean)}, 95 % below {_length(found.p95)}"
     )
+
+
+def _length(value: float) -> str:
+    """Return a length [mm] to a thousandth, below which no printer tells a difference."""
+    return f"{value:.3f}"

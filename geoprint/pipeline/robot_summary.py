@@ -100,8 +100,8 @@ def _pace_text(robot: RobotPlan) -> str:
     x, y, z = worst.place
     others = len({slowdown.run for slowdown in found.slowdowns}) - 1
     return (
-        f"{line}; run {worst.run} {what} to {worst.held_speed:.1f} mm/s by the {worst.limit} of joint {worst.joint} at "
-        f"({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} other runs by less" if others else "")
+        f"{line}; run {worst.run + 1} {what} to {worst.held_speed:.1f} mm/s by the {worst.limit} of joint "
+        f"{worst.joint} at ({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} more by less" if others else "")
     )
 
 

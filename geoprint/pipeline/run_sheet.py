@@ -131,8 +131,9 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     return [
         f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}{vacuum}; safe values 0",
         (
-            f"lags: valve {signals.valve_open:g} / {signals.valve_close:g} s, lamp leads {signals.uv_lead:g} s and "
-            f"trails {signals.uv_tail:g} s; material {switching.errors.max(initial=0.0):.3f} mm from each run's ends"
+            f"lags: valve opens {signals.valve_open:g} s and closes {signals.valve_close:g} s late; lamp leads "
+            f"{signals.uv_lead:g} s and trails {signals.uv_tail:g} s; material "
+            f"{switching.errors.max(initial=0.0):.3f} mm from each run's ends"
         ),
     ]
 
@@ -143,6 +144,8 @@ def _process(setup: Setup, summary: dict[str, Any]) -> list[str]:
     pressure = "not named" if process.pressure is None else f"{process.pressure / PASCAL_PER_KPA:g} kPa"
     texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {process.standoff:g} mm"]
     light = summary["deposition"]["light"]
+    if setup.cell.purge is not None:
+        texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
     if light is not None:
         texts.append(f"light: {light['one_pass']:.3g} mJ/cm2 in one pass, {light['all_passes']:.3g} in all together")
     if flood is not None:

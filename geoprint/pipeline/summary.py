@@ -285,8 +285,8 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
         warnings.append(plan.laid.light.lacking)
     if plan.toolpath.dropped_runs:
         warnings.append(
-            f"{plan.toolpath.dropped_runs} closed runs shorter than one spacing were left out "
-            f"({plan.toolpath.dropped_length:.2f} mm)."
+            f"closed runs shorter than one spacing were left out: {plan.toolpath.dropped_runs}, "
+            f"{plan.toolpath.dropped_length:.2f} mm long in all."
         )
     if plan.job.backend != CLOSEST_BACKEND and plan.uniformity is not None and plan.uniformity.cv > NOTABLE_CV:
         warnings.append(

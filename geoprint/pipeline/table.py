@@ -56,7 +56,7 @@ def _title(parts: Sequence[Comparison | FailedPart]) -> str:
         key=float,
     )
     named = parts[0].job.surface.name if len(parts) == 1 else f"{len(parts)} parts"
-    return f"{named}, paths {' / '.join(spacings)} mm apart"
+    return f"{named}, paths {' / '.join(spacings)} mm apart; mean and p95 are multiples of that"
 
 
 def _rows(part: Comparison | FailedPart) -> list[tuple[str, ...]]:

@@ -26,9 +26,9 @@ def targets_warnings(plan: Plan) -> list[str]:
     if not close:
         return []
     warning = (
-        f"{close} targets come sooner after the one before than the controller digests "
-        f"({1e3 * plan.workpiece.cell.robot.target_period:g} ms; the soonest after {1e3 * shortest:.1f} ms): it may "
-        "slow down there."
+        f"{close} targets follow the one before sooner than the controller digests them (robot.target_period_ms is "
+        f"{1e3 * plan.workpiece.cell.robot.target_period:g}; the soonest comes after {1e3 * shortest:.1f} ms): the arm "
+        "may slow down there."
     )
     return [warning]
 

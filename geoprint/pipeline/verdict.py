@@ -19,7 +19,7 @@ def verdict(comparison: Comparison) -> tuple[str, ...]:
     """
     ranked = sorted(comparison.planned, key=lambda pair: pair[1].uniformity.cv)
     return (
-        _evenness(comparison.job.surface.name, ranked),
+        _evenness(comparison.job.surface.name, ranked, alone=not comparison.refused),
         *_gaps(ranked),
         *_printing(ranked),
         *_levels(ranked),
@@ -27,15 +27,18 @@ def verdict(comparison: Comparison) -> tuple[str, ...]:
     )
 
 
-def _evenness(part: str, ranked: list[tuple[str, Planned]]) -> str:
+def _evenness(part: str, ranked: list[tuple[str, Planned]], *, alone: bool) -> str:
     name, best = ranked[0]
     spread = f"its spacing varies by {best.uniformity.cv:.1%} (standard deviation over mean)"
     if len(ranked) == 1:
-        return f"Only {name} covers {part}; {spread}."
+        # Alone, no other was asked.
+        return f"{'' if alone else 'Only '}{name} covers {part}; {spread}."
     others = _listed([f"that of {other} by {outcome.uniformity.cv:.1%}" for other, outcome in ranked[1:]])
     worst = ranked[-1][1].uniformity.cv
     if worst - best.uniformity.cv < SAME:
-        return f"{_listed([other for other, _ in ranked])} cover {part} equally evenly: {spread}, {others}."
+        names = _listed([other for other, _ in ranked])
+        first = f"the spacing of {name} varies by {best.uniformity.cv:.1%} (standard deviation over mean)"
+        return f"{names} cover {part} equally evenly: {first}, {others}."
     enough = " All of them are even enough to print." if worst <= EVEN_ENOUGH else ""
     return f"{name} covers {part} most evenly: {spread}, {others}.{enough}"
 

@@ -60,8 +60,8 @@ def deposited_path(poses: PoseStream, surface: Surface, mesh: Mesh, *, spacing: 
     if misses.max(initial=0.0) > OFF_SURFACE_SHARE * spacing:
         worst = int(np.argmax(misses))
         raise FieldError(
-            f"the path is {misses[worst]:.3g} mm away from {surface.name} in run {poses.runs[rows[worst]]}, at most "
-            f"{OFF_SURFACE_SHARE * spacing:.3g} mm are allowed: measure a path on the surface that it was planned on.",
+            f"the path is {misses[worst]:.3g} mm away from {surface.name} in run {poses.runs[rows[worst]] + 1}, "
+            f"allowed are {OFF_SURFACE_SHARE * spacing:.3g} mm: measure a path on the surface that it was planned on.",
             distance_mm=float(misses[worst]),
         )
     gaps = np.linalg.norm(points[ends] - points[starts], axis=1)

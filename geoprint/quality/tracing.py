@@ -91,8 +91,8 @@ def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, close
     lost = np.setdiff1d(first, pairs)
     if lost.size:
         raise FieldError(
-            f"run {runs[lost[0]]} of the path has neighbouring points without a connection on the surface: evenness "
-            "cannot be measured; plan with another backend.",
+            f"run {runs[lost[0]] + 1} of the path has neighbouring points without a connection on the surface: "
+            "evenness cannot be measured; plan with another backend.",
             run=int(runs[lost[0]]),
         )
     # A connection is unwound from its end.

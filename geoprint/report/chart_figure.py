@@ -12,7 +12,7 @@ import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.model.arrays import freeze_arrays
-from geoprint.report.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, draw_part, png_bytes
+from geoprint.report.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, add_title, draw_part, png_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,8 +97,7 @@ def chart_figure(
     _draw_curves(figure, axes[2], flattened, (flattened.places @ R_view_work.T)[:, :2], spacing=spacing)
     for axis, name in zip(axes, ("chart", "distance in the chart", "curves on the surface"), strict=True):
         axis.set_title(name, fontsize=13, loc="left")
-    # A file name may hold dollar signs.
-    figure.suptitle(title, fontsize=12, x=0.01, ha="left", parse_math=False)
+    add_title(figure, title)
     return png_bytes(figure)
 
 
@@ -146,7 +145,7 @@ def _draw_distances(figure: Figure, axis: Axes, flattened: FlattenedPart, *, spa
     axis.add_collection(LineCollection([lines[i] for i in shown], colors=colours, linewidths=0.7))
     scale = figure.colorbar(drawn, ax=axis, location="bottom", shrink=SCALE_SHRINK, pad=SCALE_PAD)
     which = "every level" if each == 1 else f"one level in {each}"
-    scale.set_label(f"distance from the seed, mm; {which}, {each * spacing:.3g} mm apart", fontsize=10)
+    scale.set_label(f"distance from border or seed, mm; {which}, {each * spacing:.3g} mm apart", fontsize=10)
     _plain(axis)
     add_ruler(axis)
 
@@ -164,7 +163,7 @@ def _draw_curves(figure: Figure, axis: Axes, flattened: FlattenedPart, seen: Flo
     )
     axis.add_collection(lines)
     scale = figure.colorbar(lines, ax=axis, location="bottom", shrink=SCALE_SHRINK, pad=SCALE_PAD)
-    scale.set_label(f"distance from the seed, mm; every level, {spacing:.3g} mm apart", fontsize=10)
+    scale.set_label(f"distance from border or seed, mm; every level, {spacing:.3g} mm apart", fontsize=10)
     add_ruler(axis)
 
 

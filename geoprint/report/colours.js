@@ -80,8 +80,8 @@ function middle(faces, values) {
 const COLOURINGS = {
   distance: (part, backend) => ({
     intensity: backend.distance, intensitymode: "vertex", cmin: 0, cmax: part.farthest,
-    colorscale: evenly(DISTANCE), colorbar: bar("distance from the seed [mm]", {}),
-    said: (at) => `${backend.distance[at].toFixed(2)} mm from the seed`,
+    colorscale: evenly(DISTANCE), colorbar: bar("distance from border or seed [mm]", {}),
+    said: (at) => `${backend.distance[at].toFixed(2)} mm from border or seed`,
     legend: "Light: near the seed, dark: far from it, as this backend measures.",
   }),
   spacing: (part, backend) => {

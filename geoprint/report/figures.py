@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
@@ -30,6 +31,9 @@ PART_DARK, PART_LIGHT = 0.16, 0.42
 LINE_SHARE = 0.62
 PANEL_INCHES = 5.2
 DOTS_PER_INCH = 160
+POINTS_PER_INCH = 72.0
+# Width of a letter over the font size: rather more than the mean.
+LETTER_WIDTH = 0.6
 
 
 @final
@@ -79,9 +83,15 @@ def coverage_figure(
         axis.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
         axis.set_xlabel(panel.caption, fontsize=10, parse_math=False)
     _add_scale(figure, axes)
-    # A file name may hold dollar signs.
-    figure.suptitle(title, fontsize=12, x=0.01, ha="left", parse_math=False)
+    add_title(figure, title)
     return png_bytes(figure)
+
+
+def add_title(figure: Figure, title: str, *, font_size: float = 12.0) -> None:
+    """Write a title above everything, in as many lines as the width of the figure asks for."""
+    columns = int(figure.get_figwidth() * POINTS_PER_INCH / (LETTER_WIDTH * font_size))
+    # A file name may hold dollar signs.
+    figure.suptitle(textwrap.fill(title, columns), fontsize=font_size, x=0.01, ha="left", parse_math=False)
 
 
 def draw_part(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geoprint.model import FloatArray, Surface
-from geoprint.report.figures import DOTS_PER_INCH, add_ruler, png_bytes
+from geoprint.report.figures import DOTS_PER_INCH, add_ruler, add_title, png_bytes
 from geoprint.report.view_surface import view_surface
 from geoprint.surfaces import Inspection, boundary_half_edges, face_normals, half_edges, mean_normal
 from geoprint.transforms import smallest_rotation
@@ -57,8 +57,7 @@ def inspection_figure(found: Inspection, *, title: str) -> bytes:
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
         figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9)
-    # A file name may hold dollar signs.
-    figure.suptitle(title, fontsize=12, x=0.01, ha="left", parse_math=False)
+    add_title(figure, title)
     return png_bytes(figure)
 
 

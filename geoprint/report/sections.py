@@ -17,7 +17,7 @@ PICTURE_QUALITY = 85
 COLOURS = (
     ("spacing", "Local spacing"),
     ("coverage", "Gaps and overlaps"),
-    ("distance", "Distance from the seed"),
+    ("distance", "Distance from border or seed"),
 )
 SPEEDS = (1, 5, 20, 60)
 SLIDER_STEPS = 1000

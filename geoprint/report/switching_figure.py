@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geoprint.model import FloatArray
-from geoprint.report.figures import DOTS_PER_INCH, png_bytes
+from geoprint.report.figures import DOTS_PER_INCH, add_title, png_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,8 +47,8 @@ def switching_figure(
     spans = (deposits, material, lamp, vacuum) if vacuum.size else (deposits, material, lamp)
     panels: list[tuple[Axes, str, tuple[float, float]]] = [
         (figure.add_subplot(grid[0, :]), "whole program", (0.0, float(max(span.max() for span in spans)) * 1.01)),
-        (figure.add_subplot(grid[1, 0]), f"where run {longest} begins", (start - AROUND, start + AROUND)),
-        (figure.add_subplot(grid[1, 1]), f"where run {longest} ends", (end - AROUND, end + AROUND)),
+        (figure.add_subplot(grid[1, 0]), f"where run {longest + 1} begins", (start - AROUND, start + AROUND)),
+        (figure.add_subplot(grid[1, 1]), f"where run {longest + 1} ends", (end - AROUND, end + AROUND)),
     ]
     for axis, name, limits in panels:
         for row, (span, colour) in enumerate(zip(spans, COLOURS, strict=False)):
@@ -61,5 +61,5 @@ def switching_figure(
         axis.set_title(name, fontsize=10, loc="left")
     for axis, moment in ((panels[1][0], start), (panels[2][0], end)):
         axis.axvline(moment, color="black", linewidth=0.8)
-    figure.suptitle(title, fontsize=11, x=0.01, ha="left", parse_math=False)
+    add_title(figure, title, font_size=11.0)
     return png_bytes(figure)

@@ -6,7 +6,8 @@ import numpy as np
 
 from geoprint.errors import FieldError, InputError
 from geoprint.model import FloatArray, Seed, Surface, SurfaceCurves
-from geoprint.surfaces.points import closest, vertex_points
+from geoprint.surfaces.places import in_words
+from geoprint.surfaces.points import closest, positions, vertex_points
 from geoprint.surfaces.topology import boundary_loops
 
 
@@ -52,7 +53,7 @@ def point_seed(surface: Surface, xyz: FloatArray, *, tolerance: float) -> Seed:
         place = "({:g}, {:g}, {:g})".format(*xyz)
         raise FieldError(
             f"the seed point {place} lies {distance:.3g} mm off {surface.name}, at most {tolerance:g} mm is allowed; "
-            "give a point on the surface, in mm and in the part's own coordinates.",
+            f"the nearest point of its surface is {in_words(positions(surface, points)[0])}.",
             distance=distance,
             tolerance=tolerance,
         )
