@@ -92,6 +92,9 @@ def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
     (tmp_path / "manifest.json").write_text('{"sha256": {"poses.csv": ""}}')
     with pytest.raises(InputError, match="holds no program"):
         check_bundle(tmp_path)
+    (tmp_path / "manifest.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
+        check_bundle(tmp_path)
 
 
 def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
@@ -154,6 +157,13 @@ def without_rows(text: str) -> str:
     return "\n".join([*lines[: len(lines) // 2], *lines[len(lines) // 2 + 40 :]])
 
 
+def rewritten(text: str, *, column: int, value: str) -> str:
+    """Write the same value into a column of all rows."""
+    header, *rows = text.rstrip("\n").split("\n")
+    cells = [row.split(",") for row in rows]
+    return "\n".join([header, *(",".join([*row[:column], value, *row[column + 1 :]]) for row in cells), ""])
+
+
 def files_of(checked: Checked) -> set[str]:
     return {finding.file for finding in checked.findings}
 
@@ -169,6 +179,14 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ("trajectory.csv", without_rows, "trajectory.csv", "passes target"),
     ("poses.csv", lambda text: text.replace("\n0,0,-1,0,", "\n0,0,-1,0,nan,", 1), "poses.csv", "number of columns"),
     ("targets.csv", lambda text: text.replace("\n0,0,", "\n9,0,", 1), "targets.csv", "do not rise"),
+    ("targets.csv", lambda text: rewritten(text, column=2, value="0"), "targets.csv", "no material is laid"),
+    ("targets.csv", lambda text: rewritten(text, column=2, value="1"), "targets.csv", "after the last target"),
+    ("targets.csv", lambda text: rewritten(text, column=3, value="1.0"), "targets.csv", "valve_close_s is 0.08 s, but"),
+    ("targets.csv", lambda text: "\n".join([*text.split("\n")[:9], ""]), "targets.csv", "after the last target"),
+    ("setup.json", lambda text: text.replace('"valve_close": 0.08', '"valve_close": 9'), "setup.json", "hash"),
+    ("setup.json", lambda text: text.replace('"valve_open": 0.05', '"valve_open": 9'), "targets.csv", "valve_open_s is"),
+    ("setup.json", lambda _: "[" * 100_000, "setup.json", "no description"),
+    ("plan.json", lambda _: "[" * 100_000, "plan.json", "cannot be read"),
 ]  # fmt: skip
 
 

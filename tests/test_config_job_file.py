@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from os import mkfifo
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.cli.application import app
-from geoprint.config import Job, PatchRegion, job_file_text, job_of
+from geoprint.config import Job, PatchRegion, job_file_text, job_of, load_cell
 from geoprint.errors import UsageError
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
@@ -139,3 +140,17 @@ def test_a_job_is_planned_with_the_keys_of_its_file_and_the_options_of_the_comma
             ("spacing_mm", "3.0"), ("name", '"part.ply"'),
         )
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["pipe", "long"])
+def test_a_job_or_a_cell_that_might_never_end_is_refused_before_it_is_read(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "job.toml"
+    if kind == "pipe":
+        mkfifo(path)
+    else:
+        path.write_text("#" * 2_000_000)
+    wanted = "no plain file" if kind == "pipe" else "larger than a megabyte"
+    with pytest.raises(UsageError, match=rf"job file .*{wanted}"):
+        job_of(surface=path)
+    with pytest.raises(UsageError, match=rf"cell file .*{wanted}"):
+        load_cell(path)

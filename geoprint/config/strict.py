@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -13,10 +14,29 @@ from geoprint.errors import UsageError
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 
+# A job or a cell has a few kilobytes.
+MOST_BYTES = 1_000_000
+
+
 class Table(BaseModel):
     """A table whose keys are all known and whose numbers are all finite."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file that a person writes.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no plain file, larger than a megabyte, or no UTF-8.
+    """
+    # Reading a pipe or a device might never end.
+    if path.exists() and not path.is_file():
+        raise ValueError("it is no plain file")
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError("it is larger than a megabyte")
+    return path.read_text(encoding="utf-8")
 
 
 def parsed_toml(text: str, *, name: str) -> dict[str, object]:
