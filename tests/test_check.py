@@ -184,7 +184,7 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ("targets.csv", lambda text: rewritten(text, column=3, value="1.0"), "targets.csv", "valve_close_s is 0.08 s, but"),
     ("targets.csv", lambda text: "\n".join([*text.split("\n")[:9], ""]), "targets.csv", "after the last target"),
     ("setup.json", lambda text: text.replace('"valve_close": 0.08', '"valve_close": 9'), "setup.json", "hash"),
-    ("setup.json", lambda text: text.replace('"valve_open": 0.05', '"valve_open": 9'), "targets.csv", "valve_open_s is"),
+    ("setup.json", lambda text: text.replace('"valve_open": 0.05', '"valve_open": 9'), "targets.csv", "valve_open_s"),
     ("setup.json", lambda _: "[" * 100_000, "setup.json", "no description"),
     ("plan.json", lambda _: "[" * 100_000, "plan.json", "cannot be read"),
 ]  # fmt: skip
