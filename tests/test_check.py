@@ -14,7 +14,7 @@ import pytest
 
 from geoprint import cli
 from geoprint.config import job_of, packaged_cell_text
-from geoprint.errors import InputError
+from geoprint.errors import ClearanceError, InputError
 from geoprint.pipeline import Checked, Finding, check_bundle, check_summary, plan, run_sheet, save_plan
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
@@ -149,6 +149,13 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     assert len(re.findall(flow, path)) >= 2
     (out / "rapid" / "GeoPrint.mod").write_text(re.sub(r"aoFlow,0\.1\d*\*", "aoFlow,0.25*", path, count=1))
     assert any("the flow on the way here" in finding.reason for finding in check_bundle(out).findings)
+
+
+@pytest.mark.parametrize("station", ["purge", "flood"])
+def test_a_station_at_which_the_arm_hits_something_is_refused_by_name(tmp_path: Path, station: str) -> None:
+    cell = f"{cell_text()}\n[{station}]\nduration_s = 2\njoints_deg = [0, 75, 20, 0, 87, 180]\n"
+    with pytest.raises(ClearanceError, match=rf"the joints of \[{station}\]: on the way from home .* table"):
+        write(tmp_path, cell=cell)
 
 
 def without_rows(text: str) -> str:

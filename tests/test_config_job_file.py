@@ -154,3 +154,26 @@ def test_a_job_or_a_cell_that_might_never_end_is_refused_before_it_is_read(tmp_p
         job_of(surface=path)
     with pytest.raises(UsageError, match=rf"cell file .*{wanted}"):
         load_cell(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"[[patches]]\nbox = [{', '.join(['1'] * 100_000)}]",
+        f"{'k' * 300_000} = 1",
+        f'flip = "{"m" * 300_000}"',
+        f"a{'.a' * 5_000} = 1",
+        f"label = {'9' * 5_000}",
+    ],
+    ids=["list", "key", "text", "nesting", "digits"],
+)
+def test_a_job_of_endless_values_is_refused_in_one_short_sentence(tmp_path: Path, line: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        job_of(surface=written(tmp_path, SMALL + line + "\n"))
+    assert len(str(refused.value)) < 400
+
+
+@pytest.mark.parametrize("spacing", [0.0, -1.0, 1e-300])
+def test_a_spacing_that_no_needle_has_is_refused(spacing: float) -> None:
+    with pytest.raises(UsageError, match=r"spacing: input should be greater than or equal to 0\.001"):
+        job_of(surface="part.ply", spacing=spacing)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from reprlib import Repr
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -16,6 +17,12 @@ Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 
 # A job or a cell has a few kilobytes.
 MOST_BYTES = 1_000_000
+# Letters of a key or a value, and items of a list, that a message repeats.
+MOST_SHOWN, MOST_ITEMS = 60, 12
+
+_SHORT = Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = MOST_SHOWN
+_SHORT.maxlist = MOST_ITEMS
 
 
 class Table(BaseModel):
@@ -47,7 +54,7 @@ def parsed_toml(text: str, *, name: str) -> dict[str, object]:
     """
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # a number of thousands of digits too
         raise UsageError(f"{name} is not valid TOML: {error}; compare with a file from `geoprint init`.") from error
     except RecursionError as error:
         raise UsageError(
@@ -62,8 +69,8 @@ def describe(error: ValidationError) -> str:
     """
     problems = error.errors()
     first = problems[0]
-    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
+    where = ".".join(str(part + 1 if isinstance(part, int) else part[:MOST_SHOWN]) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ")
-    found = "" if first["type"] in {"missing", "value_error"} else f", found {first['input']!r}"
+    found = "" if first["type"] in {"missing", "value_error"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"
