@@ -23,6 +23,7 @@ Sources, by the keys that docstrings use:
     [Barequet1995]      Barequet, Sharir: Filling gaps in the boundary of a polyhedron. Comput. Aided Geom. Des. 12(2),
                         1995.
     [Bates1988]         Bates, Watts: Nonlinear regression analysis and its applications. 1988.
+    [Bellman1957]       Bellman: Dynamic programming. Princeton University Press, 1957.
     [Blankenship1976]   Blankenship, Falk: Infinitely constrained optimization problems. J. Optim. Theory Appl. 19(2),
                         1976.
     [Bobenko2007]       Bobenko, Springborn: A discrete Laplace-Beltrami operator for simplicial surfaces. Discrete
@@ -35,6 +36,7 @@ Sources, by the keys that docstrings use:
     [Chhabra2008]       Chhabra, Richardson: Non-Newtonian flow and applied rheology. 2nd edition, 2008.
     [Cook1982]          Cook, Weisberg: Residuals and influence in regression. Chapman and Hall, 1982.
     [Crane2013]         Crane, Weischedel, Wardetzky: Geodesics in heat. ACM Trans. Graph. 32(5), 2013.
+    [DeBoor1978]        De Boor: A practical guide to splines. Springer, 1978.
     [Desbrun1999]       Desbrun, Meyer, Schröder, Barr: Implicit fairing of irregular meshes using diffusion and
                         curvature flow. SIGGRAPH 1999.
     [Dey1999]           Dey, Edelsbrunner, Guha, Nekhayev: Topology preserving edge contraction. Publ. Inst. Math.

@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint.backends.chart import conformal_chart, farthest_pair, signed_areas
-from geoprint.backends.lscm import PIXELS_PER_SPACING, Lscm, local_scales
+from geoprint.backends.distortion import local_scales
+from geoprint.backends.lscm import PIXELS_PER_SPACING, Lscm
 from geoprint.backends.segment_distance import point_distances
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, Seed, Surface, SurfaceCurves, SurfacePoints

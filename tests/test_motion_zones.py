@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from geoprint import transforms
@@ -60,14 +60,17 @@ def blended(path: JointPath, *, zone: float, count: int = 21) -> FloatArray:
     return transforms.interpolate_poses(first, second, shares)
 
 
-def off_the_way(poses: FloatArray, path: ControllerPath, arm: Arm, point: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return by how far a point of the tool at poses is off its way along the rows, and the rounding there [mm]."""
+def beyond_rounding(poses: FloatArray, path: ControllerPath, arm: Arm, point: FloatArray) -> FloatArray:
+    """Return how far a point of the tool at poses is beyond the rounding about every row of its way [mm].
+
+    What is checked for collisions is the rounding about all rows together; where a point turns back, another row than
+    the nearest one may be the one that holds it.
+    """
     here = arm.tool_poses(path.joints)
     rows = (here @ point)[:, :3]
     allowed = np.linalg.norm(((arm.tool_poses(path.joints + path.rounding) - here) @ point)[:, :3], axis=1)
     distances = np.linalg.norm((poses @ point)[:, None, :3] - rows, axis=2)
-    nearest = distances.argmin(axis=1)
-    return distances[np.arange(len(poses)), nearest], allowed[nearest]
+    return (distances - allowed).min(axis=1)
 
 
 def test_middle_of_a_right_angle_is_an_eighth_of_the_diagonal_away():
@@ -90,6 +93,7 @@ def test_zone_larger_than_half_the_way_is_taken_as_half_of_it():
 
 
 @settings(max_examples=25, deadline=None)
+@example(turn=0.0, lean=0.0322, zone=0.25, height=124.0)
 @given(
     turn=st.floats(-2.6, 2.6),
     lean=st.floats(-0.2, 0.2),
@@ -108,10 +112,10 @@ def test_every_parabola_stays_within_the_rounding_of_the_rows(turn: float, lean:
         step=rows.step,
     )
 
-    off, allowed = off_the_way(blended(path, zone=zone), on_lines, ARM, np.array([0.0, 0.0, -height, 1.0]))
+    beyond = beyond_rounding(blended(path, zone=zone), on_lines, ARM, np.array([0.0, 0.0, -height, 1.0]))
 
     # Rows are 0.01 mm apart at the tip, five times as much at the other end of the leaning tool.
-    assert (off <= allowed + 0.03).all()
+    assert beyond.max() <= 0.03
 
 
 def test_corner_itself_is_within_the_rounding_and_straight_on_there_is_none():

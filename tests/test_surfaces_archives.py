@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError, UsageError
-from geoprint.surfaces import face_areas, load, load_with_unit, ply_bytes, prepare
+from geoprint.surfaces import face_areas, load, load_file, ply_bytes, prepare
 from geoprint.surfaces.repair import signed_volume
 from tests import meshes
 from tests.shared_data import shared
@@ -55,9 +55,9 @@ def package(folder: Path, text: str, **more: str) -> Path:
 def test_a_3mf_file_brings_its_unit(tmp_path: Path, unit: str, ours: str, size: float) -> None:
     # Three feet instead of thirty, which would be no part.
     text = model(unit=unit).replace('0"', '"').replace('=""', '="0"') if unit == "foot" else model(unit=unit)
-    surface, found = load_with_unit(package(tmp_path, text), unit=None)
-    assert found == ours
-    assert surface.vertices.max() == pytest.approx(size)
+    found = load_file(package(tmp_path, text), unit=None)
+    assert found.unit == ours
+    assert found.surface.vertices.max() == pytest.approx(size)
     assert load(package(tmp_path, text), unit=ours).name == "part.3mf"
     with pytest.raises(UsageError, match=f"says that its unit is {ours}, not um; leave `--unit` out"):
         load(package(tmp_path, text), unit="um")
@@ -137,7 +137,7 @@ def test_a_zipped_mesh_is_the_mesh(tmp_path: Path) -> None:
 
 def test_a_zipped_3mf_keeps_its_unit(tmp_path: Path) -> None:
     inner = package(tmp_path, model(unit="inch")).read_bytes()
-    assert load_with_unit(packed(tmp_path, "a.zip", {"a.3mf": inner}), unit=None)[1] == "in"
+    assert load_file(packed(tmp_path, "a.zip", {"a.3mf": inner}), unit=None).unit == "in"
 
 
 PLATE = ply_bytes(meshes.plate())

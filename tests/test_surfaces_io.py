@@ -180,12 +180,6 @@ def test_units_become_millimetres(tmp_path: Path, unit: str) -> None:
     np.testing.assert_allclose(surface.vertices, TETRAHEDRON)
 
 
-def test_flip_turns_the_winding(tmp_path: Path) -> None:
-    path = written(tmp_path, "part.off", OFF.encode())
-    as_is, flipped = load(path, unit="mm"), load(path, unit="mm", flip=True)
-    np.testing.assert_array_equal(flipped.faces, as_is.faces[:, ::-1])
-
-
 def test_a_missing_unit_is_answered_with_the_size_in_each(tmp_path: Path) -> None:
     with pytest.raises(UsageError) as caught:
         load(written(tmp_path, "part.stl", binary_stl()), unit=None)

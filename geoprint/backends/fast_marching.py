@@ -32,7 +32,7 @@ from geoprint.backends.seed_pieces import SeedPieces, seed_pieces
 from geoprint.backends.seed_windows import see_from_border, see_from_pieces, see_from_vertices
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
-from geoprint.surfaces import edge_lengths
+from geoprint.surfaces import edge_lengths, in_words
 
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
@@ -134,10 +134,10 @@ class FastMarching:
             )
         missed = np.flatnonzero(np.isinf(front.distances))
         if missed.size:
-            place = self._surface.vertices[missed[0]]
+            place = in_words(self._surface.vertices[missed[0]])
             raise FieldError(
                 f"{missed.size} of {front.distances.size} vertices of {self._surface.name} have no connection to the "
-                f"seed, the first at ({place[0]:.2f}, {place[1]:.2f}, {place[2]:.2f}) mm: give a seed on every part "
+                f"seed, the first at {place}: give a seed on every part "
                 "of the surface, or remove what is not wanted.",
                 vertex=int(missed[0]),
             )

@@ -20,6 +20,7 @@ import numpy as np
 
 from geoprint.backends.chart_lookup import holds, locate
 from geoprint.backends.continuation import Chart
+from geoprint.backends.distortion import local_scales
 from geoprint.backends.levels import level_distances
 from geoprint.backends.raster import DistanceImage, clipped, region_image, seed_image
 from geoprint.backends.resolution import linear_edge_length
@@ -27,7 +28,7 @@ from geoprint.backends.seam_chart import flattened
 from geoprint.backends.seam_joins import joined
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface, SurfaceCurves
-from geoprint.surfaces import boundary_half_edges, face_areas, half_edges, in_words, positions
+from geoprint.surfaces import boundary_half_edges, half_edges, in_words, positions
 
 # Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
 # than 2 GB.
@@ -223,21 +224,6 @@ def seed_segments(chart: Chart, seed: Seed) -> FloatArray:
     alone = first[first == last]
     begin, end = places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]
     return np.stack([begin, chart.continuation.nearest_images(end, to=begin)], axis=1)
-
-
-def local_scales(surface: Surface, flat: Surface) -> FloatArray:
-    """Return the (n,) length scale of a flat surface around each vertex: square root of flat area over surface area.
-
-    The triangles around a vertex are taken together, because a sliver alone, far thinner than a pixel, may be mapped
-    out of proportion without any harm. A vertex without triangles has scale 1.
-    """
-    count = len(surface.vertices)
-    on_surface, on_chart = (
-        np.bincount(surface.faces.ravel(), weights=np.repeat(face_areas(mesh), 3), minlength=count)
-        for mesh in (surface, flat)
-    )
-    used = on_surface > 0.0
-    return np.sqrt(np.where(used, on_chart, 1.0) / np.where(used, on_surface, 1.0))
 
 
 def _is_whole_border(surface: Surface, seed: Seed) -> bool:

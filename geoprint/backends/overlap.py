@@ -7,6 +7,7 @@ from scipy.spatial import KDTree
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.surfaces import in_words, triple
 
 # Chart triangles with less than this share of the mean chart area count as collapsed.
 COLLAPSED_SHARE = 1e-9
@@ -115,10 +116,9 @@ def _enclosed(polygon: FloatArray) -> float:
 
 
 def _overlap(what: str, place: FloatArray, count: int) -> FieldError:
-    x, y, z = place.tolist()
     return FieldError(
-        f"{what} in the chart, the first at ({x:.2f}, {y:.2f}, {z:.2f}) mm: the flattened part would overlap itself. "
+        f"{what} in the chart, the first at {in_words(place)}: the flattened part would overlap itself. "
         "Use `--backend heat`, or a smaller patch.",
-        place=(x, y, z),
+        place=triple(place),
         count=count,
     )

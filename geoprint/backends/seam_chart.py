@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 
 from geoprint.backends.chart import conformal_chart
 from geoprint.backends.conformal_map import PinnedMap, conformal_energy, turning_pull
@@ -19,6 +19,7 @@ from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, neste
 from geoprint.model import IntArray, Surface
 from geoprint.surfaces import (
     boundary_loops,
+    connected_nodes,
     cotangent_laplacian,
     describe,
     edge_lengths,
@@ -153,8 +154,7 @@ def _cut_along(surface: Surface, seam: IntArray) -> Surface:
     # The end of a half-edge is the corner at which its twin starts.
     after = whole - whole % 3 + (whole + 1) % 3
     size = len(keys)
-    graph = coo_array((np.ones(whole.size, dtype=np.int8), (after, other[whole])), shape=(size, size))
-    corner_class = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    corner_class = connected_nodes(after, other[whole], nodes=size)
     # The face of a half-edge that runs back along the seam lies on its right.
     order = np.argsort(keys)
     back = order[np.searchsorted(keys, right, sorter=order)]

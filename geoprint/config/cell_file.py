@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
-from geoprint.config.strict import Table, Triple
+from geoprint.config.strict import Rounds, Table, Triple
 from geoprint.model import LoadLimits, SignalMode
 from geoprint.motion.urdf import FLANGE_FRAME
 
@@ -143,7 +143,7 @@ class ProcessTable(Table):
     retract_mm: PositiveFloat
     layer_height_mm: PositiveFloat
     pressure_kpa: PositiveFloat | None = None
-    rounds: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    rounds: Rounds | None = None
 
     @model_validator(mode="after")
     def _lifts_clear(self) -> Self:
@@ -178,7 +178,7 @@ class GoodPrintTable(Table):
     """A print that worked."""
 
     pressure_kpa: PositiveFloat
-    rounds: Annotated[int, Field(ge=1, le=100_000)]
+    rounds: Rounds
 
 
 class SignalsTable(Table):

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, PositiveFloat, PositiveInt, model_validator
 
-from geoprint.config.strict import Table, Triple
+from geoprint.config.strict import Rounds, Table, Triple
 from geoprint.model import OnSlowdown
 
 # A line is sought between each two; what is drawn by hand has a few dozens.
@@ -79,7 +79,7 @@ class Job(Table):
     backend: str = "heat"
     resolution: PositiveInt | None = None
     spacing: Annotated[float, Field(ge=LEAST_SPACING)] | None = None
-    rounds: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    rounds: Rounds | None = None
     seed: Triple | None = None
     body: Path | None = None
     cell: Path | None = None

@@ -13,6 +13,8 @@ from geoprint.errors import UsageError
 
 # Three numbers: a place, or three angles.
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+# Rounds from the border to the farthest point.
+Rounds = Annotated[int, Field(ge=1, le=100_000)]
 
 
 # A job or a cell has a few kilobytes.

@@ -19,7 +19,6 @@ from geoprint.export.bundle import Json, json_bytes
 from geoprint.model import Cell, FloatArray, Placement
 
 Noun = TypeVar("Noun")
-SETUP = "setup.json"
 
 
 @final

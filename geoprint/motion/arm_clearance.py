@@ -36,7 +36,7 @@ from geoprint.motion.sweep import (
     step_parts,
 )
 from geoprint.motion.tool_solids import Solid, movements
-from geoprint.surfaces import in_words
+from geoprint.surfaces import in_words, triple
 
 # The base and the links 1 to 4, which the tool must not touch.
 LINKS_APART_FROM_TOOL = 5
@@ -264,7 +264,7 @@ def _too_close(
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),
-        place=tuple(placements.poses[worst.row, :3, 3].tolist()),
+        place=triple(placements.poses[worst.row, :3, 3]),
         distance=worst.distance,
         wanted=kept,
         travelling=placements.travelling(hits.rows),

@@ -26,7 +26,7 @@ from geoprint.motion.surroundings import Target, box_target, mesh_target
 from geoprint.motion.sweep import ALLOWANCE, Hits, Placements, find_hits
 from geoprint.motion.tip_zone import SMALLEST_ROOM, tip_rooms
 from geoprint.motion.tool_solids import Solid, tool_solids
-from geoprint.surfaces import in_words
+from geoprint.surfaces import in_words, triple
 
 # What no check looks at.
 NOT_CHECKED = (
@@ -259,7 +259,7 @@ def _check_sides(placements: Placements, world: CollisionWorld) -> None:
                 f"{target.name}; correct where the part stands, or which side of the surface is outside.",
                 solid=solid.name,
                 against=target.name,
-                place=tuple(tip.tolist()),
+                place=triple(tip),
             )
 
 
@@ -275,7 +275,7 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),
-        place=tuple(worst.tip.tolist()),
+        place=triple(worst.tip),
         distance=worst.distance,
         wanted=wanted,
         travelling=placements.travelling(hits.rows),
@@ -327,7 +327,7 @@ def _no_room(
         solid="needle's tip",
         against=target.name,
         run=int(placements.runs[row]),
-        place=tuple(tip.tolist()),
+        place=triple(tip),
         room=room,
         placements=short,
     )

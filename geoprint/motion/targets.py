@@ -58,9 +58,9 @@ def written_targets(
 
     Zones are 0 at stops, which are fine points, and at the first target of each run, to which whoever resumes there
     comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a neighbour in
-    the same place (a turn on the spot) has zone 0 as well. Speeds are those of the
-    process, or the mean speed of the tip on the way to the target where the trajectory is slower there: where joints
-    limit it, and where the way holds the ramp at a stop. The move to the first target has the travel speed.
+    the same place (a turn on the spot) has zone 0 as well. Speeds are those of the process, or the mean speed of the
+    tip on the way to the target where the trajectory is slower there: where joints limit it, and where the way holds
+    the ramp at a stop. The move to the first target has the travel speed.
 
     Args:
         joint_path: p poses.

@@ -1,4 +1,4 @@
-"""Where the stages meet: plan, compare, place, calibrate, and how their results land on disk."""
+"""Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
 from geoprint.pipeline.calibrating import (
     CalibratedFixture,

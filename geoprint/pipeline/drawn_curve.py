@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
@@ -18,15 +16,17 @@ from geoprint.quality.shortest_way import shortest_way
 from geoprint.surfaces import (
     SurfaceLine,
     closest,
+    connected_nodes,
     edge_faces,
+    edge_keys,
     edges,
     face_areas,
     half_edges,
     in_words,
     inscribed,
+    triple,
     with_vertex,
 )
-from geoprint.surfaces.places import triple
 
 CURVE_COLUMNS = ("x", "y", "z")
 
@@ -110,8 +110,8 @@ def _drawn(surface: Surface, corners: list[int]) -> tuple[Surface, IntArray, flo
 def _refuse_meeting(surface: Surface, line: SurfaceLine, chain: IntArray) -> None:
     """Refuse a line that meets those drawn before it anywhere but at its own ends."""
     count = len(surface.vertices)
-    drawn = np.sort(np.column_stack([chain[:-1], chain[1:]]), axis=1) @ np.array([count, 1])
-    crossed = np.sort(line.edges, axis=1) @ np.array([count, 1])
+    drawn = edge_keys(np.column_stack([chain[:-1], chain[1:]]), vertices=count)
+    crossed = edge_keys(line.edges, vertices=count)
     passes = (line.edges[:, 0] == line.edges[:, 1]) & np.isin(line.edges[:, 0], chain)
     # It starts where the last line ended, and the closing one ends where the first began.
     passes[0] = False
@@ -132,14 +132,11 @@ def _meeting(surface: Surface, place: FloatArray) -> InputError:
 def _sides(surface: Surface, chain: IntArray) -> tuple[BoolArray, BoolArray]:
     """Return (m,) which faces lie on the left and on the right of a closed chain of edges."""
     ends, beside = edges(surface.faces), edge_faces(surface.faces)
-    count, size = len(surface.vertices), len(surface.faces)
-    weights = np.array([count, 1])
-    following = np.roll(chain, -1)
-    drawn = np.sort(np.column_stack([chain, following]), axis=1) @ weights
-    joined: IntArray = beside[(beside[:, 1] >= 0) & ~np.isin(ends @ weights, drawn)]
-    graph = coo_array((np.ones(len(joined), dtype=np.int8), (joined[:, 0], joined[:, 1])), shape=(size, size))
-    labels = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
-    halves = half_edges(surface.faces) @ weights
+    count, following = len(surface.vertices), np.roll(chain, -1)
+    drawn = edge_keys(np.column_stack([chain, following]), vertices=count)
+    joined = beside[(beside[:, 1] >= 0) & ~np.isin(edge_keys(ends, vertices=count), drawn)]
+    labels = connected_nodes(*joined.T, nodes=len(surface.faces))
+    halves = half_edges(surface.faces) @ np.array([count, 1])
     on_left = np.unique(labels[np.flatnonzero(np.isin(halves, chain * count + following)) // 3])
     on_right = np.unique(labels[np.flatnonzero(np.isin(halves, following * count + chain)) // 3])
     if np.intersect1d(on_left, on_right).size or min(on_left.size, on_right.size) == 0:

@@ -26,6 +26,7 @@ from geoprint.surfaces import (
     suggested_unit,
     unit_hint,
 )
+from geoprint.surfaces.regions import LONGEST_NAME
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4
@@ -33,7 +34,6 @@ TRIAL_LEVELS = 4
 TRIAL_FACES = 100_000
 # Regions that a person reads; more are in the JSON.
 MOST_REGIONS = 30
-LONGEST_NAME = 60
 NOT_TRIED = "not tried"
 POSSIBLE = "yes"
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import MeshError
 from geoprint.model import Surface
-from geoprint.surfaces import boundary_half_edges, closest, face_areas, face_normals, prepare
+from geoprint.surfaces import boundary_half_edges, closest, face_areas, face_normals, prepare, turned_over
 
 # The body tells the side where at least this share of the part's area agrees; between, it tells nothing.
 TELLING_SHARE = 0.9
@@ -60,9 +60,8 @@ def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Su
     share = f"{1 - agreeing:.0%} of it faces into {name}"
     if agreeing > 1 - TELLING_SHARE or flip:
         return part, Side(source, flip, agreeing, f"printed on {told}, but {share}: check the side.")
-    turned = replace(part, faces=part.faces[:, ::-1])
     sentence = f"turned: as the file is wound, {share}; printed on the other side."
-    return turned, Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
+    return turned_over(part), Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
 
 
 def _agreeing(part: Surface, body: Surface) -> float | None:

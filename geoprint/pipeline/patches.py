@@ -35,6 +35,7 @@ from geoprint.surfaces import (
     region_faces,
     signed_volume,
     trimmed,
+    turned_over,
     vertex_normals,
 )
 from geoprint.surfaces.topology import used_vertices
@@ -133,7 +134,7 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
     if region is not None and choice.radius is None and choice.curve is None:
         # Nothing is measured beyond the region, so that only the region must be sound.
         joined, region = join(region), None
-        near = _turned(joined.surface) if turned else joined.surface
+        near = turned_over(joined.surface) if turned else joined.surface
     centre, curve, missed = _on_body(near, choice)
     near = _surroundings(near, centre=centre, curve=curve, radius=choice.radius)
     part, before = prepare(near, longest_hole=longest_hole)
@@ -217,11 +218,7 @@ def _facing_outward(joined: Surface, *, at: FloatArray | None) -> tuple[Surface,
         return whole, "as the file winds it", False
     if signed_volume(whole) > 0:
         return whole, "away from the inside of the closed body", False
-    return _turned(whole), "away from the inside of the closed body, against the file's winding", True
-
-
-def _turned(surface: Surface) -> Surface:
-    return replace(surface, faces=surface.faces[:, ::-1])
+    return turned_over(whole), "away from the inside of the closed body, against the file's winding", True
 
 
 def _faces_of(body: Surface, chosen: IntArray) -> Surface:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
@@ -14,7 +14,7 @@ from geoprint.backends import BACKENDS, BackendFactory, Piecewise
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export import check_cell
-from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
+from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, TouchedPoints
 from geoprint.motion import (
     Arm,
     FixtureCalibration,
@@ -41,6 +41,7 @@ from geoprint.surfaces import (
     pieces,
     point_seed,
     refine,
+    turned_over,
     united,
     vertex_normals,
 )
@@ -121,7 +122,8 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         body = prepared.body if job.body is None else _body(prepared.surface, load(job.body, unit=job.unit))
         # Only now: the readers refuse what would never end, as a pipe or a device.
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
-        part, side = printed_side(_flipped(job, prepared.surface), body, flip=job.flip)
+        asked = turned_over(prepared.surface) if job.flip else prepared.surface
+        part, side = printed_side(asked, body, flip=job.flip)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
         spacing = _wanted_spacing(job, part)
@@ -187,22 +189,25 @@ def upright(workpiece: Workpiece) -> FloatArray:
 
 def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
-    if job.robot and job.place is None and cell.fixture is None:
+    if not job.robot:
+        return
+    if job.place is None:
+        _fixture(cell)
+    check_cell(cell)
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    require_abb_conventions(arm)
+    check_load(cell.tool, arm)
+
+
+def _fixture(cell: Cell) -> TouchedPoints:
+    """Return the touched points of a calibrated cell."""
+    if cell.fixture is None:
         raise UsageError(
             f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: touch four or more points "
             "of its fixture with the tool (`geoprint calibrate` fits them), or add `--place demo` for a program that "
             "only runs dry, or `--no-robot` for the path alone."
         )
-    if job.robot:
-        check_cell(cell)
-        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-        require_abb_conventions(arm)
-        check_load(cell.tool, arm)
-
-
-def _flipped(job: Job, part: Surface) -> Surface:
-    """Return the part on the side that the job asks for."""
-    return replace(part, faces=part.faces[:, ::-1]) if job.flip else part
+    return cell.fixture
 
 
 def _sha256(path: Path) -> str:
@@ -231,9 +236,7 @@ def _placement(job: Job, cell: Cell, part: Surface) -> tuple[Placement | None, U
         return None, None
     if job.place == "demo":
         return demo_placement(part, position=cell.demo_position, rotation=cell.demo_rotation), None
-    if cell.fixture is None:
-        raise UsageError(f"the cell {cell.name} is not calibrated.")
-    calibration = calibrate_fixture(cell.fixture)
+    calibration = calibrate_fixture(_fixture(cell))
     uncertainty = surface_uncertainty(calibration, part)
     refuse_uncertain(uncertainty, standoff=cell.process.standoff, part=part.name)
     return calibration.placement, uncertainty

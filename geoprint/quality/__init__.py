@@ -1,4 +1,7 @@
-"""How even a toolpath is, measured on the path itself and not on any backend's field."""
+"""How even a toolpath is, measured on the path itself and not on any backend's field.
+
+The exact distance over the triangles that this takes gives the shortest line between two places too (`shortest_way`).
+"""
 
 from geoprint.quality.agreement import Agreement, agreement
 from geoprint.quality.thickness import LevelledLayer, Thickness

@@ -1,4 +1,7 @@
-"""A mesh worth planning on: reading, preparing, topology, operators, points on it, seeds and refinement."""
+"""A mesh worth planning on: reading, preparing, cutting and remeshing it, its topology and operators, points on it.
+
+What lies on it or is made of it is here too: seeds, lines, pieces, and how far two surfaces lie apart.
+"""
 
 from geoprint.surfaces.clipping import clipped, faces_within, part_of, piece_at
 from geoprint.surfaces.contraction import contracted, trimmed
@@ -13,7 +16,6 @@ from geoprint.surfaces.io import (
     likely_unit,
     load,
     load_file,
-    load_with_unit,
     ply_bytes,
     save_ply,
     suggested_unit,
@@ -29,10 +31,11 @@ from geoprint.surfaces.operators import (
     lumped_mass,
     mean_normal,
     smallest_angles,
+    sum_around_vertices,
     vertex_normals,
 )
 from geoprint.surfaces.pieces import Piece, all_curves, middle_of, pieces, some_curves, united
-from geoprint.surfaces.places import in_words
+from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.points import closest, normals, positions, vertex_points
 from geoprint.surfaces.polylines import PolylineDistance, arc_lengths, even_points
 from geoprint.surfaces.refine import refine
@@ -45,12 +48,15 @@ from geoprint.surfaces.topology import (
     boundary_half_edges,
     boundary_loops,
     component_labels,
+    connected_nodes,
     describe,
     edge_faces,
+    edge_keys,
     edges,
     euler_characteristic,
     half_edges,
     numbered_edges,
+    turned_over,
     twins,
 )
 
@@ -75,6 +81,7 @@ __all__ = [
     "clipped",
     "closest",
     "component_labels",
+    "connected_nodes",
     "contracted",
     "cotangent_laplacian",
     "decimate",
@@ -82,6 +89,7 @@ __all__ = [
     "deviation",
     "divergence",
     "edge_faces",
+    "edge_keys",
     "edge_lengths",
     "edges",
     "euler_characteristic",
@@ -98,7 +106,6 @@ __all__ = [
     "likely_unit",
     "load",
     "load_file",
-    "load_with_unit",
     "lumped_mass",
     "mean_normal",
     "middle_of",
@@ -120,7 +127,10 @@ __all__ = [
     "smooth",
     "some_curves",
     "suggested_unit",
+    "sum_around_vertices",
     "trimmed",
+    "triple",
+    "turned_over",
     "twins",
     "unit_hint",
     "united",

@@ -6,6 +6,7 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.surfaces.operators import doubled_area_vectors
 from geoprint.surfaces.points import closest
 from geoprint.surfaces.topology import component_labels, edges, used_vertices
 
@@ -123,7 +124,7 @@ def _snapped(carried: FloatArray, faces: IntArray, column: int) -> FloatArray:
 def _least_heights(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Return the (n,) smallest distance of each vertex from the line through the far side of one of its faces."""
     corners = vertices[faces]
-    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    doubled = np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1)
     far = np.linalg.norm(corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]], axis=2)
     heights = doubled[:, None] / np.maximum(far, np.finfo(np.float64).tiny)
     least = np.full(len(vertices), np.inf)

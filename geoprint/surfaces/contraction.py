@@ -6,7 +6,7 @@ import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.clipping import part_of
-from geoprint.surfaces.operators import edge_lengths, face_areas
+from geoprint.surfaces.operators import doubled_area_vectors, edge_lengths, face_areas
 from geoprint.surfaces.topology import boundary_half_edges, edges, half_edges, used_vertices
 
 # Edges below this share of the median are contracted: twice the distance at which rim vertices count as one, so that
@@ -119,8 +119,7 @@ def _may_go(corners: list[list[int]], around: dict[int, set[int]], kept: int, lo
 
 def _turns_over(vertices: FloatArray, before: IntArray, after: IntArray) -> bool:
     """Return whether one of (k, 3) faces would point the other way, or nowhere, with other corners."""
-    a, b = vertices[before], vertices[after]
-    old, new = np.cross(a[:, 1] - a[:, 0], a[:, 2] - a[:, 0]), np.cross(b[:, 1] - b[:, 0], b[:, 2] - b[:, 0])
+    old, new = (doubled_area_vectors(vertices, faces) for faces in (before, after))
     return bool((np.einsum("kx,kx->k", old, new) <= 0.0).any())
 
 

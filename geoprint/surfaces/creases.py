@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.operators import face_normals
-from geoprint.surfaces.topology import boundary_loops, half_edges, twins, used_vertices
+from geoprint.surfaces.topology import boundary_loops, connected_nodes, half_edges, twins, used_vertices
 
 # Faces whose normals differ by more meet in a crease, and a curve that turns by more has a corner [rad]: smooth scans
 # of hearts bend less from face to face, machined edges more.
@@ -79,9 +77,7 @@ def edges_alone(surface: Surface, sides: BoolArray) -> Surface:
 
 def _large(vertices: FloatArray, sides: IntArray, sharp: BoolArray, *, shortest: float) -> BoolArray:
     """Return which sharp edges belong to a connected set of them that is large enough."""
-    shape = (len(vertices), len(vertices))
-    graph = coo_array((np.ones(int(sharp.sum()), dtype=np.int8), tuple(sides[sharp].T)), shape=shape)
-    labels = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    labels = connected_nodes(*sides[sharp].T, nodes=len(vertices))
     count = int(labels.max(initial=-1)) + 1
     lowest, highest = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(lowest, labels, vertices)

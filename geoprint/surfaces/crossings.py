@@ -1,8 +1,8 @@
 """Where a surface passes through itself: pairs of triangles that cross or lie on each other.
 
 No well-kept library with a free licence finds them (CGAL's and PyMeshLab's are GPL, Open3D compares every pair), so
-they are found here: a tree of boxes over the triangles in Morton order [Karras2012] gives the candidates, and two
-triangles cross where an edge of one passes through the other [Moeller1997].
+they are found here: a tree of boxes over the triangles in Morton order [Lauterbach2009] gives the candidates, and two
+triangles cross where an edge of one passes through the other.
 """
 
 from __future__ import annotations

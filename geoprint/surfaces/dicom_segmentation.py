@@ -16,6 +16,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.conversion import missing
+from geoprint.surfaces.regions import LONGEST_NAME, printable
 from geoprint.surfaces.volume_formats import LabelVolume, checked_shape
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def _check_syntax(data: bytes, *, name: str) -> None:
     syntax = UID(str(header.get("TransferSyntaxUID", "")))
     if syntax not in PLAIN:
         raise InputError(
-            f"`{name}` is stored as {_printable(syntax.name) or 'an unknown transfer syntax'}, only uncompressed "
+            f"`{name}` is stored as {_shown(syntax.name) or 'an unknown transfer syntax'}, only uncompressed "
             "little endian files are read; export it so, or convert it with `dcmconv +te` or `gdcmconv --raw`."
         )
 
@@ -107,13 +108,13 @@ def _check_kind(content: Dataset, *, name: str) -> None:
     kind = UID(str(content.get("SOPClassUID", "")))
     if kind != SEGMENTATION:
         raise InputError(
-            f"`{name}` is a DICOM file of the kind {_printable(kind.name) or 'unknown'}, only segmentations "
+            f"`{name}` is a DICOM file of the kind {_shown(kind.name) or 'unknown'}, only segmentations "
             "(Segmentation Storage) hold labels; export the segmentation, not the images."
         )
     segmentation = str(content.get("SegmentationType", "unknown"))
     if segmentation != "BINARY" or int(content.get("BitsAllocated", 0)) != 1:
         raise InputError(
-            f"`{name}` is a segmentation of the type {_printable(segmentation)}, whose voxels are no plain yes or no; "
+            f"`{name}` is a segmentation of the type {_shown(segmentation)}, whose voxels are no plain yes or no; "
             "export it as BINARY, or as NIfTI with the border where you want it."
         )
 
@@ -222,10 +223,11 @@ def _frame(packed: bytes, frame: int, *, size: int) -> NDArray[np.bool_]:
 def _names(content: Dataset) -> dict[int, str]:
     """Return what the segments are called."""
     return {
-        int(segment.SegmentNumber): _printable(str(segment.get("SegmentLabel", "")))
+        int(segment.SegmentNumber): _shown(str(segment.get("SegmentLabel", "")))
         for segment in content.get("SegmentSequence", [])
     }
 
 
-def _printable(text: str) -> str:
-    return "".join(sign for sign in text if sign.isprintable())[:64]
+def _shown(text: str) -> str:
+    """Return what messages show of a text from the file."""
+    return printable(text)[:LONGEST_NAME]

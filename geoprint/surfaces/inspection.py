@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
@@ -18,6 +16,7 @@ from geoprint.surfaces.places import triple
 from geoprint.surfaces.repair import PreparationReport, join, repair
 from geoprint.surfaces.topology import (
     component_labels,
+    connected_nodes,
     face_counts,
     half_edges,
     numbered_edges,
@@ -161,7 +160,7 @@ def _rims(surface: Surface, side_edge: IntArray) -> tuple[Rim, ...]:
     if len(rim) == 0:
         return ()
     lengths = np.linalg.norm(surface.vertices[rim[:, 1]] - surface.vertices[rim[:, 0]], axis=1)
-    piece = _labels(rim[:, 0], rim[:, 1], nodes=len(surface.vertices))[rim[:, 0]]
+    piece = connected_nodes(rim[:, 0], rim[:, 1], nodes=len(surface.vertices))[rim[:, 0]]
     _, first, label = np.unique(piece, return_index=True, return_inverse=True)
     counts, totals = np.bincount(label), np.bincount(label, lengths)
     rims = [
@@ -182,7 +181,7 @@ def _touching_fans(surface: Surface, side_edge: IntArray) -> Finding:
     agree = corners[here] == corners[there]
     rows = np.concatenate([here, ahead])
     columns = np.concatenate([np.where(agree, there, beyond), np.where(agree, beyond, there)])
-    fans = _labels(rows, columns, nodes=corners.size)
+    fans = connected_nodes(rows, columns, nodes=corners.size)
     _, first = np.unique(fans, return_index=True)
     return _finding(surface.vertices[np.flatnonzero(np.bincount(corners[first]) > 1)])
 
@@ -208,9 +207,3 @@ def _slivers(surface: Surface) -> FloatArray:
 def _crossings(surface: Surface, *, depth: float) -> tuple[Finding, bool]:
     found = crossings(surface, depth=depth)
     return _finding(surface.vertices[surface.faces[found.pairs[:, 0]]].mean(axis=1)), found.complete
-
-
-def _labels(rows: IntArray, columns: IntArray, *, nodes: int) -> IntArray:
-    """Return the component of each node of a graph."""
-    graph = coo_array((np.ones(rows.size, dtype=np.int8), (rows, columns)), shape=(nodes, nodes))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

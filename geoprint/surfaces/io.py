@@ -44,18 +44,12 @@ class Loaded:
     regions: Regions
 
 
-def load(path: Path, *, unit: str | None, flip: bool = False) -> Surface:
+def load(path: Path, *, unit: str | None) -> Surface:
     """Return the surface of `load_file`."""
-    return load_file(path, unit=unit, flip=flip).surface
+    return load_file(path, unit=unit).surface
 
 
-def load_with_unit(path: Path, *, unit: str | None, flip: bool = False) -> tuple[Surface, str]:
-    """Return the surface of `load_file`, and the unit of the file."""
-    loaded = load_file(path, unit=unit, flip=flip)
-    return loaded.surface, loaded.unit
-
-
-def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | None = None) -> Loaded:
+def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Loaded:
     """Read a mesh file, or make a mesh of what it holds, and turn its coordinates into mm.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
@@ -65,7 +59,6 @@ def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | 
         path: of one of `formats.SUFFIXES`.
         unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
             carry no unit, None is answered by an error that shows what the size would be in each.
-        flip: whether to turn the winding, where the file's says inside what is outside.
         label: of a label volume, which one is meant.
 
     Returns:
@@ -92,8 +85,7 @@ def load_file(path: Path, *, unit: str | None, flip: bool = False, label: int | 
         raise UsageError(_missing_unit(path.name, extents))
     _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
     _check_resolution(path.name, used * UNITS[unit])
-    wound = faces[:, ::-1] if flip else faces
-    surface = Surface(vertices=vertices * UNITS[unit], faces=wound, name=path.name)
+    surface = Surface(vertices=vertices * UNITS[unit], faces=faces, name=path.name)
     return Loaded(surface, unit, file.notes, file.regions)
 
 

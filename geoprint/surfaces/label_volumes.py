@@ -20,6 +20,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.conversion import Conversion, missing
 from geoprint.surfaces.dicom_segmentation import read_dicom
 from geoprint.surfaces.repair import signed_volume
+from geoprint.surfaces.topology import turned_over
 from geoprint.surfaces.volume_formats import LabelVolume, read_nifti, read_nrrd
 
 if TYPE_CHECKING:
@@ -227,7 +228,7 @@ def _enclosed(smooth: _Field, affine: FloatArray, *, level: float) -> tuple[Surf
     surface = Surface(vertices=vertices.astype(np.float64), faces=faces.astype(np.int64))
     volume = signed_volume(surface)
     if volume < 0:
-        return Surface(vertices=surface.vertices, faces=surface.faces[:, ::-1]), -volume
+        return turned_over(surface), -volume
     return surface, volume
 
 

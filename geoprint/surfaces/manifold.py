@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from geoprint.errors import MeshError
 from geoprint.model import BoolArray, IntArray, Surface
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import (
+    connected_nodes,
     face_counts,
     half_edges,
     numbered_edges,
@@ -58,7 +57,7 @@ def turned_faces(surface: Surface) -> BoolArray:
     here, there = half // 3, other[half] // 3
     rows = np.concatenate([here, here + count])
     columns = np.concatenate([np.where(agree, there, there + count), np.where(agree, there + count, there)])
-    sheets = _components(rows, columns, nodes=2 * count)
+    sheets = connected_nodes(rows, columns, nodes=2 * count)
     as_is, turned = sheets[:count], sheets[count:]
     if (as_is == turned).any():
         place = surface.vertices[surface.faces[np.argmax(as_is == turned), 0]]
@@ -87,7 +86,7 @@ def split_vertices(surface: Surface) -> Surface:
     half = np.flatnonzero(other >= 0)
     # The start of a half-edge is the end of its twin: these two corners are next to each other at that vertex.
     touching = 3 * (other[half] // 3) + (other[half] % 3 + 1) % 3
-    fans = _components(half, touching, nodes=3 * len(surface.faces))
+    fans = connected_nodes(half, touching, nodes=3 * len(surface.faces))
     vertex_of_fan = np.empty(int(fans.max()) + 1, dtype=np.int64)
     vertex_of_fan[fans] = surface.faces.ravel()
     first = np.zeros(len(surface.vertices), dtype=np.int64)
@@ -121,9 +120,3 @@ def check_connected(surface: Surface, labels: IntArray) -> None:
             pieces=int(sizes.size),
             place=triple(place),
         )
-
-
-def _components(rows: IntArray, columns: IntArray, *, nodes: int) -> IntArray:
-    """Return the component of each node of a graph, numbered by first node."""
-    graph = coo_array((np.ones(rows.size, dtype=np.int8), (rows, columns)), shape=(nodes, nodes))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -11,13 +11,24 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from geoprint.errors import MeshError
-from geoprint.model import FloatArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces.topology import edges
+
+
+def doubled_area_vectors(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Return (m, 3) normals whose lengths are twice the faces' areas, on the side seen counter-clockwise.
+
+    Args:
+        vertices: (n, 3) positions.
+        faces: (m, 3); a face without area has a zero normal.
+    """
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    return np.cross(b - a, c - a)
 
 
 def face_areas(surface: Surface) -> FloatArray:
     """Return the (m,) area [mm2] of every face."""
-    return np.linalg.norm(_doubled_area_vectors(surface), axis=1) / 2
+    return np.linalg.norm(doubled_area_vectors(surface.vertices, surface.faces), axis=1) / 2
 
 
 def face_normals(surface: Surface) -> FloatArray:
@@ -26,7 +37,7 @@ def face_normals(surface: Surface) -> FloatArray:
     Raises:
         MeshError: a face has no area, and so no normal.
     """
-    doubled = _doubled_area_vectors(surface)
+    doubled = doubled_area_vectors(surface.vertices, surface.faces)
     return doubled / _positive_lengths(doubled, surface)[:, None]
 
 
@@ -36,8 +47,8 @@ def vertex_normals(surface: Surface) -> FloatArray:
     Raises:
         MeshError: the mean vanishes somewhere: a vertex without faces, or faces folded back on each other.
     """
-    doubled = np.repeat(_doubled_area_vectors(surface), 3, axis=0)
-    total = np.column_stack([_sum_at_corners(surface, doubled[:, axis]) for axis in range(3)])
+    doubled = doubled_area_vectors(surface.vertices, surface.faces)
+    total = np.column_stack([sum_around_vertices(surface, doubled[:, axis]) for axis in range(3)])
     lengths = np.linalg.norm(total, axis=1)
     if not lengths.all():
         vertex = int(np.argmin(lengths))
@@ -54,7 +65,7 @@ def mean_normal(surface: Surface) -> FloatArray:
 
     Its length says how flat the part is: 1 for a plane, 1/2 for a hemisphere, 0 for a closed surface.
     """
-    doubled = _doubled_area_vectors(surface)
+    doubled = doubled_area_vectors(surface.vertices, surface.faces)
     return doubled.sum(axis=0) / np.linalg.norm(doubled, axis=1).sum()
 
 
@@ -102,8 +113,12 @@ def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
 
 def lumped_mass(surface: Surface) -> FloatArray:
     """Return the (n,) area [mm2] of each vertex: a third of the area of every face around it."""
-    thirds = np.repeat(face_areas(surface) / 3, 3)
-    return _sum_at_corners(surface, thirds)
+    return sum_around_vertices(surface, face_areas(surface) / 3)
+
+
+def sum_around_vertices(surface: Surface, values: FloatArray) -> FloatArray:
+    """Return the (n,) sum over the faces around each vertex of (m,) values of faces."""
+    return _sum_at_corners(surface, np.repeat(values, 3))
 
 
 def gradient(surface: Surface, values: FloatArray) -> FloatArray:
@@ -147,12 +162,6 @@ def _sum_at_corners(surface: Surface, values: FloatArray) -> FloatArray:
     return np.bincount(surface.faces.ravel(), values, minlength=len(surface.vertices)).astype(np.float64)
 
 
-def _doubled_area_vectors(surface: Surface) -> FloatArray:
-    """Return (m, 3) outward normals whose lengths are twice the faces' areas."""
-    a, b, c = (surface.vertices[surface.faces[:, corner]] for corner in range(3))
-    return np.cross(b - a, c - a)
-
-
 def _opposite_sides(surface: Surface) -> FloatArray:
     """Return (m, 3, 3) the side opposite to each corner, counter-clockwise: from corner i + 1 to corner i + 2."""
     corners = surface.vertices[surface.faces]
@@ -161,7 +170,7 @@ def _opposite_sides(surface: Surface) -> FloatArray:
 
 def _hat_gradients(surface: Surface) -> FloatArray:
     """Return (m, 3, 3) the gradient of each corner's hat function [1/mm]."""
-    doubled = _doubled_area_vectors(surface)
+    doubled = doubled_area_vectors(surface.vertices, surface.faces)
     squares = _positive_lengths(doubled, surface) ** 2
     return np.cross(doubled[:, None, :], _opposite_sides(surface)) / squares[:, None, None]
 
@@ -169,7 +178,7 @@ def _hat_gradients(surface: Surface) -> FloatArray:
 def _cotangents(surface: Surface) -> FloatArray:
     """Return (m, 3) the cotangent of the angle at each corner."""
     sides = _opposite_sides(surface)
-    doubled = _positive_lengths(_doubled_area_vectors(surface), surface)
+    doubled = _positive_lengths(doubled_area_vectors(surface.vertices, surface.faces), surface)
     return -np.einsum("mcx,mcx->mc", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]]) / doubled[:, None]
 
 

@@ -81,8 +81,9 @@ def vertex_points(surface: Surface, vertices: IntArray) -> SurfacePoints:
 def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArray]:
     """Return the closest points of a surface, exact up to rounding.
 
-    Triangles are sought by their centres in one k-d tree for each class of sizes. A point is settled once the next
-    centre is farther than the best distance plus the largest radius of the class: no triangle beyond can be closer.
+    Triangles are sought by their centres in one k-d tree for each class of sizes; those whose centre is farther than
+    the best distance plus their own radius are left out. A point is settled once the next centre is farther than the
+    best distance plus the largest radius of the class: no triangle beyond can be closer.
 
     Args:
         surface: m faces.
@@ -97,8 +98,8 @@ def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArra
     if xyz.ndim != 2 or xyz.shape[1] != 3 or not np.isfinite(xyz).all():
         raise InputError(f"closest points need finite positions of shape (k, 3), found shape {xyz.shape}.")
     search = _Search(surface, xyz)
-    for members, centres, radius in _size_classes(surface):
-        search.among(members, centres, radius)
+    for members, centres, radii in _size_classes(surface):
+        search.among(members, centres, radii)
     weights = np.clip(search.weights, 0.0, 1.0)
     weights /= weights.sum(axis=1, keepdims=True)
     return SurfacePoints(faces=search.faces, weights=weights), np.sqrt(search.squares)
@@ -114,9 +115,9 @@ class _Search:
         self.weights = np.tile([1.0, 0.0, 0.0], (len(xyz), 1))
         self.squares = np.full(len(xyz), np.inf)
 
-    def among(self, members: IntArray, centres: FloatArray, radius: float) -> None:
-        """Improve the best by the triangles `members`, none of which reaches farther than radius from its centre."""
-        tree = KDTree(centres)
+    def among(self, members: IntArray, centres: FloatArray, radii: FloatArray) -> None:
+        """Improve the best by the triangles `members`, which reach as far from their centres as their radii."""
+        tree, radius = KDTree(centres), float(radii.max())
         open_points = np.arange(len(self.xyz))
         seen, wanted = 0, min(FIRST_CANDIDATES, len(members))
         while open_points.size and seen < len(members):
@@ -125,22 +126,24 @@ class _Search:
             for first in range(0, open_points.size, step):
                 block = open_points[first : first + step]
                 ranks = np.arange(seen + 1, wanted + 1)
-                distances, found = tree.query(self.xyz[block], k=ranks)
-                self._improve(block, members[np.asarray(found, dtype=np.int64)])
-                reach[first : first + step] = np.asarray(distances)[:, -1]
+                answer = tree.query(self.xyz[block], k=ranks)
+                distances, found = np.asarray(answer[0]), np.asarray(answer[1], dtype=np.int64)
+                # The triangle of the nearest centre comes first: it rules out most of the others.
+                for tried in (slice(0, 1), slice(1, None)):
+                    near = distances[:, tried] - radii[found[:, tried]] < np.sqrt(self.squares[block])[:, None]
+                    self._improve(block[np.nonzero(near)[0]], members[found[:, tried][near]])
+                reach[first : first + step] = distances[:, -1]
             open_points = open_points[reach - radius < np.sqrt(self.squares[open_points])]
             seen, wanted = wanted, min(2 * wanted, len(members))
 
-    def _improve(self, block: IntArray, candidates: IntArray) -> None:
-        """Set the best of the points `block` (b,) given (b, w) candidate faces."""
-        width = candidates.shape[1]
-        flat = candidates.ravel()
-        points = np.repeat(self.xyz[block], width, axis=0)
-        weights, squares = closest_in_triangles(points, self.corners[flat])
-        best = np.argmin(squares.reshape(-1, width), axis=1) + np.arange(len(block)) * width
-        closer = squares[best] < self.squares[block]
-        rows, picks = block[closer], best[closer]
-        self.faces[rows], self.weights[rows], self.squares[rows] = flat[picks], weights[picks], squares[picks]
+    def _improve(self, points: IntArray, candidates: IntArray) -> None:
+        """Set the best of points given (p,) points, each as often as it has candidate faces, and (p,) these faces."""
+        weights, squares = closest_in_triangles(self.xyz[points], self.corners[candidates])
+        order = np.lexsort((squares, points))
+        best = order[np.diff(points[order], prepend=-1) != 0]
+        best = best[squares[best] < self.squares[points[best]]]
+        rows = points[best]
+        self.faces[rows], self.weights[rows], self.squares[rows] = candidates[best], weights[best], squares[best]
 
 
 def closest_in_triangles(points: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -186,15 +189,15 @@ def _perpendicular_feet(points: FloatArray, corners: FloatArray) -> tuple[FloatA
     return weights, (square > 0) & (weights >= 0.0).all(axis=1)
 
 
-def _size_classes(surface: Surface) -> list[tuple[IntArray, FloatArray, float]]:
-    """Return members, centres and largest radius of each class of similarly large triangles, the smallest first."""
+def _size_classes(surface: Surface) -> list[tuple[IntArray, FloatArray, FloatArray]]:
+    """Return members, centres and radii of each class of similarly large triangles, the smallest first."""
     corners = surface.vertices[surface.faces]
     centres = corners.mean(axis=1)
     radii = np.linalg.norm(corners - centres[:, None, :], axis=2).max(axis=1)
     floor = max(float(radii.max()), np.finfo(np.float64).tiny) * np.finfo(np.float64).eps
     classes = np.floor(np.log(np.maximum(radii, floor)) / np.log(SIZE_CLASS_FACTOR)).astype(np.int64)
     groups = [np.flatnonzero(classes == size) for size in np.unique(classes)]
-    return [(members, centres[members], float(radii[members].max())) for members in groups]
+    return [(members, centres[members], radii[members]) for members in groups]
 
 
 def _corner_vertices(surface: Surface, points: SurfacePoints) -> IntArray:

@@ -10,7 +10,7 @@ from geoprint.errors import InputError, ResourceError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.flips import flipped_inside
 from geoprint.surfaces.operators import face_areas
-from geoprint.surfaces.topology import half_edges
+from geoprint.surfaces.topology import half_edges, numbered_pairs
 
 # Faces of the largest mesh that is worth planning on: a million take the heat method about 1.4 GB.
 FACE_LIMIT = 5_000_000
@@ -59,7 +59,7 @@ def refine(surface: Surface, *, edge_length: float) -> Surface:
         long = _long_sides(vertices, faces, bound=bound)
         if not long.size:
             return Surface(vertices=vertices, faces=faces, name=surface.name)
-        ends, edge = _numbered(half_edges(faces)[long])
+        ends, edge = numbered_pairs(half_edges(faces)[long])
         halved = ~_waiting_edges(edge, parents[long // 3], thin)
         midpoint = np.full(faces.size, -1)
         midpoint[long] = np.where(halved, len(vertices) + np.cumsum(halved) - 1, -1)[edge]
@@ -77,14 +77,6 @@ def _long_sides(vertices: FloatArray, faces: IntArray, *, bound: float) -> IntAr
     corners = vertices[faces]
     along = (np.roll(corners, -1, axis=1) - corners).reshape(-1, 3)
     return np.flatnonzero(np.einsum("kx,kx->k", along, along) > bound**2)
-
-
-def _numbered(sides: IntArray) -> tuple[IntArray, IntArray]:
-    """Return the (e, 2) edges of (k, 2) sides once, the smaller vertex first, and the (k,) edge of each side."""
-    ordered = np.sort(sides, axis=1)
-    base = int(ordered.max(initial=0)) + 1
-    keys, edge = np.unique(ordered[:, 0] * base + ordered[:, 1], return_inverse=True)
-    return np.column_stack(np.divmod(keys, base)), edge
 
 
 def _thin_faces(surface: Surface) -> BoolArray:

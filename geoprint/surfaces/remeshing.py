@@ -17,7 +17,13 @@ import numpy as np
 from geoprint.errors import InputError, ResourceError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.creases import INSIDE, ON_CREASE, ON_RIM, creases, edges_alone
-from geoprint.surfaces.operators import face_areas, face_normals, vertex_normals
+from geoprint.surfaces.operators import (
+    doubled_area_vectors,
+    face_areas,
+    face_normals,
+    sum_around_vertices,
+    vertex_normals,
+)
 from geoprint.surfaces.points import closest, positions
 from geoprint.surfaces.refine import FACE_LIMIT, FACES_PER_SQUARE
 from geoprint.surfaces.remeshing_kernels import LEAST_COSINE, collapse, flip, split
@@ -182,10 +188,8 @@ def _centroids(surface: Surface) -> FloatArray:
     """Return the (n, 3) area-weighted mean of the centroids of the faces around each vertex."""
     areas = face_areas(surface)
     weighted = areas[:, None] * surface.vertices[surface.faces].mean(axis=1)
-    corners, count = surface.faces.ravel(), len(surface.vertices)
-    total = np.bincount(corners, np.repeat(areas, 3), minlength=count)
-    sums = np.column_stack([np.bincount(corners, np.repeat(weighted[:, i], 3), minlength=count) for i in range(3)])
-    return sums / total[:, None]
+    sums = np.column_stack([sum_around_vertices(surface, weighted[:, axis]) for axis in range(3)])
+    return sums / sum_around_vertices(surface, areas)[:, None]
 
 
 def _between_neighbours(mesh: _Mesh) -> FloatArray:
@@ -199,10 +203,10 @@ def _between_neighbours(mesh: _Mesh) -> FloatArray:
 
 def _without_turns(before: Surface, wanted: FloatArray) -> FloatArray:
     """Return new positions of the vertices, the old ones wherever a face would turn far otherwise."""
-    vertices, old = wanted.copy(), _area_vectors(before.vertices, before.faces)
+    vertices, old = wanted.copy(), doubled_area_vectors(before.vertices, before.faces)
     lengths = np.linalg.norm(old, axis=1)
     while True:
-        new = _area_vectors(vertices, before.faces)
+        new = doubled_area_vectors(vertices, before.faces)
         cosines = np.einsum("mx,mx->m", old, new)
         # A face back where it was passes for certain.
         turned = cosines < (LEAST_COSINE - COSINE_ROUNDING) * lengths * np.linalg.norm(new, axis=1)
@@ -212,9 +216,3 @@ def _without_turns(before: Surface, wanted: FloatArray) -> FloatArray:
             return vertices
         back = before.faces[moved]
         vertices[back] = before.vertices[back]
-
-
-def _area_vectors(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Return (m, 3) twice the area vectors of faces."""
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    return np.cross(b - a, c - a)

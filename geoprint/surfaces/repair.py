@@ -13,7 +13,7 @@ from geoprint.surfaces.crossings import crossings
 from geoprint.surfaces.holes import fill_holes
 from geoprint.surfaces.junctions import split_junctions
 from geoprint.surfaces.manifold import check_connected, check_edges, split_vertices, turned_faces
-from geoprint.surfaces.operators import face_areas
+from geoprint.surfaces.operators import doubled_area_vectors, face_areas
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import (
     boundary_loops,
@@ -21,6 +21,7 @@ from geoprint.surfaces.topology import (
     half_edges,
     kind_of,
     loop_length,
+    turned_over,
     used_vertices,
 )
 from geoprint.surfaces.welding import weld_tolerance, welded
@@ -170,7 +171,7 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
     filled, holes = fill_holes(fans, loops, longest=longest_hole)
     loops = boundary_loops(filled) if holes else loops
     inverted = not loops and signed_volume(filled) < 0
-    prepared = replace(filled, faces=filled.faces[:, ::-1]) if inverted else filled
+    prepared = turned_over(filled) if inverted else filled
     sizes = _sizes(prepared, loops)
     report = PreparationReport(
         welded_vertices=joined.welded_vertices,
@@ -262,7 +263,7 @@ def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
     """Return (m,) whether a face has no area: a corner twice, or a height lost in rounding."""
     corners = vertices[faces]
     longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-    doubled = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    doubled = np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1)
     return doubled <= DEGENERATE_SHARE * longest**2
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.operators import doubled_area_vectors
 from geoprint.surfaces.regions import NO_REGIONS, Regions, named, together
 
 # The statements of OBJ that name the faces after them, and what they name.
@@ -200,12 +201,11 @@ def _check_convex(vertices: FloatArray, faces: IntArray, polygon: IntArray, *, n
         polygon: (m,) the polygon that each triangle comes from.
         name: of the file.
     """
-    corners = vertices[faces]
-    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = doubled_area_vectors(vertices, faces)
     total = np.column_stack([np.bincount(polygon, areas[:, axis]) for axis in range(3)])
     turned = np.einsum("mx,mx->m", areas, total[polygon]) < 0
     if turned.any():
-        place = corners[turned][0, 0].tolist()
+        place = vertices[faces[turned][0, 0]].tolist()
         raise InputError(
             f"`{name}`: polygons that are not convex: {np.unique(polygon[turned]).size}, the first at {place}; "
             "triangulate the mesh in the program that made it.",

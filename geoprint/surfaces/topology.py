@@ -6,6 +6,8 @@ from outside. Everything here reads the faces alone; only the order of boundary 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -24,6 +26,11 @@ def half_edges(faces: IntArray) -> IntArray:
         (3 m, 2) start and end of half-edge 3 f + i.
     """
     return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def turned_over(surface: Surface) -> Surface:
+    """Return a surface wound the other way round, so that its inside is outside."""
+    return replace(surface, faces=surface.faces[:, ::-1])
 
 
 def used_vertices(indices: IntArray) -> IntArray:
@@ -61,10 +68,45 @@ def numbered_edges(faces: IntArray) -> tuple[IntArray, IntArray]:
     Returns:
         (e, 2) edges as `edges` returns them, and (m, 3) the edge from corner i to corner i + 1 of each face.
     """
-    sides = np.sort(half_edges(faces), axis=1)
-    base = int(faces.max(initial=0)) + 1
-    keys, side_edge = np.unique(sides[:, 0] * base + sides[:, 1], return_inverse=True)
-    return np.column_stack(np.divmod(keys, base)), side_edge.reshape(-1, 3)
+    found, side_edge = numbered_pairs(half_edges(faces))
+    return found, side_edge.reshape(-1, 3)
+
+
+def numbered_pairs(sides: IntArray) -> tuple[IntArray, IntArray]:
+    """Number the undirected edges among some sides.
+
+    Args:
+        sides: (k, 2) vertex indices, in either order.
+
+    Returns:
+        (e, 2) edges as `edges` returns them, and (k,) the edge of each side.
+    """
+    base = int(sides.max(initial=0)) + 1
+    keys, edge = np.unique(edge_keys(sides, vertices=base), return_inverse=True)
+    return np.column_stack(np.divmod(keys, base)), edge
+
+
+def edge_keys(sides: IntArray, *, vertices: int) -> IntArray:
+    """Return (k,) numbers that are equal for equal undirected edges, and rise as `edges` orders them.
+
+    Args:
+        sides: (k, 2) vertex indices, in either order.
+        vertices: more than the largest index.
+    """
+    ordered = np.sort(sides, axis=1)
+    return ordered[:, 0] * vertices + ordered[:, 1]
+
+
+def connected_nodes(first: IntArray, second: IntArray, *, nodes: int) -> IntArray:
+    """Return the (nodes,) component of each node of an undirected graph, numbered by first node.
+
+    Args:
+        first: (k,) one end of each link.
+        second: (k,) its other end.
+        nodes: how many there are.
+    """
+    graph = coo_array((np.ones(first.size, dtype=np.int8), (first, second)), shape=(nodes, nodes))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def face_counts(side_edge: IntArray) -> IntArray:
@@ -175,8 +217,7 @@ def component_labels(surface: Surface) -> IntArray:
     faces = np.repeat(np.arange(face_count), 3)
     nodes = face_count + int(side_edge.max()) + 1
     # Faces and edges are both nodes: this also joins more than two faces at one edge.
-    graph = coo_array((np.ones(faces.size, dtype=np.int8), (faces, node_of_edge)), shape=(nodes, nodes))
-    labels = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)[:face_count]
+    labels = connected_nodes(faces, node_of_edge, nodes=nodes)[:face_count]
     _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
     rank = np.empty(first.size, dtype=np.int64)
     rank[np.argsort(first)] = np.arange(first.size)

@@ -1,4 +1,7 @@
-"""Reading label volumes: NIfTI (.nii, .nii.gz) and NRRD (.nrrd), never taking more memory than the header explains."""
+"""Label volumes: what one is, and reading it from NIfTI (.nii, .nii.gz) and NRRD (.nrrd).
+
+Neither reader takes more memory than the header explains; DICOM is read by `dicom_segmentation`.
+"""
 
 from __future__ import annotations
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.surfaces.topology import boundary_half_edges, edges, half_edges, used_vertices
+from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.topology import boundary_half_edges, connected_nodes, edge_keys, edges, half_edges, used_vertices
 
 # Rim vertices closer than this share of the bounding box's diagonal are one: 0.01 mm for a part of 40 mm, which is
 # what rounding leaves between the corners of STL triangles and far below a bead.
@@ -53,10 +51,9 @@ def welded(vertices: FloatArray, faces: IntArray) -> IntArray:
     near = rim[KDTree(vertices[rim]).query_pairs(weld_tolerance(vertices, exact), output_type="ndarray")]
     if near.size == 0:
         return exact
-    near = near[~_are_edges(near, exact, count=len(vertices))]
-    shape = (len(vertices), len(vertices))
-    graph = coo_array((np.ones(len(near), dtype=np.int8), (near[:, 0], near[:, 1])), shape=shape)
-    labels = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    known = edge_keys(edges(exact), vertices=len(vertices))
+    near = near[~np.isin(edge_keys(near, vertices=len(vertices)), known)]
+    labels = connected_nodes(*near.T, nodes=len(vertices))
     _, first = np.unique(labels, return_index=True)
     return first[labels][exact]
 
@@ -82,9 +79,3 @@ def _renamed(faces: IntArray, old: IntArray, new: IntArray, *, count: int) -> In
     names = np.arange(count)
     names[old] = new
     return names[faces]
-
-
-def _are_edges(pairs: IntArray, faces: IntArray, *, count: int) -> BoolArray:
-    """Return (k,) whether each of (k, 2) pairs of vertices is an edge."""
-    ordered, known = np.sort(pairs, axis=1), edges(faces)
-    return np.isin(ordered[:, 0] * count + ordered[:, 1], known[:, 0] * count + known[:, 1])
