@@ -14,7 +14,7 @@ import pytest
 
 from geoprint import cli
 from geoprint.config import job_of, packaged_cell_text
-from geoprint.errors import InputError
+from geoprint.errors import ClearanceError, InputError
 from geoprint.pipeline import Checked, Finding, check_bundle, check_summary, plan, run_sheet, save_plan
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
@@ -101,6 +101,9 @@ def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
     (tmp_path / "beside").mkdir()
     with pytest.raises(InputError, match=r"the manifest\.json above it lists none here"):
         check_bundle(tmp_path / "beside")
+    (tmp_path / "manifest.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
+        check_bundle(tmp_path)
 
 
 def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
@@ -159,10 +162,24 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     assert any("the flow on the way here" in finding.reason for finding in check_bundle(out).findings)
 
 
+@pytest.mark.parametrize("station", ["purge", "flood"])
+def test_a_station_at_which_the_arm_hits_something_is_refused_by_name(tmp_path: Path, station: str) -> None:
+    cell = f"{cell_text()}\n[{station}]\nduration_s = 2\njoints_deg = [0, 75, 20, 0, 87, 180]\n"
+    with pytest.raises(ClearanceError, match=rf"the joints of \[{station}\]: on the way from home .* table"):
+        write(tmp_path, cell=cell)
+
+
 def without_rows(text: str) -> str:
     """Leave 40 milliseconds out."""
     lines = text.split("\n")
     return "\n".join([*lines[: len(lines) // 2], *lines[len(lines) // 2 + 40 :]])
+
+
+def rewritten(text: str, *, column: int, value: str) -> str:
+    """Write the same value into a column of all rows."""
+    header, *rows = text.rstrip("\n").split("\n")
+    cells = [row.split(",") for row in rows]
+    return "\n".join([header, *(",".join([*row[:column], value, *row[column + 1 :]]) for row in cells), ""])
 
 
 def files_of(checked: Checked) -> set[str]:
@@ -180,6 +197,14 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ("trajectory.csv", without_rows, "trajectory.csv", "passes target"),
     ("poses.csv", lambda text: text.replace("\n0,0,-1,0,", "\n0,0,-1,0,nan,", 1), "poses.csv", "number of columns"),
     ("targets.csv", lambda text: text.replace("\n0,0,", "\n9,0,", 1), "targets.csv", "do not rise"),
+    ("targets.csv", lambda text: rewritten(text, column=2, value="0"), "targets.csv", "no material is laid"),
+    ("targets.csv", lambda text: rewritten(text, column=2, value="1"), "targets.csv", "after the last target"),
+    ("targets.csv", lambda text: rewritten(text, column=3, value="1.0"), "targets.csv", "valve_close_s is 0.08 s, but"),
+    ("targets.csv", lambda text: "\n".join([*text.split("\n")[:9], ""]), "targets.csv", "after the last target"),
+    ("setup.json", lambda text: text.replace('"valve_close": 0.08', '"valve_close": 9'), "setup.json", "hash"),
+    ("setup.json", lambda text: text.replace('"valve_open": 0.05', '"valve_open": 9'), "targets.csv", "valve_open_s"),
+    ("setup.json", lambda _: "[" * 100_000, "setup.json", "no description"),
+    ("plan.json", lambda _: "[" * 100_000, "plan.json", "cannot be read"),
 ]  # fmt: skip
 
 

@@ -192,7 +192,7 @@ def test_a_missing_cell_file_says_how_to_get_one(tmp_path: Path) -> None:
     ("values", "complaint"),
     [
         ({"spacing": 1.0, "rounds": 10}, "not both"),
-        ({"spacing": 0.0}, "spacing: .*greater than 0"),
+        ({"spacing": 0.0}, "spacing: .*greater than or equal to 0"),
         ({"spacing": float("nan")}, "spacing: .*finite|spacing: .*greater"),
         ({"rounds": 0}, "rounds"),
         ({"unit": "furlong"}, "unit: .*'mm'"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from os import mkfifo
 from pathlib import Path
 from typing import Literal
 
@@ -11,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.cli.application import app
-from geoprint.config import Job, PatchRegion, job_file_text, job_of
+from geoprint.config import Job, PatchRegion, job_file_text, job_of, load_cell
 from geoprint.errors import UsageError
 from geoprint.surfaces import save_ply
 from tests.meshes import plate
@@ -139,3 +140,40 @@ def test_a_job_is_planned_with_the_keys_of_its_file_and_the_options_of_the_comma
             ("spacing_mm", "3.0"), ("name", '"part.ply"'),
         )
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["pipe", "long"])
+def test_a_job_or_a_cell_that_might_never_end_is_refused_before_it_is_read(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "job.toml"
+    if kind == "pipe":
+        mkfifo(path)
+    else:
+        path.write_text("#" * 2_000_000)
+    wanted = "no plain file" if kind == "pipe" else "larger than a megabyte"
+    with pytest.raises(UsageError, match=rf"job file .*{wanted}"):
+        job_of(surface=path)
+    with pytest.raises(UsageError, match=rf"cell file .*{wanted}"):
+        load_cell(path)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"[[patches]]\nbox = [{', '.join(['1'] * 100_000)}]",
+        f"{'k' * 300_000} = 1",
+        f'flip = "{"m" * 300_000}"',
+        f"a{'.a' * 5_000} = 1",
+        f"label = {'9' * 5_000}",
+    ],
+    ids=["list", "key", "text", "nesting", "digits"],
+)
+def test_a_job_of_endless_values_is_refused_in_one_short_sentence(tmp_path: Path, line: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        job_of(surface=written(tmp_path, SMALL + line + "\n"))
+    assert len(str(refused.value)) < 400
+
+
+@pytest.mark.parametrize("spacing", [0.0, -1.0, 1e-300])
+def test_a_spacing_that_no_needle_has_is_refused(spacing: float) -> None:
+    with pytest.raises(UsageError, match=r"spacing: input should be greater than or equal to 0\.001"):
+        job_of(surface="part.ply", spacing=spacing)

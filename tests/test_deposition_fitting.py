@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os import mkfifo
 from pathlib import Path
 
 import numpy as np
@@ -129,3 +130,6 @@ def test_a_missing_or_binary_table_is_refused(tmp_path: Path) -> None:
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x9f")
     with pytest.raises(InputError, match="cannot be read as a table"):
         read_measured_flow(tmp_path / "binary.csv", density=1.1)
+    mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(InputError, match="is no plain file"):
+        read_measured_flow(tmp_path / "pipe.csv", density=1.1)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geoprint.errors import UsageError, VerificationError
-from geoprint.export import Event, Setup, Timeline, check_timeline, rapid_program, read_back, timeline
+from geoprint.export import Event, Orders, Setup, Timeline, TipsAt, check_timeline, rapid_program, read_back, timeline
 from geoprint.export.setup_file import read_setup, setup_file
 from geoprint.export.switching import switching_events
 from geoprint.export.tables import poses_table, read_poses_table
@@ -80,6 +80,39 @@ def test_a_lamp_that_trails_into_the_lead_of_the_next_run_stays_on() -> None:
     found = simulated(long)
     assert len(found.lamp) == 3
     assert found.lamp_alone == pytest.approx(0.0, abs=1e-3)
+
+
+def unhurried() -> tuple[Orders, TipsAt]:
+    """Return orders whose first approach and last lift take half a second longer, and the motion of their tip."""
+    times = ORDERS.times.copy()
+    times[0] -= 0.5
+    times[-1] += 0.5
+    slow = replace(ORDERS, times=times, duration=ORDERS.duration + 0.5)
+    return slow, lambda moments: np.array([np.interp(moments, times, ORDERS.tips[:, axis]) for axis in range(3)]).T
+
+
+@pytest.mark.parametrize(("lead", "tail"), [(0.0, 0.05), (0.1, 0.1), (0.15, 0.3), (0.3, 0.1), (0.5, 0.5)])
+def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lead: float, tail: float) -> None:
+    slow, tips = unhurried()
+    lags = signals(uv_lead=lead, uv_tail=tail)
+    lamps = [event for event in switching_events(slow, signals=lags, tips_at=tips) if event.output == "uv_lamp"]
+    assert [slow.runs[event.target] for event in lamps if event.on] == [0, 1, 2]
+    program = rapid_program(
+        slow, cell=replace(CELL, signals=lags), placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x",
+        spacing=1.0,
+    )  # fmt: skip
+    found = timeline(read_back(program.modules), slow, signals=lags, tips_at=tips)
+    assert len(found.lamp) == (3 if lead + tail < 0.18 else 1)
+    np.testing.assert_allclose(
+        found.lamp[[0, -1], [0, 1]], [slow.times[1] - lead, found.deposits[-1, 1] + tail], atol=2e-3
+    )
+    check_timeline(found)
+
+
+def test_a_valve_that_would_be_told_to_open_in_the_run_before_is_refused() -> None:
+    slow, tips = unhurried()
+    with pytest.raises(UsageError, match=r"valve_open_s is 0\.4 s, longer than the way to a run at 4\.4 s"):
+        switching_events(slow, signals=signals(valve_open=0.4, valve_close=0.3), tips_at=tips)
 
 
 @given(

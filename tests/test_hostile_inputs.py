@@ -6,17 +6,20 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from os import mkfifo
 from pathlib import Path
 
 import pytest
 
 from geoprint import cli
+from geoprint.config import job_of
 from geoprint.errors import InputError
-from geoprint.pipeline import inspection_text
+from geoprint.pipeline import inspection_text, plan
 from geoprint.pipeline.inspecting import FileInspection
 from geoprint.surfaces import inspect, load, prepare, save_ply, unit_hint
 from tests import meshes
 from tests.hostile_inputs import CASES, EXPECTED, check, planned
+from tests.meshes import plate
 from tests.shared_data import shared
 
 # Markup, quotes, shell and RAPID signs, formats and mathematics; a slash cannot stand in a name.
@@ -133,3 +136,12 @@ def test_the_doctor_names_what_it_could_not_look_at() -> None:
     found = replace(inspect(meshes.plate()), crossings_complete=False)
     seen = FileInspection("plate.ply", "mm", False, None, (40.0, 30.0, 0.0), found, (), ())  # noqa: FBT003
     assert "crossings: not all pairs of faces were looked at" in inspection_text(seen)
+
+
+@pytest.mark.parametrize("option", ["surface", "body"])
+def test_a_pipe_is_refused_before_it_is_read(tmp_path: Path, option: str) -> None:
+    mkfifo(tmp_path / "pipe.ply")
+    save_ply(plate((16.0, 12.0), (12, 9)), tmp_path / "part.ply")
+    files = {"surface": tmp_path / "part.ply"} | {option: tmp_path / "pipe.ply"}
+    with pytest.raises(InputError, match="a pipe or a device; plain files"):
+        plan(job_of(**files, unit="mm", spacing=2.0, robot=False))

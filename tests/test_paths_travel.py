@@ -74,6 +74,14 @@ def test_leaning_tool_is_lifted_by_more_because_it_goes_up_and_not_along_its_axi
     assert below.lift(np.zeros(3), lean) == pytest.approx(KEPT / np.cos(0.5))
 
 
+def test_way_between_opposite_attitudes_is_as_high_as_over_everything_where_the_tool_lies_no_way():
+    axes = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+
+    way = crossing(START, END, axes=axes, terrain=ground(hill(2.4)), retract=RETRACT)
+    assert np.isfinite(way).all()
+    assert way[:, 2].max() == pytest.approx(2.4 + 2.0 * RETRACT)
+
+
 def test_no_way_is_higher_than_over_everything():
     assert way_over(np.array([[0.0, 1.0, 300.0]]))[:, 2].max() <= 300.0 + 2 * RETRACT
 

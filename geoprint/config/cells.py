@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from geoprint.config.cell_file import CellFile, FloodTable, LampTable, MaterialTable, SignalsTable, WorkTable
-from geoprint.config.strict import describe, parsed_toml
+from geoprint.config.strict import describe, parsed_toml, text_of
 from geoprint.errors import InputError, UsageError
 from geoprint.model import (
     PASCAL_PER_KPA,
@@ -51,7 +51,7 @@ def load_cell(path: Path | None) -> Cell:
     """
     name = path.name if path else f"{PACKAGED_CELLS[0]}.toml"
     try:
-        text = path.read_text(encoding="utf-8") if path else packaged_cell_text(PACKAGED_CELLS[0])
+        text = text_of(path) if path else packaged_cell_text(PACKAGED_CELLS[0])
     except (OSError, ValueError) as error:
         raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
     table = parsed_toml(text, name=name)

@@ -12,6 +12,8 @@ from geoprint.model import OnSlowdown
 
 # A line is sought between each two; what is drawn by hand has a few dozens.
 MOST_CURVE_POINTS = 500
+# Paths nearer together than this [mm] are a typing error: every needle is hundreds of times as wide.
+LEAST_SPACING = 1e-3
 
 
 class PatchRegion(Table):
@@ -76,7 +78,7 @@ class Job(Table):
     flip: bool = False
     backend: str = "heat"
     resolution: PositiveInt | None = None
-    spacing: PositiveFloat | None = None
+    spacing: Annotated[float, Field(ge=LEAST_SPACING)] | None = None
     rounds: Rounds | None = None
     seed: Triple | None = None
     body: Path | None = None

@@ -14,7 +14,7 @@ from typing import cast
 from pydantic import ValidationError
 
 from geoprint.config.job import Job
-from geoprint.config.strict import describe, parsed_toml
+from geoprint.config.strict import describe, parsed_toml, text_of
 from geoprint.errors import UsageError
 
 _JOB_SUFFIX = ".toml"
@@ -69,7 +69,7 @@ def _read_job_file(path: Path) -> dict[str, object]:
             meaningless key; the sentence says the file, the line and the key.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = text_of(path)
     except (OSError, ValueError) as error:
         raise UsageError(f"the job file {path} cannot be read ({error}); `geoprint init` writes one.") from error
     keys = _with_paths(parsed_toml(text, name=path.name), folder=path.parent)

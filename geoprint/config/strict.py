@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
+from reprlib import Repr
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -15,10 +17,35 @@ Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 Rounds = Annotated[int, Field(ge=1, le=100_000)]
 
 
+# A job or a cell has a few kilobytes.
+MOST_BYTES = 1_000_000
+# Letters of a key or a value, and items of a list, that a message repeats.
+MOST_SHOWN, MOST_ITEMS = 60, 12
+
+_SHORT = Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = MOST_SHOWN
+_SHORT.maxlist = MOST_ITEMS
+
+
 class Table(BaseModel):
     """A table whose keys are all known and whose numbers are all finite."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file that a person writes.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no plain file, larger than a megabyte, or no UTF-8.
+    """
+    # Reading a pipe or a device might never end.
+    if path.exists() and not path.is_file():
+        raise ValueError("it is no plain file")
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError("it is larger than a megabyte")
+    return path.read_text(encoding="utf-8")
 
 
 def parsed_toml(text: str, *, name: str) -> dict[str, object]:
@@ -29,7 +56,7 @@ def parsed_toml(text: str, *, name: str) -> dict[str, object]:
     """
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # a number of thousands of digits too
         raise UsageError(f"{name} is not valid TOML: {error}; compare with a file from `geoprint init`.") from error
     except RecursionError as error:
         raise UsageError(
@@ -44,8 +71,8 @@ def describe(error: ValidationError) -> str:
     """
     problems = error.errors()
     first = problems[0]
-    where = ".".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
+    where = ".".join(str(part + 1 if isinstance(part, int) else part[:MOST_SHOWN]) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ")
-    found = "" if first["type"] in {"missing", "value_error"} else f", found {first['input']!r}"
+    found = "" if first["type"] in {"missing", "value_error"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"

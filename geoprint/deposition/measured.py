@@ -13,6 +13,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import final
 
@@ -59,8 +60,12 @@ def read_measured_flow(path: Path, *, density: float) -> MeasuredFlow:
             sentence names row and column.
     """
     try:
+        # Reading a pipe or a device might never end.
+        if path.exists() and not path.is_file():
+            raise InputError(f"`{path}` is no plain file; give a CSV file.")
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [(number, row) for number, row in enumerate(csv.reader(file), 1) if _counts(row)][: MOST_ROWS + 2]
+            counted = ((number, row) for number, row in enumerate(csv.reader(file), 1) if _counts(row))
+            rows = list(islice(counted, MOST_ROWS + 2))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"`{path}` cannot be read as a table ({error}); give a CSV file.") from error
     heading = tuple(cell.strip() for cell in rows[0][1]) if rows else ()

@@ -145,7 +145,7 @@ def _listed(path: Path) -> set[str]:
     """Return the names that a manifest lists, its own among them; none where there is no manifest of geoprint's."""
     try:
         return {MANIFEST, *json.loads(path.read_bytes())["sha256"]}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return set()
 
 

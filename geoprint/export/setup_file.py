@@ -60,7 +60,7 @@ def read_setup(path: Path) -> Setup:
         return _read(Setup, json.loads(path.read_bytes()))
     except OSError as error:
         raise VerificationError(f"{path} cannot be read ({error.strerror}); write the plan again.") from error
-    except (ValueError, KeyError, TypeError, InputError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError, InputError) as error:
         raise VerificationError(f"{path} is no description of a cell ({error}); write the plan again.") from error
 
 

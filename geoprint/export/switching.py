@@ -54,7 +54,8 @@ class Event:
 def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tuple[Event, ...]:
     """Return where the outputs switch, in the order of the path.
 
-    Where the lamp would go off after the next material already wants it on, it stays on.
+    Where the lamp would go off after the next material already wants it on, it stays on. Every output that a run needs
+    is switched on by a move of that run, so that printing can begin at any run.
 
     Args:
         orders: targets and their times.
@@ -79,22 +80,34 @@ def _moments(orders: Orders, signals: Signals) -> list[tuple[float, Output, bool
     valve = [(start - signals.valve_open, end - signals.valve_close) for start, end in spans]
     lamp = [(start - signals.uv_lead, end + signals.uv_tail) for start, end in spans]
     _check_spans(orders, signals, spans=spans, valve=valve, lamp=lamp)
-    joined = lamp[:1]
-    for start, end in lamp[1:]:
-        if start - joined[-1][1] <= SAME_MOMENT:
-            joined[-1] = (joined[-1][0], end)
-        else:
-            joined.append((start, end))
-    outputs: list[tuple[Output, list[tuple[float, float]]]] = [("dispenser", valve), ("uv_lamp", joined)]
+    outputs: list[tuple[Output, list[tuple[float, float]]]] = [("dispenser", valve)]
     if signals.vacuum is not None:
         openings = [*(opens for opens, _ in valve[1:]), float(orders.times[-1])]
         outputs.append(("vacuum", [(closes, opens) for (_, closes), opens in zip(valve, openings, strict=True)]))
-    return [
+    switched: list[tuple[float, Output, bool]] = [
         (moment, output, on)
         for output, pairs in outputs
         for pair in pairs
         for moment, on in zip(pair, (True, False), strict=True)
     ]
+    return switched + _lamp_moments(spans, lamp)
+
+
+def _lamp_moments(
+    spans: list[tuple[float, float]], lamp: list[tuple[float, float]]
+) -> list[tuple[float, Output, bool]]:
+    """Return the switching of the lamp: on for every deposit and after the one before, off where it does not stay on.
+
+    It is switched on again where it is on already, so that it also shines for whoever begins to print at that run.
+    """
+    ends = [-np.inf, *(end for _, end in spans[:-1])]
+    following = [*(start for start, _ in lamp[1:]), np.inf]
+    moments: list[tuple[float, Output, bool]] = []
+    for (start, end), before, after in zip(lamp, ends, following, strict=True):
+        moments.append((max(start, before), "uv_lamp", True))
+        if after - end > SAME_MOMENT:
+            moments.append((end, "uv_lamp", False))
+    return moments
 
 
 def _check_spans(
@@ -112,12 +125,12 @@ def _check_spans(
                 f"{end - start:.2f} s: the valve would close before it opens. Leave such short runs out with a wider "
                 "spacing, or print slower."
             )
-    for (_, end), (opens, _) in pairwise([(0.0, float(orders.times[0])), *valve]):
-        if opens < end - SAME_MOMENT:
+    for (_, end), (start, _) in pairwise([(0.0, float(orders.times[0])), *spans]):
+        if start - signals.valve_open < end - SAME_MOMENT:
             raise UsageError(
-                f"signals.valve_open_s is {signals.valve_open:g} s, longer than the way to a run at "
-                f"{opens + signals.valve_open:.1f} s takes: the valve would be told to open before it was told to "
-                "close. Raise retract_mm or lower travel_speed_mm_s."
+                f"signals.valve_open_s is {signals.valve_open:g} s, longer than the way to a run at {start:.1f} s "
+                "takes: the valve would be told to open in the run before, and is shut where a run begins. Raise "
+                "retract_mm or lower travel_speed_mm_s."
             )
     if lamp[0][0] < orders.times[0] - SAME_MOMENT or lamp[-1][1] > orders.times[-1] + SAME_MOMENT:
         raise UsageError(

@@ -38,7 +38,8 @@ def read_orders(
         duration: from home to home [s].
 
     Raises:
-        VerificationError: columns or numbers are not those of such a table, or it names poses that do not exist.
+        VerificationError: columns or numbers are not those of such a table, it names poses that do not exist, or lays
+            no material or ends while it does.
     """
     data = read_columns(path, columns=TARGETS_COLUMNS)
     whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in (0, 1, 2, 6, 7, 8, 9)]
@@ -48,6 +49,10 @@ def read_orders(
             f"{path}: the poses do not rise from 0 to {len(poses.runs) - 1}, the last row of poses.csv; write the plan "
             "again."
         )
+    laid = whole[2] == 1
+    if not laid.any() or laid[-1]:
+        what = "material is laid after the last target" if laid.any() else "no material is laid"
+        raise VerificationError(f"{path}: {what}; write the plan again.")
     lifted = np.where(poses.deposit, standoff, 0.0)[:, None] * poses.normals
     return Orders(
         poses=chosen,
@@ -57,7 +62,7 @@ def read_orders(
         zones=data[:, 4],
         speeds=data[:, 5],
         runs=whole[1],
-        laid=whole[2] == 1,
+        laid=laid,
         flow=data[:, 10],
         times=data[:, 3],
         start=start,

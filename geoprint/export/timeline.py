@@ -73,10 +73,11 @@ def timeline(steps: Sequence[Step], orders: Orders, *, signals: Signals, tips_at
         tips_at: the tip's motion as it was timed.
 
     Raises:
-        VerificationError: an output is not switched on and off in turns, or not once each for each deposit.
+        VerificationError: an output is not switched on and off in turns, but for a lamp that is switched on again, or
+            the valve not once each for each deposit.
     """
     valve = _spans(steps, orders, signal=signals.dispenser.lower(), tips_at=tips_at)
-    lamp = _spans(steps, orders, signal=signals.uv_lamp.lower(), tips_at=tips_at)
+    lamp = _spans(steps, orders, signal=signals.uv_lamp.lower(), tips_at=tips_at, again=True)
     drawn = signals.vacuum
     vacuum = np.empty((0, 2)) if drawn is None else _spans(steps, orders, signal=drawn.lower(), tips_at=tips_at)
     ends = np.array(orders.deposits, dtype=np.int64).reshape(-1, 2)
@@ -127,8 +128,8 @@ def check_timeline(found: Timeline) -> None:
         )
 
 
-def _spans(steps: Sequence[Step], orders: Orders, *, signal: str, tips_at: TipsAt) -> FloatArray:
-    """Return (k, 2) when an output is switched on and off [s]."""
+def _spans(steps: Sequence[Step], orders: Orders, *, signal: str, tips_at: TipsAt, again: bool = False) -> FloatArray:
+    """Return (k, 2) when an output is switched on and off [s]; whether it may be switched on again while it is on."""
     switched: list[tuple[float, bool, Place]] = [
         (_moment(trigger, index, orders, tips_at), trigger.on, trigger.place)
         for index, step in enumerate(steps)
@@ -136,6 +137,7 @@ def _spans(steps: Sequence[Step], orders: Orders, *, signal: str, tips_at: TipsA
         if isinstance(trigger, SwitchAt) and trigger.signal == signal
     ]
     switched.sort(key=lambda each: each[0])
+    switched = [each for k, each in enumerate(switched) if not (again and k and each[1] and switched[k - 1][1])]
     for number, (_, on, place) in enumerate(switched):
         if on != (number % 2 == 0):
             refuse(place, f"{signal} is switched {'on' if on else 'off'} although it is so already")

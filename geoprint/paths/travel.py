@@ -20,6 +20,8 @@ TERRAIN_STEP = 1.0
 KEPT_SHARE = 0.5
 # A tool that leans farther than this from upright [cosine] is planned as if it leant no more.
 LEAST_UPRIGHT = 0.3
+# Shorter means of two unit vectors have no direction.
+LEAST_LENGTH = 1e-6
 
 
 @final
@@ -112,12 +114,14 @@ def crossing(start: FloatArray, end: FloatArray, *, axes: FloatArray, terrain: T
     line, _ = sampled_polyline(np.stack([start, end]))
     shares = np.linspace(0.0, 1.0, len(line))
     turned = axes[0] + shares[:, None] * (axes[1] - axes[0])
-    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    lengths: FloatArray = np.linalg.norm(turned, axis=1)
+    turned /= np.maximum(lengths, np.finfo(np.float64).tiny)[:, None]
     top = terrain.top
     most = np.array([over(tip, up=terrain.up, retract=retract, top=top) for tip in line])
     highest = (most - line) @ terrain.up
     lifts = np.array([terrain.lift(tip, axis) for tip, axis in zip(line, turned, strict=True)])
-    lifts = np.minimum(lifts, highest)
+    # Half the way between opposite attitudes the tool may lie in any direction.
+    lifts = np.where(lengths > LEAST_LENGTH, np.minimum(lifts, highest), highest)
     lifts[[0, -1]] = 0.0
     if np.isfinite(terrain.kept):
         rows = _string_over(shares, lifts)

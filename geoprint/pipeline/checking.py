@@ -19,6 +19,7 @@ from geoprint import transforms
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
     MANIFEST,
+    Event,
     Orders,
     PosesTable,
     Setup,
@@ -127,7 +128,7 @@ def _listed(folder: Path) -> dict[str, str]:
         names = {str(path.relative_to(below)): digest for path, digest in paths.items() if path.is_relative_to(below)}
     except StopIteration:
         raise InputError(f"{folder} is no bundle of geoprint: it holds no {MANIFEST}; {_WHICH_FOLDER}.") from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
             f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); {_WHICH_FOLDER}."
         ) from error
@@ -185,7 +186,7 @@ class _Checking:
     def _read_summary(self) -> None:
         try:
             self.summary = cast("dict[str, Any]", json.loads((self._folder / "plan.json").read_bytes()))
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise VerificationError(f"plan.json cannot be read ({error}); write the plan again.") from error
 
     def _read_setup(self) -> None:
@@ -203,15 +204,21 @@ class _Checking:
         tips = tips_at(table.times, table.joints, arm, T_base_work=T_base_work)
         self._collecting("trajectory.csv", lambda: _check_trajectory(orders, tips(orders.times)))
         modules = tuple(self._modules(names))
-        events = switching_events(orders, signals=setup.cell.signals, tips_at=tips)
-        wrong = list(
-            program_findings(
+        wanted: list[tuple[Event, ...]] = []
+        self._collecting(
+            "targets.csv",
+            lambda: wanted.append(switching_events(orders, signals=setup.cell.signals, tips_at=tips)),
+        )
+        wrong = [
+            finding
+            for events in wanted
+            for finding in program_findings(
                 modules, orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
                 events=events,
             )
-        )  # fmt: skip
+        ]  # fmt: skip
         self.findings += [_finding(error, RAPID_FOLDER) for error in wrong]
-        steps = () if wrong else read_back(modules)
+        steps = () if wrong or not wanted else read_back(modules)
         if len(steps) == orders.count:
             self._collecting(RAPID_FOLDER, lambda: _check_configuration(steps, orders, table, arm, T_base_work))
             self._collecting("targets.csv", lambda: self._simulate(steps, orders, setup, tips))

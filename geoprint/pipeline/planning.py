@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.backends import Flattening, Lscm, Piecewise
 from geoprint.config import Job
-from geoprint.errors import ClearanceError, ReachError
+from geoprint.errors import ClearanceError, ReachError, naming
 from geoprint.export import (
     Orders,
     Timeline,
@@ -267,8 +267,9 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         aloft, aloft_targets = aloft_path(joint_path, targets, arm)
         dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
         dry_found = _clearance(dry, aloft, workpiece, placement, arm)
-        for joints in _stations(cell):
-            _clearance(there_and_back(joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
+        for station, joints in _stations(cell):
+            with naming(f"the joints of [{station}]"):
+                _clearance(there_and_back(joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
     with stage("program"):
         orders = orders_of(joint_path, targets, trajectory, placement=placement, aloft=aloft.joints[0])
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
@@ -289,10 +290,10 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
     return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
 
 
-def _stations(cell: Cell) -> list[FloatArray]:
-    """Return the joints to which the program goes from home and back: where nozzle and part are primed and flooded."""
-    stations = [None if cell.purge is None else cell.purge.joints, None if cell.flood is None else cell.flood.joints]
-    return [joints for joints in stations if joints is not None]
+def _stations(cell: Cell) -> list[tuple[str, FloatArray]]:
+    """Return the joints to which the program goes from home and back, to prime the nozzle and to flood the part."""
+    stations = [("purge", cell.purge), ("flood", cell.flood)]
+    return [(name, at.joints) for name, at in stations if at is not None and at.joints is not None]
 
 
 def _clearance(

@@ -117,10 +117,11 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     with stage("reading"):
         cell = load_cell(job.cell)
         _require_placement(job, cell)
-        digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
         prepared = prepared_part(job, loaded)
         body = prepared.body if job.body is None else _body(prepared.surface, load(job.body, unit=job.unit))
+        # Only now: the readers refuse what would never end, as a pipe or a device.
+        digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         asked = turned_over(prepared.surface) if job.flip else prepared.surface
         part, side = printed_side(asked, body, flip=job.flip)
         placement, uncertainty = _placement(job, cell, part)
