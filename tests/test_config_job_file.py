@@ -160,12 +160,13 @@ def test_a_job_or_a_cell_that_might_never_end_is_refused_before_it_is_read(tmp_p
     "line",
     [
         f"[[patches]]\nbox = [{', '.join(['1'] * 100_000)}]",
+        "[[patches]]\nradius = 1.0\nat = [0, 0, 0]\n" * 101,
         f"{'k' * 300_000} = 1",
         f'flip = "{"m" * 300_000}"',
         f"a{'.a' * 5_000} = 1",
         f"label = {'9' * 5_000}",
     ],
-    ids=["list", "key", "text", "nesting", "digits"],
+    ids=["list", "patches", "key", "text", "nesting", "digits"],
 )
 def test_a_job_of_endless_values_is_refused_in_one_short_sentence(tmp_path: Path, line: str) -> None:
     with pytest.raises(UsageError) as refused:

@@ -246,7 +246,7 @@ def test_runs_that_do_not_fit_one_module_are_loaded_one_module_ahead(monkeypatch
     assert "GeoPath" not in text_of(program, "GeoPrint.pgf")
     main = [line.strip() for line in text_of(program, "GeoPrint.mod").split("\n")]
     order = [
-        'StartLoad\\Dynamic,diskhome\\File:="GeoPath1.mod",geoLoading;', "WaitLoad geoLoading;", "GeoBegin;",
+        'StartLoad\\Dynamic,diskhome\\File:="GeoPath1.mod",geoLoading;', "WaitLoad geoLoading;", "GeoBegin 5;",
         'StartLoad\\Dynamic,diskhome\\File:="GeoPath2.mod",geoLoading;', '%"GeoRun1"%;', '%"GeoRun2"%;',
         "WaitLoad geoLoading;", 'UnLoad diskhome\\File:="GeoPath1.mod";',
     ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from io import BytesIO
 from pathlib import Path
@@ -9,7 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.config import job_of
 from geoprint.errors import InputError, UsageError
+from geoprint.pipeline import plan, summary
 from geoprint.surfaces import face_areas, load, load_file, ply_bytes, prepare
 from geoprint.surfaces.repair import signed_volume
 from tests import meshes
@@ -199,3 +202,17 @@ def test_a_pipe_is_refused_instead_of_waited_for(tmp_path: Path) -> None:
 def test_the_bomb_of_the_shared_data_is_refused() -> None:
     with pytest.raises(InputError, match="would unpack from"):
         load(shared("broken/x_zip_200MB_zeros.zip"), unit="mm")
+
+
+def test_plan_json_gives_part_and_body_the_units_of_their_own_files(tmp_path: Path) -> None:
+    side = (
+        '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="30" y="0" z="0"/>'
+        '<vertex x="0" y="20" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh></object>'
+    )
+    files: list[Path] = []
+    for name, text in (("a", model(objects=side)), ("b", model(unit="centimeter"))):
+        (tmp_path / name).mkdir()
+        files.append(package(tmp_path / name, text))
+    planned = plan(job_of(surface=files[0], body=files[1], rounds=2, robot=False))
+    told = json.loads(json.dumps(summary(planned)))["input"]
+    assert (told["unit"], told["body"]["unit"]) == ("mm", "cm")

@@ -12,6 +12,8 @@ from geoprint.model import OnSlowdown
 
 # A line is sought between each two; what is drawn by hand has a few dozens.
 MOST_CURVE_POINTS = 500
+# Each is held against each other one.
+MOST_PATCHES = 100
 # Paths nearer together than this [mm] are a typing error: every needle is hundreds of times as wide.
 LEAST_SPACING = 1e-3
 
@@ -86,7 +88,7 @@ class Job(Table):
     place: Literal["demo"] | None = None
     robot: bool = True
     label: PositiveInt | None = None
-    patches: list[PatchRegion] = Field(default=[])
+    patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES)] = Field(default=[])
     max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
     on_slowdown: OnSlowdown = "lower"
     fill_holes: PositiveFloat | None = None

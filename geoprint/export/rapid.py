@@ -199,7 +199,7 @@ def _print_modules(
 ) -> list[tuple[str, str]]:
     """Return GeoPrint.mod with main and all runs, or behind as many GeoPath modules as are needed."""
     calls = [f"    {name};" for name, _ in procedures]
-    main = [*header, "  PROC main()", "    GeoBegin;", *calls, f"    GeoEnd {last_run};", *_ON_ERROR]
+    main = [*header, "  PROC main()", f"    GeoBegin {last_run};", *calls, f"    GeoEnd {last_run};", *_ON_ERROR]
     room = MODULE_LINES - 2  # MODULE, ENDMODULE
     if len(main) + sum(len(lines) for _, lines in procedures) <= room:
         runs = [line for _, lines in procedures for line in lines]
@@ -222,7 +222,7 @@ def _loading_main(groups: list[list[str]], *, header: list[str], last_run: int) 
     files = [f'"GeoPath{k}.mod"' for k in range(1, len(groups) + 1)]
     lines = [*header, "  VAR loadsession geoLoading;", "  PROC main()"]
     lines += [f"    GeoForget {file};" for file in files]
-    lines += [_start_load(files[0]), "    WaitLoad geoLoading;", "    GeoBegin;"]
+    lines += [_start_load(files[0]), "    WaitLoad geoLoading;", f"    GeoBegin {last_run};"]
     for k, names in enumerate(groups):
         following = files[k + 1 : k + 2]
         lines += [_start_load(file) for file in following]

@@ -61,7 +61,7 @@ class _Runner:
         self._text = text
         self._loaded = set(resident)
         self._loading: str | None = None
-        self._begun = False
+        self._begin: Call | None = None
         self._run = 0
         self._defined: dict[str, SwitchAt | FlowAt] = {}
         self._active: list[Procedure] = []
@@ -93,7 +93,7 @@ class _Runner:
                 self._load(statement)
 
     def _move(self, move: Move) -> None:
-        if not self._begun or not self._run:
+        if self._begin is None or not self._run:
             refuse(move.place, "the program moves before GeoBegin and GeoEnter")
         missing = [name for name in move.triggers if name not in self._defined]
         if missing:
@@ -103,15 +103,17 @@ class _Runner:
             refuse(definition.place, f"the trigger {name} is defined, but the next move does not pull it")
 
     def _call(self, call: Call) -> None:
-        if call.name == _BEGIN and call.argument is None and not self._begun:
-            self._begun = True
-        elif call.name == _ENTER and isinstance(call.argument, float) and self._begun:
+        if call.name == _BEGIN and isinstance(call.argument, float) and self._begin is None:
+            self._begin = call
+        elif call.name == _ENTER and isinstance(call.argument, float) and self._begin is not None:
             if call.argument != float(self._run + 1):
                 refuse(call.place, f"run {call.argument:g} is entered after run {self._run}")
             self._run += 1
-        elif call.name == _END and call.argument == float(self._run) and self._begun:
+        elif call.name == _END and call.argument == float(self._run) and self._begin is not None:
+            if self._begin.argument != call.argument:
+                refuse(self._begin.place, f"{self._begin.argument} runs are announced, there are {self._run}")
             self.ended = True
-        elif call.name == _FORGET and isinstance(call.argument, str) and not self._begun:
+        elif call.name == _FORGET and isinstance(call.argument, str) and self._begin is None:
             self._loaded.discard(call.argument)
         else:
             self._call_procedure(call)

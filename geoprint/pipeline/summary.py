@@ -153,15 +153,14 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
 
 
 def _input(plan: Plan) -> dict[str, Json]:
-    def of(path: Path, digest: str) -> dict[str, Json]:
-        return {"name": path.name, "sha256": digest, "unit": plan.workpiece.unit}
+    def of(path: Path, index: int) -> dict[str, Json]:
+        return {"name": path.name, "sha256": plan.workpiece.digests[index], "unit": plan.workpiece.units[index]}
 
-    digests = plan.workpiece.digests
-    result = of(plan.job.surface, digests[0])
+    result = of(plan.job.surface, 0)
     if plan.workpiece.notes:
         result["made"] = dict(plan.workpiece.notes)
     if plan.job.body is not None:
-        result["body"] = of(plan.job.body, digests[1])
+        result["body"] = of(plan.job.body, 1)
     return result
 
 
@@ -268,7 +267,7 @@ def _repairs(workpiece: Workpiece) -> list[str]:
 
 def _warnings(plan: Plan) -> tuple[str, ...]:
     workpiece = plan.workpiece
-    hint = unit_hint(workpiece.part, unit=workpiece.unit)
+    hint = unit_hint(workpiece.part, unit=workpiece.units[0])
     warnings: list[str] = [hint] if hint else []
     warnings += [workpiece.side.sentence, *_inside(workpiece.patches), *_repairs(workpiece)]
     if plan.robot is not None and not plan.robot.placement.calibrated:

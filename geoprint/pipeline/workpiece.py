@@ -35,7 +35,6 @@ from geoprint.surfaces import (
     PreparationReport,
     boundary_seed,
     closest,
-    load,
     load_file,
     mean_normal,
     pieces,
@@ -63,11 +62,11 @@ class Workpiece:
     Attributes:
         cell: the machine.
         part: the surface as prepared, before refinement.
-        unit: of the part's file.
         notes: how the part's mesh was made, where its file holds something else.
         side: which side of the part is printed on, and how that was found.
         body: what the part lies on, which is what it was cut from where the job names no other; or None.
-        digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read.
+        digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read; and
+        units: of these files.
         patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
         preparations: what preparing changed, patch by patch.
         edge_length: that the part was refined to [mm], the shortest of all patches.
@@ -80,11 +79,11 @@ class Workpiece:
 
     cell: Cell
     part: Surface
-    unit: str
     notes: Notes
     side: Side
     body: Surface | None
     digests: tuple[str, ...]
+    units: tuple[str, ...]
     patches: tuple[Patch, ...]
     preparations: tuple[PreparationReport, ...]
     edge_length: float
@@ -119,7 +118,8 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         _require_placement(job, cell)
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
         prepared = prepared_part(job, loaded)
-        body = prepared.body if job.body is None else _body(prepared.surface, load(job.body, unit=job.unit))
+        named = None if job.body is None else load_file(job.body, unit=job.unit)
+        body = prepared.body if named is None else _body(prepared.surface, named.surface)
         # Only now: the readers refuse what would never end, as a pipe or a device.
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         asked = turned_over(prepared.surface) if job.flip else prepared.surface
@@ -137,7 +137,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     return Workpiece(
         cell=cell,
         part=part,
-        unit=loaded.unit,
+        units=(loaded.unit,) if named is None else (loaded.unit, named.unit),
         notes=loaded.notes,
         side=side,
         body=body,

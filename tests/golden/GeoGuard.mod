@@ -20,12 +20,13 @@ MODULE GeoGuard
     TPWrite why;
     EXIT;
   ENDPROC
-  PROC GeoBegin()
+  PROC GeoBegin(num runs)
     GeoSafe;
     geoOn:=0;
     geoStopped:=FALSE;
     TPErase;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
+    IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
     ConfJ\On;
     ConfL\On;
     SingArea\Off;

@@ -11,7 +11,7 @@ MODULE GeoPrint
   ! Not checked: the real cell. Run it dry and slowly first.
   ! Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.
   PROC main()
-    GeoBegin;
+    GeoBegin 2;
     GeoRun1;
     GeoRun2;
     GeoEnd 2;
