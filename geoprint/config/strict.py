@@ -73,6 +73,6 @@ def describe(error: ValidationError) -> str:
     first = problems[0]
     where = ".".join(str(part + 1 if isinstance(part, int) else part[:MOST_SHOWN]) for part in first["loc"])
     message = first["msg"].removeprefix("Value error, ")
-    found = "" if first["type"] in {"missing", "value_error"} else f", found {_SHORT.repr(first['input'])}"
+    found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"
