@@ -259,7 +259,8 @@ def _too_close(
     )
     return ClearanceError(
         f"{when} {worst.finding}; at least {kept:.2f} mm are to be kept, and the check itself needs up to "
-        f"{ALLOWANCE:.2f} mm more; {count} of {placements.count} placements are too close: move or turn the part, move "
+        f"{ALLOWANCE:.2f} mm more; {count} of {placements.count} placements are too close: move or turn the part "
+        "(`geoprint place` looks for a better place), move "
         "the obstacle, or measure the arm and correct the assumed sizes of its links.",
         solid=worst.solid,
         against=worst.target,
