@@ -277,7 +277,7 @@ def moved(found: Trajectory, *, rows: slice, by: FloatArray) -> Trajectory:
         (
             slice(2000, 4000),
             3.0,
-            r"run \d at tip \(.* mm, where the tool turns by \d+ degrees within 1 mm, .* the middle",
+            r"run \d at tip \(.* mm, where the tool turns by \d+ degrees within [0-9.]+ mm, .* the middle",
         ),
     ],
 )

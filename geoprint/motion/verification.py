@@ -25,7 +25,7 @@ PASSING_TOLERANCE = 1e-5
 # Rows may be off their even times by rounding [s].
 TIME_TOLERANCE = 1e-9
 
-# Length of way [mm] over which a message says how far the tool turns: what a bend looks like to a reader.
+# Length of way [mm] about a place whose steps a message says the turn of: what a bend looks like to a reader.
 BEND_LENGTH = 1.0
 
 # Ways of the tip shorter than this [mm] take no time.
@@ -111,20 +111,19 @@ def _refuse_excess(
     amount = float(np.abs(found[row, joint]))
     raise LimitError(
         f"{where}, {time:.3f} s: joint {joint + 1} {what} {amount:.4g} {unit}, allowed is {allowed[joint]:.4g} {unit}; "
-        "where the surface has a fold or a step there, smooth it, else lower the process speeds.",
+        "where the surface has a fold or a step there, smooth it (`geoprint remesh --smooth`), else lower the process "
+        "speeds.",
         run=run, joint=int(joint) + 1, time_s=time, found=amount, allowed=float(allowed[joint]),
     )  # fmt: skip
 
 
 def _bend(trajectory: Trajectory, poses: PoseStream, *, time: float) -> str:
-    """Return where the tip is at a time, and how far the tool turns within `BEND_LENGTH` of way about there."""
+    """Return where the tip is at a time, and how far the tool turns over the steps about there."""
     pose = min(int(np.searchsorted(trajectory.pose_times, time)), poses.count - 1)
     arcs = np.concatenate([[0.0], np.cumsum(tip_ways(poses))])
-    near = np.flatnonzero(np.abs(arcs - arcs[pose]) <= BEND_LENGTH / 2.0)
-    turned = np.degrees(turns(poses)[near[0] : near[-1]].sum())
-    return (
-        f" at tip {in_words(poses.tips[pose])}, where the tool turns by {turned:.0f} degrees within {BEND_LENGTH:g} mm"
-    )
+    near = np.flatnonzero((arcs[:-1] <= arcs[pose] + BEND_LENGTH / 2.0) & (arcs[1:] >= arcs[pose] - BEND_LENGTH / 2.0))
+    turned, length = np.degrees(turns(poses)[near].sum()), arcs[near[-1] + 1] - arcs[near[0]]
+    return f" at tip {in_words(poses.tips[pose])}, where the tool turns by {turned:.0f} degrees within {length:.2g} mm"
 
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:
