@@ -85,9 +85,8 @@ def plan(
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
         rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
-        fill_holes=fill_holes,
-        label=label, patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
-        max_tilt=max_tilt, on_slowdown=on_slowdown,
+        fill_holes=fill_holes, label=label, max_tilt=max_tilt, on_slowdown=on_slowdown,
+        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
     )  # fmt: skip
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
@@ -137,12 +136,12 @@ def compare(
     from geoprint.export import check_writable
     from geoprint.pipeline import compare_parts, comparison_summary, comparison_table, save_comparisons
 
+    patch = region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region)
     jobs = [
         job_of(
             surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
             rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
-            max_tilt=max_tilt, on_slowdown=on_slowdown, fill_holes=fill_holes,
-        label=label, patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
+            fill_holes=fill_holes, label=label, patch=patch, max_tilt=max_tilt, on_slowdown=on_slowdown,
         )
         for surface in surfaces
     ]  # fmt: skip

@@ -9,9 +9,7 @@ from geoprint.export import Json
 from geoprint.model import FloatArray
 from geoprint.motion import NOTABLE_SHARE, TouchStatistics, Uncertainty
 from geoprint.pipeline.calibrating import CalibratedFixture, CalibratedTool
-from geoprint.pipeline.rounding import DECIMALS, rounded
-
-# Decimals of lengths [mm] and angles [degrees] in the object.
+from geoprint.pipeline.rounding import DECIMALS, all_rounded, rounded
 
 
 def calibration_text(found: CalibratedFixture | CalibratedTool) -> str:
@@ -143,14 +141,14 @@ def _fixture_object(found: CalibratedFixture) -> dict[str, Json]:
         "T_base_fixture": _rows(calibration.placement.T_base_fixture),
         "T_base_work": _rows(calibration.placement.T_base_work),
         **_statistics_object(statistics, found.names),
-        "centre_mm": _numbers(calibration.centre),
+        "centre_mm": all_rounded(calibration.centre),
         # Of the shift [mm] and the turn [rad] about the centre, along and about the base's axes.
         "covariance_mm_rad": calibration.covariance.round(2 * DECIMALS).tolist(),
         "position": _uncertainty_object(found.position),
         "attitude": {
             "deviation_deg": rounded(np.degrees(found.turn.deviation)),
             "within_deg": rounded(np.degrees(found.turn.bound)),
-            "about": _numbers(found.turn.direction),
+            "about": all_rounded(found.turn.direction),
         },
         "surface": None
         if found.surface is None
@@ -163,8 +161,8 @@ def _fixture_object(found: CalibratedFixture) -> dict[str, Json]:
         "touch_next": {
             "name": next_point.name,
             "again": next_point.again,
-            "fixture_mm": _numbers(np.array(next_point.model)),
-            "base_mm": _numbers(np.array(next_point.base)),
+            "fixture_mm": all_rounded(np.array(next_point.model)),
+            "base_mm": all_rounded(np.array(next_point.base)),
             "deviation_mm": rounded(next_point.deviation),
             "within_mm": rounded(next_point.bound),
         },
@@ -175,12 +173,12 @@ def _tool_object(found: CalibratedTool) -> dict[str, Json]:
     calibration = found.calibration
     return {
         "cell": found.cell.name,
-        "tcp_mm": _numbers(calibration.tip),
-        "before_mm": _numbers(found.before),
-        "touched_mm": _numbers(calibration.touched),
+        "tcp_mm": all_rounded(calibration.tip),
+        "before_mm": all_rounded(found.before),
+        "touched_mm": all_rounded(calibration.touched),
         **_statistics_object(calibration.statistics, _pose_names(calibration.statistics)),
         "deviation_mm": rounded(calibration.deviation),
-        "along": _numbers(calibration.direction),
+        "along": all_rounded(calibration.direction),
         "within_mm": rounded(calibration.bound),
         "fixture_outdated": found.cell.fixture is not None,
     }
@@ -192,12 +190,12 @@ def _statistics_object(statistics: TouchStatistics, names: tuple[str, ...]) -> d
         "rms_mm": rounded(statistics.rms),
         "noise_mm": rounded(noise.deviation),
         "noise_given": noise.given,
-        "noise_between_mm": [rounded(value) for value in noise.interval],
+        "noise_between_mm": all_rounded(noise.interval),
         "chance_of_residuals": None if statistics.excess is None else rounded(statistics.excess),
         "points": [
             {
                 "name": name,
-                "residual_mm": _numbers(statistics.residuals[k]),
+                "residual_mm": all_rounded(statistics.residuals[k]),
                 "miss_mm": rounded(statistics.misses[k]),
                 "chance": rounded(statistics.chances[k]),
                 "odd": k in statistics.odd,
@@ -215,17 +213,13 @@ def _uncertainty_object(uncertainty: Uncertainty) -> dict[str, Json]:
     return {
         "deviation_mm": rounded(uncertainty.deviation),
         "within_mm": rounded(uncertainty.bound),
-        "at_mm": _numbers(uncertainty.place),
-        "along": _numbers(uncertainty.direction),
+        "at_mm": all_rounded(uncertainty.place),
+        "along": all_rounded(uncertainty.direction),
     }
 
 
-def _rows(matrix: FloatArray) -> list[list[float]]:
-    return [_numbers(row) for row in matrix]
-
-
-def _numbers(values: FloatArray) -> list[float]:
-    return [rounded(value) for value in values.tolist()]
+def _rows(matrix: FloatArray) -> list[Json]:
+    return [all_rounded(row) for row in matrix]
 
 
 def _listed(values: FloatArray, decimals: int) -> str:

@@ -12,7 +12,7 @@ from geoprint.backends import BACKENDS
 from geoprint.errors import GeoprintError
 from geoprint.export import Json
 from geoprint.model import Seed, Surface
-from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import (
     Finding,
     Inspection,
@@ -103,15 +103,15 @@ def inspection_summary(seen: FileInspection) -> dict[str, Json]:
         "unit": seen.unit,
         "unit_assumed": seen.assumed,
         "unit_hint": seen.hint,
-        "size_mm": _numbers(seen.size),
+        "size_mm": all_rounded(seen.size),
         "vertices": len(found.examined.vertices),
         "faces": len(found.examined.faces),
         "components": [
-            {"faces": faces, "area_mm2": rounded(area), "place_mm": _numbers(place)}
+            {"faces": faces, "area_mm2": rounded(area), "place_mm": all_rounded(place)}
             for faces, area, place in found.components
         ],
         "border": [
-            {"length_mm": rounded(rim.length), "edges": rim.edges, "place_mm": _numbers(rim.place)}
+            {"length_mm": rounded(rim.length), "edges": rim.edges, "place_mm": all_rounded(rim.place)}
             for rim in found.rims
         ],
         "genus": found.genus,
@@ -190,7 +190,7 @@ def _findings(found: Inspection) -> tuple[tuple[str, Finding], ...]:
 
 
 def _finding(finding: Finding) -> dict[str, Json]:
-    return {"count": finding.count, "places_mm": [_numbers(place) for place in finding.places]}
+    return {"count": finding.count, "places_mm": [all_rounded(place) for place in finding.places]}
 
 
 def _border_text(found: Inspection) -> str:
@@ -200,7 +200,3 @@ def _border_text(found: Inspection) -> str:
     more = f"; and {len(found.rims) - 5} more" if len(found.rims) > 5 else ""
     what = "outer border and holes" if len(found.components) == 1 and len(found.rims) > 1 else "border"
     return f"{what}: {len(found.rims)}, {shown}{more}"
-
-
-def _numbers(values: tuple[float, ...]) -> list[Json]:
-    return [rounded(value) for value in values]

@@ -11,7 +11,7 @@ from geoprint.export import Json
 from geoprint.model import FloatArray
 from geoprint.pipeline.patches import patch_summary
 from geoprint.pipeline.planning import Plan
-from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import component_labels, face_areas, middle_of, pieces
 
 
@@ -65,7 +65,7 @@ def patches_summary(plan: Plan) -> list[Json]:
     return [
         {
             **patch_summary(patch),
-            "place_mm": [rounded(value) for value in figures.place],
+            "place_mm": all_rounded(figures.place),
             "runs": list(figures.runs),
             "deposit_mm": rounded(figures.length),
             "spacing": {

@@ -13,7 +13,7 @@ from geoprint.errors import FieldError, InputError
 from geoprint.export import Json
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
-from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import (
     Joined,
     Loaded,
@@ -161,7 +161,7 @@ def patch_summary(patch: Patch) -> dict[str, Json]:
         "body": patch.body.name,
         "topology": found.topology,
         "area_mm2": rounded(found.area),
-        "rims_mm": [rounded(length) for length in found.boundary_lengths],
+        "rims_mm": all_rounded(found.boundary_lengths),
         "faces": found.faces,
         "outside": patch.outside,
         "inside": patch.inside,

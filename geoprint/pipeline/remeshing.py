@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.export import Json
 from geoprint.model import Surface
-from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import (
     Deviation,
     Distances,
@@ -193,7 +193,7 @@ def _distances_summary(found: Distances) -> dict[str, Json]:
         "max_bound_mm": rounded(found.bound),
         "mean_mm": rounded(found.mean),
         "p95_mm": rounded(found.p95),
-        "place_mm": [rounded(value) for value in found.place],
+        "place_mm": all_rounded(found.place),
     }
 
 

@@ -9,7 +9,7 @@ from geoprint.model import Slowdown
 from geoprint.motion import LIFT, Uncertainty
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.planning import Plan, RobotPlan
-from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.pipeline.target_report import targets_summary
 
@@ -71,7 +71,7 @@ def _calibration(uncertainty: Uncertainty | None) -> dict[str, Json]:
     return {
         "surface_uncertainty_mm": rounded(uncertainty.deviation),
         "surface_within_mm": rounded(uncertainty.bound),
-        "surface_uncertain_at_mm": [rounded(value) for value in uncertainty.place],
+        "surface_uncertain_at_mm": all_rounded(uncertainty.place),
     }
 
 
@@ -79,7 +79,7 @@ def _slowdown(slowdown: Slowdown) -> dict[str, Json]:
     return {
         "run": slowdown.run,
         "kind": slowdown.kind,
-        "place_mm": [rounded(value) for value in slowdown.place],
+        "place_mm": all_rounded(slowdown.place),
         "arc_mm": rounded(slowdown.arc),
         "length_mm": rounded(slowdown.length),
         "set_mm_s": slowdown.set_speed,

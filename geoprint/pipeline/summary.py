@@ -20,7 +20,7 @@ from geoprint.pipeline.patch_figures import patches_summary, patches_text
 from geoprint.pipeline.patches import Patch
 from geoprint.pipeline.planning import Plan, flat_surface
 from geoprint.pipeline.robot_summary import robot_summary, robot_text
-from geoprint.pipeline.rounding import rounded
+from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.target_report import targets_warnings
 from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import Uniformity
@@ -117,7 +117,7 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
             for level, mean, cv, worst in measured.by_level()
         ],
         "worst_places": [
-            {"place_mm": [rounded(value) for value in place], "level": level, "ratio": rounded(ratio)}
+            {"place_mm": all_rounded(place), "level": level, "ratio": rounded(ratio)}
             for place, level, ratio in measured.worst(WORST_PLACES)
         ],
     }
@@ -175,7 +175,7 @@ def _surface(plan: Plan) -> dict[str, Json]:
     return {
         "topology": describe(plan.workpiece.part),
         "area_mm2": rounded(face_areas(plan.workpiece.part).sum()),
-        "size_mm": [rounded(size) for size in np.ptp(plan.workpiece.part.vertices, axis=0)],
+        "size_mm": all_rounded(np.ptp(plan.workpiece.part.vertices, axis=0)),
         "prepared": of(plan.workpiece.part),
         "refined": of(plan.workpiece.surface),
         # Of several patches each says what changed.
