@@ -60,7 +60,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
         "slowdowns": [_slowdown(slowdown) for slowdown in robot.trajectory.slowdowns],
         "placement_calibrated": placement.calibrated,
         "largest_touch_miss_mm": rounded(placement.misses.max()) if placement.calibrated else None,
-        "T_base_work": [[rounded(value) for value in row] for row in placement.T_base_work],
+        "T_base_work": [all_rounded(row) for row in placement.T_base_work],
     }
 
 
