@@ -70,9 +70,8 @@ def main() -> None:
 def measure(count: int, mode: SignalMode) -> str:
     """Return the row of one case."""
     cell = _cell(mode)
-    placement = Placement(
-        transforms.rigid(np.eye(3), cell.demo_position), np.eye(4), calibrated=True, misses=np.zeros(1)
-    )
+    T_base_fixture = transforms.rigid(np.eye(3), cell.demo_position)
+    placement = Placement(T_base_fixture, np.eye(4), calibrated=True, part_stated=True, misses=np.zeros(1))
     poses = stream(count)
     times = 1.0 + np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1))) / SPEED
     orders = _orders(poses, times, placement)
@@ -165,7 +164,10 @@ def _orders(poses: PoseStream, times: FloatArray, placement: Placement) -> Order
     zones = np.where(poses.stops, 0.0, STEP / 2.0)
     speeds = np.where(poses.deposit, SPEED - 0.1 * (np.arange(count) % 50), 60.0)
     targets = Targets(poses=np.arange(count), zones=zones, speeds=speeds)
-    return orders_of(path, targets, trajectory, placement=placement, aloft=np.zeros(6))
+    return orders_of(
+        path, targets, trajectory, placement=placement, aloft=np.zeros(6), aloft_configuration=path.configuration,
+        extent=np.stack([poses.tips.min(axis=0), poses.tips.max(axis=0)]),
+    )  # fmt: skip
 
 
 def _lines(program: Program) -> int:

@@ -68,10 +68,14 @@ PLACEMENT = Placement(
     ),
     T_fixture_work=transforms.rigid(np.eye(3), np.array([1.25, 2.5, 10.0])),
     calibrated=True,
+    part_stated=True,
     misses=np.array([0.05, 0.11, 0.08, 0.02]),
 )
 
-DEMONSTRATION = replace(PLACEMENT, calibrated=False, misses=np.empty(0))
+DEMONSTRATION = replace(PLACEMENT, calibrated=False, part_stated=False, misses=np.empty(0))
+
+# The box about the rings of `stream`.
+EXTENT = np.array([[-10.0, -10.0, 0.0], [10.0, 10.0, 0.0]])
 
 
 def circle(*, radius: float, points: int) -> FloatArray:
@@ -169,10 +173,19 @@ def orders(
 ) -> Orders:
     """The orders of the small plan."""
     poses = stream() if poses is None else poses
+    chosen = targets(poses) if chosen is None else chosen
+    path = joint_path(poses, placement)
     return orders_of(
-        joint_path(poses, placement), targets(poses) if chosen is None else chosen, trajectory(poses),
-        placement=placement, aloft=np.full(6, -0.9),
+        path, chosen, trajectory(poses), placement=placement, aloft=np.full(6, -0.9),
+        aloft_configuration=aloft_configuration(path.configuration[chosen.poses]), extent=EXTENT,
     )  # fmt: skip
+
+
+def aloft_configuration(configuration: IntArray) -> IntArray:
+    """Every fifth target stands in another quadrant of axis 6 when it is lifted."""
+    lifted = configuration.copy()
+    lifted[::5, 2] += 1
+    return lifted
 
 
 def tips_of(poses: PoseStream) -> TipsAt:

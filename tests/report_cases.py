@@ -102,7 +102,7 @@ def part(
     return PartReport(
         name=name,
         verdict=(f"{names[-1]} covers {name} most evenly.", f"{names[0]} can be printed."),
-        cautions=("PLACEMENT NOT CALIBRATED: the program runs only dry.",),
+        cautions=("PLACEMENT NOT KNOWN: programs run only dry.",),
         overview=(("most even", names[-1]),),
         surface=shown,
         R_view_work=np.eye(3),

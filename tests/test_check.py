@@ -218,6 +218,130 @@ def test_an_edited_file_is_named(copy: Path, name: str, edit: Callable[[str], st
     assert any(finding.file == file and reason in finding.reason for finding in checked.findings), checked.findings
 
 
+def rows_of(path: Path) -> list[list[str]]:
+    return [line.split(",") for line in path.read_text().rstrip("\n").split("\n")]
+
+
+def scaled(text: str, *, pattern: str, by: float) -> str:
+    """Multiply every number that a pattern finds."""
+    return re.sub(pattern, lambda match: f"{match[1]}{float(match[2]) * by:g}", text)
+
+
+@pytest.mark.parametrize("by", [2.0, 0.5, 1.1])
+def test_speeds_that_targets_and_cell_agree_on_but_the_trajectory_has_not_are_named(copy: Path, by: float) -> None:
+    rows = rows_of(copy / "targets.csv")
+    changed = [rows[0], *([*row[:5], f"{float(row[5]) * by:.6f}", *row[6:]] for row in rows[1:])]
+    (copy / "targets.csv").write_text("\n".join([*(",".join(row) for row in changed), ""]))
+    cell = copy / "rapid" / "GeoCell.mod"
+    cell.write_text(scaled(cell.read_text(), pattern=r"(speeddata vGeo\d+:=\[)([\d.]+)", by=by))
+    found = [finding for finding in check_bundle(copy).findings if "hash" not in finding.reason]
+    assert [finding.file for finding in found] == ["targets.csv"]
+    assert re.search(r"target \d+ is reached at [\d.]+ mm/s, by trajectory\.csv", found[0].reason)
+    assert rows[found[0].line - 1][5] != changed[found[0].line - 1][5]
+
+
+@pytest.mark.parametrize("zone", [2.0, 0.02, 0.0])
+def test_zones_that_targets_and_cell_agree_on_but_the_neighbours_have_not_are_named(copy: Path, zone: float) -> None:
+    rows = rows_of(copy / "targets.csv")
+    changed = [[*row[:4], f"{zone:.6f}" if float(row[4]) > 0.0 else row[4], *row[5:]] for row in rows[1:]]
+    (copy / "targets.csv").write_text("\n".join([*(",".join(row) for row in [rows[0], *changed]), ""]))
+    cell, path = copy / "rapid" / "GeoCell.mod", copy / "rapid" / "GeoPrint.mod"
+    if zone > 0.0:
+        cell.write_text(
+            re.sub(
+                r"(zonedata zGeo\d+:=).*;",
+                rf"\g<1>[FALSE,{zone},{zone},{zone},{zone * 10:g},{zone},"
+                rf"{zone * 10:g}];",
+                cell.read_text(),
+            )
+        )
+    else:
+        cell.write_text(re.sub(r"  CONST zonedata .*\n", "", cell.read_text()))
+        path.write_text(re.sub(r"zGeo\d+", "fine", path.read_text()))
+    found = [finding for finding in check_bundle(copy).findings if "hash" not in finding.reason]
+    assert [finding.file for finding in found] == ["targets.csv"]
+    assert re.search(rf"target \d+ has a zone of {zone:g} mm, by its neighbours 0\.\d+", found[0].reason)
+    assert float(rows[found[0].line - 1][4]) > 0.0
+
+
+def set_to(copy: Path, *, dry_run: str = "TRUE", speed: str = "25", first: str = "1") -> Checked:
+    """Set the switches of a program as a person does, and check it."""
+    cell = copy / "rapid" / "GeoCell.mod"
+    text = cell.read_text().replace("geoDryRun:=TRUE", f"geoDryRun:={dry_run}")
+    text = text.replace("geoSpeedPct:=25", f"geoSpeedPct:={speed}").replace("geoFirstRun:=1", f"geoFirstRun:={first}")
+    cell.write_text(text)
+    return check_bundle(copy)
+
+
+def test_the_switches_that_the_run_sheet_asks_for_are_no_findings_and_it_says_how_they_stand(copy: Path) -> None:
+    assert "run dry at 25 % of the speed (geoDryRun TRUE)" in run_sheet(check_bundle(copy))
+    checked = set_to(copy, dry_run="FALSE", speed="100", first="2")
+    assert checked.findings == ()
+    assert "PRINT at 100 % of the speed, from run 2 on (geoDryRun FALSE)" in run_sheet(checked)
+    assert check_summary(checked)["set_to"] == {"dry_run": False, "speed_pct": 100.0, "first_run": 2}
+
+
+def test_a_program_set_to_print_at_a_speed_that_it_refuses_is_told(copy: Path) -> None:
+    sheet = run_sheet(set_to(copy, dry_run="FALSE"))
+    assert "it will refuse to: at a fixed pressure it prints only with geoSpeedPct 100" in sheet
+
+
+@pytest.mark.parametrize(
+    ("switch", "reason"),
+    [
+        ({"speed": "0"}, "geoSpeedPct must lie between 1 and 100, found 0"),
+        ({"speed": "101"}, "geoSpeedPct must lie between 1 and 100, found 101"),
+        ({"first": "0"}, "geoFirstRun must be a run of this program, 1 to 2, found 0"),
+        ({"first": "3"}, "geoFirstRun must be a run of this program, 1 to 2, found 3"),
+        ({"first": "1.5"}, "geoFirstRun must be a run of this program, 1 to 2, found 1.5"),
+        ({"dry_run": "1"}, "geoDryRun must be TRUE or FALSE, found 1"),
+    ],
+)
+def test_a_switch_that_the_guard_would_refuse_is_named(copy: Path, switch: dict[str, str], reason: str) -> None:
+    checked = set_to(copy, **switch)
+    line = next(
+        k
+        for k, row in enumerate((copy / "rapid" / "GeoCell.mod").read_text().split("\n"), 1)
+        if re.search(rf"{reason.split()[0]}:=", row)
+    )
+    assert Finding("rapid/GeoCell.mod", line, reason) in checked.findings
+
+
+def test_another_change_of_the_cell_beside_the_switches_is_found(copy: Path) -> None:
+    cell = copy / "rapid" / "GeoCell.mod"
+    cell.write_text(cell.read_text().replace("! Part", "! part"))
+    assert [finding.file for finding in set_to(copy, dry_run="FALSE").findings] == ["rapid/GeoCell.mod"]
+
+
+def test_configuration_data_of_the_dry_run_that_tables_and_program_agree_on_but_the_arm_has_not_are_named(
+    copy: Path,
+) -> None:
+    rows = rows_of(copy / "targets.csv")
+    target = len(rows) // 2
+    cf = [*rows[target][11:13], str(int(rows[target][13]) + 1), rows[target][14]]
+    rows[target][11:15] = cf
+    (copy / "targets.csv").write_text("\n".join([*(",".join(row) for row in rows), ""]))
+    path = copy / "rapid" / "GeoPrint.mod"
+    moves = [match.start() for match in re.finditer(MOVE_OR_LIFTED, path.read_text())]
+    start = moves[target - 1]
+    text = path.read_text()
+    line = text[start : text.index("\n", start)]
+    plain = re.sub(r"GeoAloft\((.*\]\]),\[.*?\]\)", r"\1", line)
+    lifted = re.sub(r"(\[\[.*?\]\])", rf"GeoAloft(\1,[{','.join(cf)}])", plain, count=1)
+    path.write_text(text.replace(line, lifted))
+    found = [finding for finding in check_bundle(copy).findings if "hash" not in finding.reason]
+    assert len(found) == 1
+    assert "lifted for the dry run, the inverse kinematics gives the configuration" in found[0].reason
+
+
+def test_a_name_declared_twice_is_found_even_where_the_setup_cannot_be_read(copy: Path) -> None:
+    (copy / "setup.json").write_text("{}")
+    guard = copy / "rapid" / "GeoGuard.mod"
+    guard.write_text(guard.read_text().replace("geoCutShort", "geoStopped"))
+    reasons = [finding.reason for finding in check_bundle(copy).findings if finding.file == "rapid/GeoGuard.mod"]
+    assert [reason.partition(":")[0] for reason in reasons] == ["GeoStopped is declared twice"]
+
+
 def test_missing_and_added_files_are_named(copy: Path) -> None:
     (copy / "rapid" / "GeoGuard.mod").unlink()
     (copy / "rapid" / "More.mod").write_text("MODULE More\nENDMODULE\n")
@@ -285,6 +409,7 @@ def with_another_letter(line: str, random: Random) -> str:
 
 
 MOVE, TRIGGER = r"(?:Move|Trigg)L \[\[", r"TriggIO "
+MOVE_OR_LIFTED = r"(?:Move|Trigg)L (?:GeoAloft\()?\[\["
 COORDINATE = r"(?<=[\[,])-?\d+\.\d{4}(?=[\],])"
 COMPONENT = r"(?<=[\[,])-?\d\.\d{8}(?=[\],])"
 KINDS: dict[str, tuple[str, Mutation]] = {
@@ -326,7 +451,7 @@ KINDS: dict[str, tuple[str, Mutation]] = {
     "no error handler": ("GeoPrint", lambda lines, random: drop(lines, "RAISE;", random)),
     "not ASCII": ("GeoPrint", on_lines("Geo", lambda line, _: line.replace("Geo", "G\u00e9o", 1))),
     "changed number of the cell": (
-        "GeoCell", on_lines(r"(tool|wobj|pose|joint|speed|zone|num).*:=", lambda line, random: nudged(
+        "GeoCell", on_lines(r"(tool|wobj|pos|joint|speed|zone|CONST num).*:=", lambda line, random: nudged(
             line, random, pattern=r"(?<=[\[,=])-?\d+(?:\.\d+)?(?=[\],;])", by=0.5))),
     "part known better": ("GeoCell", on_lines("(95 %)|lie within", lambda line, random: nudged(
         line, random, pattern=r"\d\.\d\d", by=-0.05), comment=True)),

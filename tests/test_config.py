@@ -180,6 +180,7 @@ def test_a_calibrated_cell_keeps_its_touched_points(tmp_path: Path) -> None:
     fixture = load_cell(written(tmp_path, text)).fixture
     assert fixture is not None
     assert fixture.touched.shape == (4, 3)
+    assert fixture.T_fixture_work is not None
     assert fixture.T_fixture_work[2, 3] == 5.0
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from importlib.metadata import version
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
@@ -19,12 +21,14 @@ from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export import rapid
 from geoprint.export.orders import orders_of
 from geoprint.export.rapid import rapid_program
-from geoprint.export.rapid_cell import guard_module
+from geoprint.export.rapid_cell import cell_module, guard_module
+from geoprint.export.rapid_names import check_names
 from geoprint.export.rapid_verify import verify_program
-from geoprint.model import Cell, Flood, Placement, PoseStream, Program, Purge, Signals, Targets
+from geoprint.model import Cell, FloatArray, Flood, Placement, PoseStream, Program, Purge, Signals, Targets
 from tests.export_cases import (
     CELL,
     DEMONSTRATION,
+    EXTENT,
     PLACEMENT,
     events,
     joint_path,
@@ -109,7 +113,7 @@ def test_without_calibration_nothing_makes_a_program_deposit() -> None:
     program = write(placement=DEMONSTRATION)
     assert program.dry_run
     for name in ("GeoCell.mod", "GeoPrint.mod", "GeoGuard.mod"):
-        assert "! PLACEMENT NOT CALIBRATED" in text_of(program, name)
+        assert "! PLACEMENT NOT KNOWN" in text_of(program, name)
     assert not [line for line in code_of(program) if re.search(r"SetDO \w+,1|geoOn:=1", line)]
     assert [line for line in code_of(write()) if "geoOn:=1" in line]
 
@@ -144,6 +148,7 @@ def test_every_guard_is_whole_rapid_within_the_kernels_limits(
     assert text.endswith("ENDMODULE\n")
     assert not re.search(r"[@<|](?!>)[A-Z]", text.replace("<>", ""))
     assert sum(line.startswith("PROC ") for line in code) == code.count("ENDPROC")
+    assert sum(line.startswith("FUNC ") for line in code) == code.count("ENDFUNC") == 1
     assert sum(line.endswith(" THEN") for line in code) == code.count("ENDIF")
     called = {line.split()[0].rstrip(";") for line in code if line.startswith("Geo")}
     called |= set(re.findall(r"(?:\d|FALSE|TRUE|=|5) (Geo[A-Za-z]+)", text))
@@ -152,6 +157,49 @@ def test_every_guard_is_whole_rapid_within_the_kernels_limits(
     assert max(len(word) for word in re.findall(r"\w+", text)) <= 32
     assert max(len(string) for string in re.findall(r'"([^"]*)"', text)) <= 80
     assert max(len(line) for line in text.split("\n")) <= 120
+    check_names([("GeoGuard.mod", text)])
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.floats(0.1, 2.0),
+    st.sampled_from([0.0, 20.0, 400.0]),
+    arrays(np.float64, 3, elements=st.floats(-1.0, 1.0)),
+    arrays(np.float64, 3, elements=st.floats(-1.0, 1.0)),
+    st.floats(-4.0, 0.0),
+)
+def test_no_frame_that_the_guard_takes_moves_a_point_of_the_part_by_more_than_a_fifth_of_the_stand_off(
+    standoff: float, away: float, shift: FloatArray, turn: FloatArray, scale: float
+) -> None:
+    low = np.array([away, -away, 3.0])
+    extent = np.stack([low, low + np.array([30.0, 20.0, 5.0])])
+    cell = replace(CELL, process=replace(CELL.process, standoff=standoff))
+    text = cell_module(cell, replace(orders(), extent=extent), placement=PLACEMENT, declarations=[], header=[])
+    middle, largest_shift, largest_turn = (
+        np.array(json.loads(match[1]))
+        for name in ("pos geoMiddle", "num nGeoShift", "num nGeoTurn")
+        if (match := re.search(rf"CONST {name}:=(.*);", text))
+    )
+    rotation = Rotation.from_rotvec(10.0**scale * turn)
+    moved = transforms.rigid(rotation.as_matrix(), 10.0**scale * shift + middle - rotation.apply(middle))
+    taken = np.linalg.norm(transforms.apply(moved, middle[None]) - middle) <= largest_shift
+    taken &= np.degrees(rotation.magnitude()) <= largest_turn
+    points = np.array([*product(*extent.T)])
+    farthest = np.linalg.norm(transforms.apply(moved, points) - points, axis=1).max()
+    assert farthest <= 0.2 * standoff + 1e-4 or not taken
+    assert taken or farthest > 1e-3 * standoff
+
+
+def test_the_guard_asks_for_the_frame_at_the_middle_of_the_part_by_limits_of_the_plan() -> None:
+    guard = text_of(write(), "GeoGuard.mod")
+    assert "IF VectMagn(PoseVect(shift,geoMiddle)-geoMiddle)>nGeoShift OR turn>nGeoTurn THEN\n      GeoRefuse" in guard
+
+
+@pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION])
+def test_no_program_ever_switches_the_monitoring_of_configurations_off(placement: Placement) -> None:
+    code = "\n".join(code_of(write(placement=placement)))
+    assert re.findall(r"Conf[LJ].*", code) == ["ConfJ\\On;", "ConfL\\On;"]
+    assert code.count("MoveL GeoAloft([[") == 4
 
 
 def test_the_ways_from_and_to_home_take_the_planned_time() -> None:
@@ -337,7 +385,8 @@ def test_a_placement_that_is_not_the_one_of_the_joint_path_is_refused() -> None:
     moved = replace(PLACEMENT, T_fixture_work=np.eye(4))
     with pytest.raises(InputError, match="another placement"):
         orders_of(
-            joint_path(poses), targets(poses), trajectory(poses), placement=moved, aloft=np.zeros(6)
+            joint_path(poses), targets(poses), trajectory(poses), placement=moved, aloft=np.zeros(6),
+            aloft_configuration=joint_path(poses).configuration, extent=EXTENT,
         )  # fmt: skip
 
 

@@ -124,6 +124,12 @@ DAMAGES = {
     "slow turns": Damage(C, r"\[20,500", "[20,5", "speeddata", r"\[20,5,"),
     "wrong configuration": Damage(P, r"\[-1,0,-2,4\]", "[-1,0,-2,0]", "configuration", r"\[-1,0,-2,0\]", nth=3),
     "fractional configuration": Damage(P, r"\[-1,0,-2,4\]", "[-1,0.5,-2,4]", "configuration", r"-1,0\.5", nth=3),
+    "wrong configuration of the dry run": Damage(
+        P, r"(GeoAloft\(.*),\[-1,0,-1,4\]\)", r"\1,[-1,0,-2,4])", "configuration of the dry run", "GeoAloft", nth=0),
+    "no configuration of the dry run": Damage(
+        P, r"GeoAloft\((.*),\[-1,0,-1,4\]\)", r"\1", "configuration of the dry run", "no line", nth=0),
+    "configuration of three numbers": Damage(
+        P, r"(GeoAloft\(.*),\[-1,0,-1,4\]\)", r"\1,[-1,0,4])", "no configuration of four", "GeoAloft", nth=0),
     "external axis": Damage(P, r"\[9E9,", "[0,", "external axes", r"\[0,9E9", nth=4),
     "wrong tool": Damage(P, "tGeoNozzle", "tool0", "tool0", "tool0", nth=3),
     "wrong work object": Damage(P, "wGeoPart", "wobj0", "wobj0", "wobj0", nth=3),
@@ -144,6 +150,10 @@ DAMAGES = {
     "surface not uncertain": Damage(C, r"  ! Surface.*\n", "", "must say 'Surface known", "! Part"),
     "touches closer": Damage(C, r"lie within 0\.11", "lie within 0.01", "must say 'touched", "lie within"),
     "frame of another plan": Damage(C, r"313\.0504", "313.1504", "geoFrame", "geoFrame"),
+    "looser about the frame": Damage(C, r"nGeoShift:=0\.03", "nGeoShift:=0.04", "let the part lie off", "nGeoShift"),
+    "looser about the frame's turn": Damage(C, r"nGeoTurn:=0", "nGeoTurn:=1", "let the part lie off", "no line"),
+    "frame asked for elsewhere": Damage(C, r"geoMiddle:=\[0", "geoMiddle:=[99", "let the part lie off", "no line"),
+    "frame never right": Damage(C, r"nGeoTurn:=0", "nGeoTurn:=-0", "let the part lie off", "no line"),
     "faster home": Damage(C, r"nGeoBack:=1\.000", "nGeoBack:=0.500", "nGeoBack", "nGeoBack"),
     "faster to unknown places": Damage(C, r"vGeoSlow:=\[20", "vGeoSlow:=[200", "vGeoSlow", "vGeoSlow"),
     "begins without questions": Damage(P, "    GeoBegin 2;\n", "", "no procedure geoenter", "GeoEnter 1"),
@@ -184,6 +194,14 @@ DAMAGES = {
     "carriage return": Damage(P, "GeoRun2;", "GeoRun2;\r", "printable ASCII", "\r"),
     "line too long": Damage(P, "! Part", f"! {'x' * 250} Part", "at most 250 characters", "xxxx"),
     "declared twice": Damage(C, r"(  CONST speeddata vGeo1.*\n)", r"\1\1", "declared twice", "the second"),
+    "declared twice in other letters": Damage(
+        C, r"(  CONST speeddata vGeo1)(.*\n)", r"\1\2  CONST speeddata VGEO1\2", "VGEO1 is declared twice: also in",
+        "VGEO1"),
+    "datum named as a routine of the guard": Damage(
+        C, r"(  VAR triggdata tGeoValveOn;\n)", r"\1  VAR bool geosafe:=FALSE;\n", "declared twice: also in GeoCell",
+        "no line"),
+    "routine named as a datum of the cell": Damage(
+        P, "PROC GeoRun2", "PROC tGeoNozzle", "declared twice: also in GeoCell.mod", "PROC tGeoNozzle"),
     "procedure twice": Damage(P, "PROC GeoRun2", "PROC GeoRun1", "declared twice", "the second"),
     "data after procedures": Damage(
         P, r"(  PROC GeoRun2)", r"  CONST num n:=1;\n\1", "wants data first", "CONST num"
@@ -236,13 +254,13 @@ def test_a_demonstration_that_could_deposit_is_refused() -> None:
 
 
 def test_a_demonstration_that_does_not_say_so_is_refused() -> None:
-    program = damaged("GeoPrint.mod", lambda text: text.replace("NOT CALIBRATED", "FINE"), written(DEMONSTRATION))
-    with pytest.raises(VerificationError, match="line 3: the header must say 'PLACEMENT NOT CALIBRATED'"):
+    program = damaged("GeoPrint.mod", lambda text: text.replace("NOT KNOWN", "FINE"), written(DEMONSTRATION))
+    with pytest.raises(VerificationError, match="line 3: the header must say 'PLACEMENT NOT KNOWN"):
         verify(program, DEMONSTRATION)
 
 
 def test_a_calibrated_program_is_not_accepted_for_a_demonstration() -> None:
-    with pytest.raises(VerificationError, match="PLACEMENT NOT CALIBRATED"):
+    with pytest.raises(VerificationError, match="PLACEMENT NOT KNOWN"):
         verify(PROGRAM, DEMONSTRATION)
 
 

@@ -17,7 +17,7 @@ from geoprint.export.switching import switching_events
 from geoprint.export.tables import poses_table, read_poses_table
 from geoprint.export.targets_table import read_orders, targets_table
 from geoprint.model import Cell, Purge, Signals
-from tests.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
+from tests.export_cases import CELL, DEMONSTRATION, EXTENT, PLACEMENT, orders, stream, tips_of
 
 POSES = stream(runs=3, points=30)
 ORDERS = orders(POSES)
@@ -202,9 +202,9 @@ def test_orders_read_back_from_their_tables(tmp_path: Path) -> None:
     (tmp_path / "poses.csv").write_bytes(poses_table(POSES))
     found = read_orders(
         tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), standoff=POSES.standoff,
-        start=ORDERS.start, aloft=ORDERS.aloft, duration=ORDERS.duration,
+        start=ORDERS.start, aloft=ORDERS.aloft, extent=ORDERS.extent, duration=ORDERS.duration,
     )  # fmt: skip
-    for name in ("poses", "configuration", "runs", "laid", "times"):
+    for name in ("poses", "configuration", "aloft_configuration", "runs", "laid", "times"):
         np.testing.assert_array_equal(getattr(found, name), getattr(ORDERS, name))
     for name in ("tips", "quaternions", "zones", "speeds", "flow"):
         np.testing.assert_allclose(getattr(found, name), getattr(ORDERS, name), atol=2e-6)
@@ -218,7 +218,7 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
     with pytest.raises(VerificationError, match="do not rise from 0 to 17"):
         read_orders(
             tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), standoff=0.3, start=ORDERS.start,
-            aloft=ORDERS.aloft, duration=ORDERS.duration,
+            aloft=ORDERS.aloft, extent=ORDERS.extent, duration=ORDERS.duration,
         )  # fmt: skip
 
 
@@ -230,7 +230,9 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
     ],
 )
 def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | None, tmp_path: Path) -> None:
-    written = Setup(cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6))
+    written = Setup(
+        cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6), extent=EXTENT
+    )
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
     found = read_setup(path)

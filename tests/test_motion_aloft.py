@@ -6,11 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, ReachError
-from geoprint.model import Box, Flood, JointPath, Purge, Targets
-from geoprint.motion import LIFT, Arm, aloft_path, clearance, controller_path, there_and_back, tips_at
+from geoprint.model import Box, FloatArray, Flood, JointPath, Purge, Targets
+from geoprint.motion import (
+    LIFT,
+    Arm,
+    aloft_configuration,
+    aloft_path,
+    clearance,
+    configuration_data,
+    controller_path,
+    there_and_back,
+    tips_at,
+)
 from geoprint.motion.pose_samples import tool_poses
 from geoprint.motion.targets import required_poses
 from tests.cells import bent_cell
@@ -22,8 +33,8 @@ ARM = arm_of(CELL)
 TURNED = WORK @ transforms.rigid(transforms.rotation_of(np.array([np.cos(0.1), np.sin(0.1), 0.0, 0.0])), np.zeros(3))
 
 
-def path_and_targets() -> tuple[JointPath, Targets]:
-    path = solved(two_runs(), ARM, T_base_work=TURNED)
+def path_and_targets(T_base_work: FloatArray = TURNED) -> tuple[JointPath, Targets]:
+    path = solved(two_runs(), ARM, T_base_work=T_base_work)
     kept = np.union1d(required_poses(path.poses), np.arange(0, path.poses.count, 3))
     rests = path.poses.stops[kept] | (np.diff(path.poses.runs[kept], prepend=-1) != 0)
     return path, Targets(poses=kept, zones=np.where(rests, 0.0, 0.2), speeds=np.full(kept.size, 20.0))
@@ -86,6 +97,29 @@ def test_a_dry_run_stays_on_the_branch_and_turn_of_the_path() -> None:
     assert np.abs(aloft.joints[0] - path.joints[0]).max() < 0.2
     assert np.abs(np.diff(aloft.joints, axis=0)).max() < 0.3
     assert aloft.branch == path.branch
+
+
+def test_each_lifted_target_has_the_configuration_that_the_inverse_gives_there() -> None:
+    beside = TURNED @ transforms.rigid(Rotation.from_euler("z", -25, degrees=True).as_matrix(), np.zeros(3))
+    path, targets = path_and_targets(beside)
+    aloft, dry_targets = aloft_path(path, targets, ARM)
+    found = aloft_configuration(aloft, path, targets)
+    lift = transforms.rigid(np.eye(3), np.array([0.0, 0.0, LIFT]))
+    chosen = targets.poses
+    joints = ARM.solutions(lift @ tool_poses(path.poses, T_base_work=beside)[chosen])[:, path.branch]
+    joints = joints + 2.0 * np.pi * np.rint((path.joints[chosen] - joints) / (2.0 * np.pi))
+    np.testing.assert_array_equal(found, configuration_data(joints, arm=ARM))
+    # Printed, these are others: the wrist turns where the arm rises.
+    assert (found != path.configuration[chosen]).any()
+    controller_path(aloft, dry_targets, ARM, step=2.0)
+
+
+def test_a_way_down_that_ends_with_other_joints_than_the_print_has_is_refused() -> None:
+    path, targets = path_and_targets()
+    turned = path.joints.copy()
+    turned[path.poses.runs == 1, 5] += 2.0 * np.pi
+    with pytest.raises(ReachError, match=r"run 2: whoever resumes there comes down with joint 6 off .* by 360 degrees"):
+        aloft_path(replace(path, joints=turned), targets, ARM)
 
 
 def test_a_dry_run_out_of_reach_is_refused() -> None:

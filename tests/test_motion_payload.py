@@ -99,6 +99,6 @@ def test_an_arm_whose_load_nobody_has_stated_is_refused() -> None:
 
 def test_the_written_load_says_how_its_axes_are_turned() -> None:
     cell = replace(CELL, tool=tool(principal_axes=Rotation.from_euler("y", 90, degrees=True).as_matrix()))
-    nowhere = Placement(np.eye(4), np.eye(4), calibrated=False, misses=np.empty(0))
+    nowhere = Placement(np.eye(4), np.eye(4), calibrated=False, part_stated=False, misses=np.empty(0))
     text = cell_module(cell, orders(), placement=nowhere, declarations=[], header=[])
     assert "[1.0000,[30.0000,40.0000,128.0000],[0.70710678,0.00000000,0.70710678,0.00000000],0.003000," in text

@@ -12,17 +12,20 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
+from geoprint.motion import aloft_path
 from geoprint.motion.targets import (
     ANGLE_TOLERANCE,
     FINE_SHARE,
     LARGEST_ZONE,
+    SHORTEST_MOVE,
     SMALLEST_SPEED,
+    SMALLEST_TURN,
     close_targets,
     written_targets,
 )
 from geoprint.transforms import same_sign
 from tests.cells import bent_cell
-from tests.joint_paths import DOWN, arc, line, stream, tilted, two_runs
+from tests.joint_paths import DOWN, arc, arm_of, line, solved, stream, tilted, two_runs
 
 PROCESS = bent_cell().process
 TOLERANCE = 0.01
@@ -130,6 +133,48 @@ def test_stops_and_the_ends_of_deposit_are_targets_where_the_tool_rests() -> Non
     assert np.isin(required, found.poses).all()
     assert (found.zones[np.isin(found.poses, required)] == 0.0).all()
     assert (found.zones[~np.isin(found.poses, required)] > 0.0).all()
+
+
+def split_run(*, apart: float = 0.0, turn: float = 0.0) -> PoseStream:
+    """Two half circles with a lift where the first ends and the second begins, so far apart [mm] and turned [rad]."""
+    first, second = arc(angle=np.pi), -arc(angle=np.pi)
+    up, aside = np.array([[0.0, 0.0, 5.0]]), np.array([[0.0, apart, 0.0]])
+    parts = [first[:1] + up, first, first[-1:] + up, second[:1] + up + aside, second, second[-1:] + up]
+    sizes = [len(each) for each in parts]
+    ends = np.cumsum(sizes)
+    tips = np.vstack(parts)
+    return stream(
+        tips,
+        deposit=np.repeat([False, True, False, False, True, False], sizes),
+        runs=np.repeat([0, 0, 0, 1, 1, 1], sizes),
+        stops=tuple(sorted({0, *(ends - 1).tolist(), *ends[:-1].tolist()})),
+        quaternions=tilted(np.where(np.arange(len(tips)) < ends[2], 0.0, turn), axis="z"),
+    )
+
+
+def test_no_move_goes_nowhere_where_a_run_begins_in_the_place_where_the_one_before_ends() -> None:
+    poses = split_run()
+    assert (np.linalg.norm(np.diff(poses.tips, axis=0), axis=1) < 1e-12).sum() == 1
+    found = thinned(poses)
+    assert np.linalg.norm(np.diff(poses.tips[found.poses], axis=0), axis=1).min() >= SHORTEST_MOVE
+    # The place belongs to the run that begins, so that whoever resumes there begins above the part.
+    first = int(np.flatnonzero(np.diff(poses.runs[found.poses]))[0]) + 1
+    assert poses.tips[found.poses[first], 2] == 5.0
+    assert poses.laid[found.poses[first - 2 : first]].tolist() == [True, False]
+    np.testing.assert_array_equal(found.zones[first - 1 : first + 1], 0.0)
+    aloft_path(solved(poses, arm_of(bent_cell())), found, arm_of(bent_cell()))
+
+
+@pytest.mark.parametrize(("apart", "turn"), [(0.5 * SHORTEST_MOVE, 0.0), (0.0, 0.5 * SMALLEST_TURN)])
+def test_what_is_nearer_than_any_arm_repeats_is_the_same_place(apart: float, turn: float) -> None:
+    poses = split_run(apart=apart, turn=turn)
+    assert thinned(poses).poses.size == thinned(split_run()).poses.size
+
+
+@pytest.mark.parametrize(("apart", "turn"), [(1.1 * SHORTEST_MOVE, 0.0), (0.0, 1.1 * SMALLEST_TURN)])
+def test_a_short_travel_and_a_turn_on_the_spot_are_written(apart: float, turn: float) -> None:
+    poses = split_run(apart=apart, turn=turn)
+    assert thinned(poses, still=0.1).poses.size == thinned(split_run()).poses.size + 1
 
 
 def test_a_switch_of_the_deposit_is_a_rest_even_where_the_stream_has_no_stop() -> None:

@@ -117,7 +117,7 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert any("than the controller digests" in warning for warning in found["warnings"])
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
-    assert any("NOT CALIBRATED" in warning for warning in found["warnings"])
+    assert any("PLACEMENT NOT KNOWN" in warning for warning in found["warnings"])
     assert len(found["input"]["sha256"]) == 64
 
 
@@ -361,7 +361,7 @@ def test_a_calibrated_cell_writes_a_program_that_may_deposit(tmp_path: Path) -> 
     assert robot.placement.calibrated
     assert not robot.program.dry_run
     np.testing.assert_allclose(robot.placement.T_base_work[:3, 3], [280.0, -15.0, 50.0], atol=1e-9)
-    assert "NOT CALIBRATED" not in "".join(text for _, text in robot.program.modules)
+    assert "NOT KNOWN" not in "".join(text for _, text in robot.program.modules)
 
 
 def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -> None:

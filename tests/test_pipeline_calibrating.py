@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -14,7 +15,15 @@ from geoprint import transforms
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, UsageError
 from geoprint.motion import Arm
-from geoprint.pipeline import calibration_summary, calibration_text, outcome_text, plan, save_plan
+from geoprint.pipeline import (
+    calibration_summary,
+    calibration_text,
+    check_bundle,
+    outcome_text,
+    plan,
+    run_sheet,
+    save_plan,
+)
 from geoprint.pipeline.calibrating import calibrate, calibrate_cell, calibrate_tool, save_calibrated
 from geoprint.pipeline.touch_tables import read_points
 from geoprint.surfaces import save_ply
@@ -209,6 +218,72 @@ def calibrated_cell(tables: tuple[Path, Path], *, noise: float) -> Path:
     out = touched.with_name("calibrated.toml")
     save_calibrated(found, out, overwrite=True)
     return out
+
+
+def stated(tables: tuple[Path, Path], **keys: list[float]) -> Path:
+    """Calibrate the packaged cell as a newcomer does, and state so much of the part's place under [work]."""
+    out = tables[0].with_name("stated.toml")
+    save_calibrated(
+        calibrate_cell(tables[0], model=tables[1], cell=None, part=None, unit=None, noise=0.05), out, overwrite=True
+    )
+    lines = "".join(f"{key} = {value}\n" for key, value in keys.items())
+    out.write_text(out.read_text().replace('\nsource = "calibrated"\n', f'\nsource = "calibrated"\n{lines}'))
+    return out
+
+
+def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_that_run_only_dry_and_say_so(
+    tables: tuple[Path, Path], part: Path, tmp_path: Path
+) -> None:
+    planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=stated(tables)))
+    save_plan(planned, tmp_path / "out")
+    robot = planned.robot
+    assert robot is not None
+    assert robot.program.dry_run
+    modules = dict(robot.program.modules)
+    assert not re.search(r"SetDO \w+,1|geoOn:=1", "".join(modules.values()))
+    told = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert told["program"]["dry_run_only"] is True
+    assert (told["motion"]["placement_calibrated"], told["motion"]["placement_missing"]) == (
+        True, ["the part on it (part_mm)"],
+    )  # fmt: skip
+    # Nobody knows how well the surface is known either.
+    assert "surface_within_mm" not in told["motion"]
+    sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
+    assert "RUNS DRY ONLY" in sheet
+    assert "geoDryRun FALSE" not in sheet
+    for text in (outcome_text(planned), sheet, modules["GeoCell.mod"], modules["GeoPrint.mod"]):
+        assert "NOT KNOWN" in text
+        assert "the part on it (part_mm)" in text
+        assert "touched points)" not in text
+
+
+def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
+    tables: tuple[Path, Path], part: Path, tmp_path: Path
+) -> None:
+    cell = stated(tables, part_mm=[-20.0, -15.0, 20.0], part_rpy_deg=[0.0, 0.0, 90.0])
+    planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=cell))
+    save_plan(planned, tmp_path / "out")
+    assert planned.robot is not None
+    assert not planned.robot.program.dry_run
+    assert "NOT KNOWN" not in outcome_text(planned)
+    sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
+    assert (
+        "part on the fixture, as stated: its origin at (-20.00, -15.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
+    )
+    assert json.loads((tmp_path / "out" / "plan.json").read_text())["motion"]["placement_missing"] == []
+
+
+def test_a_turn_without_a_place_is_refused(tables: tuple[Path, Path]) -> None:
+    with pytest.raises(UsageError, match="part_rpy_deg turns the part on its fixture, but part_mm does not say where"):
+        load_cell(stated(tables, part_rpy_deg=[0.0, 0.0, 90.0]))
+
+
+def test_a_calibration_says_that_the_parts_place_is_still_to_be_stated(tables: tuple[Path, Path]) -> None:
+    cell = stated(tables, part_mm=[0.0, 0.0, 5.0])
+    for base, said in ((None, True), (cell, False)):
+        found = calibrate_cell(tables[0], model=tables[1], cell=base, part=None, unit=None, noise=None)
+        assert ("does not state where the part stands on the fixture" in calibration_text(found)) is said
+        assert calibration_summary(found)["part_stated"] is not said
 
 
 def test_a_plan_refuses_a_part_that_is_known_worse_than_its_stand_off(tables: tuple[Path, Path], part: Path) -> None:

@@ -145,7 +145,7 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Pat
         assert page.errors() == []
         assert all(address.startswith("file:") for address in page.requests())
         words = str(page.run("document.body.innerText"))
-    assert "PLACEMENT NOT CALIBRATED" in words
+    assert "PLACEMENT NOT KNOWN" in words
     assert "exact geodesic distance" in words
 
 

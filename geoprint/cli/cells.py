@@ -74,8 +74,7 @@ def calibrate(
     say(calibration_text(found))
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
-        stands = "; part_mm and part_rpy_deg under [work] say where the part stands on the fixture" if model else ""
-        say(f"written and read back: {out}{stands}")
+        say(f"written and read back: {out}")
 
 
 def fit_flow(

@@ -118,8 +118,8 @@ class WorkTable(Table):
     model_mm: list[Triple] = Field(default=[])
     touched_mm: list[Triple] = Field(default=[])
     noise_mm: PositiveFloat | None = None
-    part_mm: Triple = Field(default=[0.0, 0.0, 0.0])
-    part_rpy_deg: Triple = Field(default=[0.0, 0.0, 0.0])
+    part_mm: Triple | None = None
+    part_rpy_deg: Triple | None = None
 
     @model_validator(mode="after")
     def _touched_when_calibrated(self) -> Self:
@@ -129,6 +129,8 @@ class WorkTable(Table):
             )
         if self.source == "calibrated" and not self.touched_mm:
             raise ValueError('source = "calibrated" needs the points that were touched: model_mm and touched_mm')
+        if self.part_mm is None and self.part_rpy_deg is not None:
+            raise ValueError("part_rpy_deg turns the part on its fixture, but part_mm does not say where it stands")
         return self
 
 

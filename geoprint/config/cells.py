@@ -172,7 +172,7 @@ def _fixture(work: WorkTable) -> TouchedPoints | None:
     return TouchedPoints(
         model=np.array(work.model_mm),
         touched=np.array(work.touched_mm),
-        T_fixture_work=_pose(work.part_mm, work.part_rpy_deg),
+        T_fixture_work=None if work.part_mm is None else _pose(work.part_mm, work.part_rpy_deg or [0.0, 0.0, 0.0]),
         noise=work.noise_mm,
     )
 

@@ -3,9 +3,9 @@ MODULE GeoGuard
   ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
   ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
   ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
-@demo|  ! PLACEMENT NOT CALIBRATED: nothing here switches an output on, whatever geoDryRun is.
+@unknown|  ! PLACEMENT NOT KNOWN: nothing here switches an output on, whatever geoDryRun is.
   VAR num geoOn:=0;
-  VAR bool geoStopped:=FALSE;
+  VAR bool geoCutShort:=FALSE;
   PROC GeoSafe()
     SetDO <VALVE>,0;
     SetDO <LAMP>,0;
@@ -13,7 +13,7 @@ MODULE GeoGuard
 @vacuum|    SetDO <VACUUM>,0;
   ENDPROC
   PROC GeoStopped()
-    IF <VALVE>=1 geoStopped:=TRUE;
+    IF <VALVE>=1 geoCutShort:=TRUE;
     GeoSafe;
   ENDPROC
   PROC GeoRefuse(string why)
@@ -26,7 +26,7 @@ MODULE GeoGuard
   PROC GeoBegin(num runs)
     GeoSafe;
     geoOn:=0;
-    geoStopped:=FALSE;
+    geoCutShort:=FALSE;
     TPErase;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
     IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
@@ -39,12 +39,12 @@ MODULE GeoGuard
     GeoAskFrame;
     GeoAskHome;
 @prime|    GeoPrime;
-@demo|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
-@calibrated|    IF geoDryRun OR geoFirstRun>1 THEN
-@calibrated|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
-@calibrated|    ELSE
-@calibrated|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
-@calibrated|    ENDIF
+@unknown|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+@known|    IF geoDryRun OR geoFirstRun>1 THEN
+@known|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+@known|    ELSE
+@known|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+@known|    ENDIF
     VelSet geoSpeedPct,250;
   ERROR
     GeoSafe;
@@ -57,7 +57,9 @@ MODULE GeoGuard
     shift:=PoseMult(PoseInv(geoFrame),PoseMult(wGeoPart.uframe,wGeoPart.oframe));
     axis:=[shift.rot.q2,shift.rot.q3,shift.rot.q4];
     turn:=2*ATan2(VectMagn(axis),Abs(shift.rot.q1));
-    IF VectMagn(shift.trans)>1 OR turn>0.5 GeoRefuse "the work object is not the planned one: replan.";
+    IF VectMagn(PoseVect(shift,geoMiddle)-geoMiddle)>nGeoShift OR turn>nGeoTurn THEN
+      GeoRefuse "the work object is not the planned one: replan.";
+    ENDIF
   ENDPROC
   PROC GeoAskHome()
     VAR jointtarget jNow;
@@ -82,7 +84,7 @@ MODULE GeoGuard
     RAISE;
   ENDPROC
   PROC GeoAskStopped(num run)
-    IF geoStopped THEN
+    IF geoCutShort THEN
       TPWrite "Material was stopped in run "\Num:=run;
       GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
     ENDIF
@@ -90,22 +92,24 @@ MODULE GeoGuard
   PROC GeoEnter(num run)
     SetDO <VALVE>,0;
     GeoAskStopped run-1;
-@demo|    geoOn:=0;
-@demo|    ConfL\Off;
-@demo|    PDispSet geoLift;
-@calibrated|    IF geoDryRun OR run<geoFirstRun THEN
-@calibrated|      geoOn:=0;
-@calibrated|      ConfL\Off;
-@calibrated|      PDispSet geoLift;
-@calibrated|    ELSE
-@calibrated+io|      IF geoSpeedPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
-@calibrated+io|        GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
-@calibrated+io|      ENDIF
-@calibrated|      PDispOff;
-@calibrated|      ConfL\On;
-@calibrated|      geoOn:=1;
-@calibrated|    ENDIF
+@unknown|    geoOn:=0;
+@unknown|    PDispSet geoLift;
+@known|    IF geoDryRun OR run<geoFirstRun THEN
+@known|      geoOn:=0;
+@known|      PDispSet geoLift;
+@known|    ELSE
+@known+io|      IF geoSpeedPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
+@known+io|        GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
+@known+io|      ENDIF
+@known|      PDispOff;
+@known|      geoOn:=1;
+@known|    ENDIF
   ENDPROC
+  ! A target whose axes stand in other quadrants when it is lifted, with the configuration that it has then.
+  FUNC robtarget GeoAloft(robtarget target,confdata lifted)
+    IF geoOn=0 target.robconf:=lifted;
+    RETURN target;
+  ENDFUNC
   PROC GeoEnd(num run)
     GeoSafe;
     GeoAskStopped run;
@@ -114,19 +118,19 @@ MODULE GeoGuard
     VelSet 100,250;
     MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
 @flood|    GeoFlood;
-@byhand+calibrated|    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
+@byhand+known|    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
   ERROR
     GeoSafe;
     RAISE;
   ENDPROC
 @prime|  PROC GeoPrime()
 @prime|    MoveAbsJ jGeoPrime\NoEOffs,vGeoSlow,fine,tGeoNozzle;
-@prime+calibrated|    IF NOT geoDryRun THEN
-@prime+calibrated+analog|      SetAO <FLOW>,nGeoPrimeFlow;
-@prime+calibrated|      SetDO <VALVE>,1;
-@prime+calibrated|      WaitTime nGeoPrime;
-@prime+calibrated|      GeoSafe;
-@prime+calibrated|    ENDIF
+@prime+known|    IF NOT geoDryRun THEN
+@prime+known+analog|      SetAO <FLOW>,nGeoPrimeFlow;
+@prime+known|      SetDO <VALVE>,1;
+@prime+known|      WaitTime nGeoPrime;
+@prime+known|      GeoSafe;
+@prime+known|    ENDIF
 @prime|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
 @prime|  ERROR
 @prime|    GeoSafe;
@@ -134,12 +138,12 @@ MODULE GeoGuard
 @prime|  ENDPROC
 @flood|  PROC GeoFlood()
 @flood|    MoveAbsJ jGeoFlood\NoEOffs,vGeoSlow,fine,tGeoNozzle;
-@flood+calibrated|    IF NOT geoDryRun THEN
-@flood+calibrated|      SetDO <LAMP>,1;
-@flood+calibrated|      WaitTime nGeoFlood;
-@flood+calibrated|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";
-@flood+calibrated|      GeoSafe;
-@flood+calibrated|    ENDIF
+@flood+known|    IF NOT geoDryRun THEN
+@flood+known|      SetDO <LAMP>,1;
+@flood+known|      WaitTime nGeoFlood;
+@flood+known|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";
+@flood+known|      GeoSafe;
+@flood+known|    ENDIF
 @flood|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
 @flood|  ERROR
 @flood|    GeoSafe;

@@ -17,6 +17,8 @@ from geoprint.model.arrays import freeze_arrays
 
 # Below this a controller knows no speed [mm/s].
 SMALLEST_SPEED = 0.01
+# Positions are written to four decimals: what is nearer than this [mm] is one place, and a move there only turns.
+SMALLEST_STEP = 1e-4
 # Times are those of targets.csv, so that whoever reads it finds the same places of switching [s].
 TIME_DECIMALS = 6
 # uframe and oframe must be the placement that the joint path was computed for.
@@ -41,6 +43,8 @@ class Orders:
         times: (t,) when each is passed; home is left at 0 [s].
         start: (6,) joints at the first target [rad].
         aloft: (6,) joints at the first target of the dry run, which is driven higher [rad].
+        aloft_configuration: (t, 4) as `configuration`, of the targets of the dry run.
+        extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         duration: from home to home [s].
     """
 
@@ -56,13 +60,15 @@ class Orders:
     times: FloatArray
     start: FloatArray
     aloft: FloatArray
+    aloft_configuration: IntArray
+    extent: FloatArray
     duration: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
             self, poses="int: t", tips="float: t 3", quaternions="float: t 4", configuration="int: t 4",
             zones="float: t", speeds="float: t", runs="int: t", laid="bool: t", flow="float: t", times="float: t",
-            start="float: 6", aloft="float: 6",
+            start="float: 6", aloft="float: 6", aloft_configuration="int: t 4", extent="float: 2 3",
         )  # fmt: skip
 
     @property
@@ -78,6 +84,17 @@ class Orders:
         return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
 
     @property
+    def shortest_move(self) -> float:
+        """Shortest way of the tip from a target to the next, turns on the spot left out [mm]."""
+        ways = np.linalg.norm(np.diff(self.tips, axis=0), axis=1)
+        return float(ways.min(where=ways > SMALLEST_STEP, initial=np.inf))
+
+    @property
+    def lifted_otherwise(self) -> int:
+        """Number of targets that have other configuration data in the dry run."""
+        return int((self.aloft_configuration != self.configuration).any(axis=1).sum())
+
+    @property
     def there(self) -> float:
         """Time from home to the first target [s]."""
         return float(self.times[0])
@@ -89,7 +106,14 @@ class Orders:
 
 
 def orders_of(
-    joint_path: JointPath, targets: Targets, trajectory: Trajectory, *, placement: Placement, aloft: FloatArray
+    joint_path: JointPath,
+    targets: Targets,
+    trajectory: Trajectory,
+    *,
+    placement: Placement,
+    aloft: FloatArray,
+    aloft_configuration: IntArray,
+    extent: FloatArray,
 ) -> Orders:
     """Return the orders of a plan.
 
@@ -99,6 +123,8 @@ def orders_of(
         trajectory: when each pose is passed.
         placement: where the part stands; the joint path must have been computed for it.
         aloft: (6,) joints at the first target of the dry run [rad].
+        aloft_configuration: (t, 4) configuration data of the targets of the dry run.
+        extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
 
     Raises:
         InputError: the targets do not serve the whole stream or do not stop where the signals switch, or the
@@ -127,6 +153,8 @@ def orders_of(
         times=np.round(trajectory.pose_times[chosen], TIME_DECIMALS),
         start=joint_path.joints[0],
         aloft=aloft,
+        aloft_configuration=aloft_configuration,
+        extent=extent,
         duration=trajectory.duration,
     )
 

@@ -5,12 +5,15 @@ line (no arrays to index, a line stands for itself, about 165 characters), share
 throughout.
 
 `ConfL\On`: every target carries the configuration of the planned joint path, which is the one that was checked for
-collisions; a controller that would reach a target in another configuration stops instead of printing on.
+collisions; a controller that would reach a target in another configuration stops instead of printing on. The dry run
+drives the same targets higher, where an axis may stand in another quadrant: such a target goes through `GeoAloft` of
+the guard, which gives it the configuration that it has there, so that the dry run is driven with `ConfL\On` as well.
 `SingArea\Off`: the nozzle's attitude is never traded for a way around a singularity.
 
 The modules run dry until somebody sets `geoDryRun` to FALSE: until then, and on runs before `geoFirstRun`, `geoOn` is 0
-and the path is lifted; every trigger that switches on writes `geoOn`. Without a calibrated placement no line of the
-guard sets it, so no setting makes such a program deposit. Switching off writes 0 and never asks.
+and the path is lifted; every trigger that switches on writes `geoOn`. Where somebody has yet to state where fixture and
+part stand, no line of the guard sets it, so no setting makes such a program deposit. Switching off writes 0 and never
+asks.
 
 A program that does not fit one module is spread over GeoPath1, GeoPath2, ..., which main loads from the controller's
 home folder while the one before runs. A run is never split: between two modules the tool is lifted and shut off.
@@ -106,7 +109,7 @@ def rapid_program(
     ]
     listed = [name for name, _ in modules if not name.startswith("GeoPath")]
     modules.append(("GeoPrint.pgf", program_file(listed)))
-    program = Program(modules=tuple(modules), targets=orders.count, dry_run=not placement.calibrated)
+    program = Program(modules=tuple(modules), targets=orders.count, dry_run=bool(placement.missing))
     verify_program(program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events)
     return program
 
@@ -151,20 +154,26 @@ def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers) -> list[s
     tips = np.round(orders.tips, values.POSITION_DECIMALS) + 0.0
     quaternions = np.round(_unit(orders.quaternions), values.QUATERNION_DECIMALS) + 0.0
     position, turn = f"%.{values.POSITION_DECIMALS}f", f"%.{values.QUATERNION_DECIMALS}f"
-    form = (
-        f"    %s [[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{values.NO_AXES}]"
-        ",%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
-    )
+    target = f"[[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{values.NO_AXES}]"
+    form = f"    %s %s{target}%s,%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
+    differs = (orders.aloft_configuration != orders.configuration).any(axis=1)
+    lifted = [("", "")] * orders.count
+    for index in np.flatnonzero(differs).tolist():
+        cf = orders.aloft_configuration[index].tolist()
+        lifted[index] = ("GeoAloft(", f",[{','.join(map(str, cf))}])")
     verbs, pulled = ["MoveL"] * orders.count, [""] * orders.count
-    for target, trigger_names in triggers.pulled.items():
-        verbs[target] = "TriggL"
+    for index, trigger_names in triggers.pulled.items():
+        verbs[index] = "TriggL"
         others = "".join(f"\\T{k}:={name}" for k, name in enumerate(trigger_names[1:], start=2))
-        pulled[target] = f"{trigger_names[0]}{others},"
+        pulled[index] = f"{trigger_names[0]}{others},"
     rows = zip(
-        verbs, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), names.speeds, pulled, names.zones,
-        strict=True,
+        verbs, lifted, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), names.speeds, pulled,
+        names.zones, strict=True,
     )  # fmt: skip
-    return [form % (verb, *tip, *turned, *cf, speed, pull, zone) for verb, tip, turned, cf, speed, pull, zone in rows]
+    return [
+        form % (verb, opened, *tip, *turned, *cf, closed, speed, pull, zone)
+        for verb, (opened, closed), tip, turned, cf, speed, pull, zone in rows
+    ]
 
 
 def _unit(quaternions: FloatArray) -> FloatArray:

@@ -15,11 +15,15 @@ from geoprint.export.orders import Orders
 from geoprint.model import Cell, FloatArray, Placement, Signals, Tool
 from geoprint.motion import LIFT
 
+# A work object is refused by which any point of the part may lie off by more than this share of the stand-off; one half
+# of it may be a shift of the part's middle, the other a turn about it.
+_FRAME_SHARE = 0.2
+# Digits of these limits, which are rounded down.
+_LIMIT_DIGITS = 4
 # The tip's speed on ways that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
 _SLOW = "[20,10,5000,1000]"
 # A joint move that is planned to take no time, because the arm is there already, is given this [s].
 _SHORTEST_MOVE = 0.1
-NOT_CALIBRATED = "PLACEMENT NOT CALIBRATED"
 
 
 def header_lines(
@@ -38,7 +42,7 @@ def header_lines(
 
     Args:
         cell: its name and arm are given.
-        placement: whether it is calibrated, and how well.
+        placement: how well the fixture is known, and what of it nobody has stated.
         surface_within: what the surface is known within along its normal, in 95 of 100 calibrations [mm], or None.
         part_name: any text.
         spacing: [mm].
@@ -50,11 +54,11 @@ def header_lines(
     lines = values.comment(f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.")
     if placement.calibrated:
         miss = float(placement.misses.max(initial=0.0))
-        lines += values.comment(
-            f"Placement calibrated; touched points lie within {miss:.2f} mm of where others put them."
-        )
-    else:
-        lines += values.comment(f"{NOT_CALIBRATED}: runs dry only, whatever geoDryRun is.")
+        words = f"Fixture calibrated; touched points lie within {miss:.2f} mm of where others put them."
+        lines += values.comment(words)
+    if placement.missing:
+        lines += values.comment("PLACEMENT NOT KNOWN: runs dry only, whatever geoDryRun is.")
+        lines += values.comment(f"Nobody has stated: {', '.join(placement.missing)}.")
     if surface_within is not None:
         lines += values.comment(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
     lines += values.comment(f"Part: {part_name}")
@@ -109,7 +113,7 @@ def cell_module(
 
     Args:
         cell: tool, home and outputs.
-        orders: joints and times of the ways from and to home.
+        orders: joints and times of the ways from and to home, and the part's extent.
         placement: uframe and oframe of the work object.
         declarations: lines of the shared speeddata and zonedata.
         header: comment lines.
@@ -129,6 +133,7 @@ def cell_module(
         f"  PERS tooldata tGeoNozzle:={_tooldata(cell.tool)};",
         f'  PERS wobjdata wGeoPart:=[FALSE,TRUE,"",{frames}];',
         f"  CONST pose geoFrame:={values.pose(placement.T_base_work)};",
+        *_frame_limits(cell, orders),
         f"  CONST pose geoLift:=[{values.array(lift, decimals=values.POSITION_DECIMALS)},[1,0,0,0]];",
         _jointtarget("jGeoHome", cell.robot.home),
         _jointtarget("jGeoStart", orders.start),
@@ -151,13 +156,13 @@ def guard_module(cell: Cell, *, placement: Placement, loading: bool) -> str:
 
     Args:
         cell: its outputs, and what it has besides valve and lamp.
-        placement: whether it is calibrated.
+        placement: whether all of it was stated.
         loading: whether the program loads its modules while it runs.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
     """
-    wanted = {cell.signals.mode, "calibrated" if placement.calibrated else "demo"}
+    wanted = {cell.signals.mode, "unknown" if placement.missing else "known"}
     wanted |= {"prime"} if cell.purge is not None else set()
     wanted |= {"vacuum"} if cell.signals.vacuum is not None else set()
     if cell.flood is not None:
@@ -192,6 +197,21 @@ def _tooldata(tool: Tool) -> str:
     inertia = values.array(tool.inertia_kg_m2, decimals=values.INERTIA_DECIMALS)[1:-1]
     axes = values.array(transforms.quaternion_of(tool.principal_axes), decimals=values.QUATERNION_DECIMALS)
     return f"[TRUE,{values.pose(tool.T_flange_tool)},[{mass},{cog},{axes},{inertia}]]"
+
+
+def _frame_limits(cell: Cell, orders: Orders) -> list[str]:
+    """Return the middle of the part, and how far a work object may shift and turn it [mm, degrees]."""
+    low, high = orders.extent
+    room = _FRAME_SHARE * cell.process.standoff / 2.0
+    turn = np.degrees(room / (np.linalg.norm(high - low) / 2.0))
+    limits = values.rounded_down(np.array([room, turn]), digits=_LIMIT_DIGITS).tolist()
+    return [
+        f"  CONST pos geoMiddle:={values.array((low + high) / 2.0, decimals=values.POSITION_DECIMALS)};",
+        *(
+            f"  CONST num {name}:={values.significant(limit)};"
+            for name, limit in zip(("nGeoShift", "nGeoTurn"), limits, strict=True)
+        ),
+    ]
 
 
 def _jointtarget(name: str, joints: FloatArray) -> str:

@@ -22,7 +22,7 @@ def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool) -
     Args:
         text: of the module.
         cell: whose outputs it switches.
-        placement: whether it is calibrated.
+        placement: whether all of it was stated.
         loading: whether the program loads modules while it runs.
 
     Raises:
@@ -45,8 +45,8 @@ def _expected(cell: Cell, *, placement: Placement, loading: bool) -> list[str]:
     holds = {
         "io": cell.signals.mode == "io",
         "analog": cell.signals.mode == "analog",
-        "calibrated": placement.calibrated,
-        "demo": not placement.calibrated,
+        "known": not placement.missing,
+        "unknown": bool(placement.missing),
         "prime": cell.purge is not None,
         "vacuum": cell.signals.vacuum is not None,
         "flood": cell.flood is not None and cell.flood.joints is not None,

@@ -43,8 +43,10 @@ _ON = "geoOn"
 _WORD = r"[A-Za-z_][A-Za-z0-9_]*"
 _NUM = r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:E[+-]?[0-9]+)?"
 _FILE = r"diskhome\\File:=\"([A-Za-z0-9]+\.mod)\""
+# A target whose axes stand in other quadrants when it is lifted goes through the guard, with the configuration of then.
+_TARGET = r"(?:(\[[^;]*\])|GeoAloft\((\[[^;()]*\]\]),(\[[^;()\[\]]*\])\))"
 _MOVE = re.compile(
-    rf"(MoveL|TriggL) (\[[^;]*\]),({_WORD}),(?:({_WORD}(?:\\T[2-8]:={_WORD})*),)?({_WORD}),({_WORD})"
+    rf"(MoveL|TriggL) {_TARGET},({_WORD}),(?:({_WORD}(?:\\T[2-8]:={_WORD})*),)?({_WORD}),({_WORD})"
     rf"(?:\\WObj:=({_WORD}))?;"
 )
 _SWITCH = re.compile(rf"TriggIO ({_WORD}),({_NUM})(\\Start)?\\DOp:=({_WORD}),({_ON}|0);")
@@ -70,7 +72,7 @@ def read_modules(modules: tuple[tuple[str, str], ...]) -> RapidText:
         modules: file name and text of each module.
 
     Raises:
-        VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
+        VerificationError: a line is not RAPID as this reader knows it.
     """
     return joined(tuple(read_module(name, text) for name, text in modules))
 
@@ -79,35 +81,20 @@ def read_module(name: str, text: str) -> RapidText:
     """Read the text of one module.
 
     Raises:
-        VerificationError: a line is not RAPID as this reader knows it, or a name is declared twice.
+        VerificationError: a line is not RAPID as this reader knows it.
     """
     reader = _ModuleReader(name, text)
-    declarations: dict[str, Declaration] = {}
-    procedures: dict[str, Procedure] = {}
-    for word, declaration in reader.declarations:
-        if word.lower() in declarations:
-            refuse(declaration.place, f"{word} is declared twice")
-        declarations[word.lower()] = declaration
-    for place, word, body in reader.procedures:
-        if word.lower() in declarations or word.lower() in procedures:
-            refuse(place, f"{word} is declared twice")
-        procedures[word.lower()] = Procedure(place, tuple(body))
+    declarations = {word.lower(): declaration for word, declaration in reader.declarations}
+    procedures = {word.lower(): Procedure(place, tuple(body)) for place, word, body in reader.procedures}
     return RapidText(declarations, procedures, {name: tuple(reader.comments)})
 
 
 def joined(modules: tuple[RapidText, ...]) -> RapidText:
-    """Return what several modules say together.
-
-    Raises:
-        VerificationError: a name is declared in two of them.
-    """
+    """Return what several modules say together; that no name is declared twice is `rapid_names`' to check."""
     declarations: dict[str, Declaration] = {}
     procedures: dict[str, Procedure] = {}
     comments: dict[str, tuple[str, ...]] = {}
     for module in modules:
-        for word, item in (*module.declarations.items(), *module.procedures.items()):
-            if word in declarations or word in procedures:
-                refuse(item.place, f"{word} is declared twice")
         declarations |= module.declarations
         procedures |= module.procedures
         comments |= module.comments
@@ -250,7 +237,7 @@ def _statement(code: str, place: Place) -> Statement:
 
 
 def _move(move: re.Match[str], place: Place) -> Move:
-    verb, target, speed, triggers, zone, tool, work = move.groups(default="")
+    verb, alone, target, lifted, speed, triggers, zone, tool, work = move.groups(default="")
     names = re.split(r"\\T[2-8]:=", triggers) if triggers else []
     if (verb == "TriggL") != bool(names):
         refuse(place, "TriggL needs a trigger, and MoveL takes none")
@@ -259,10 +246,11 @@ def _move(move: re.Match[str], place: Place) -> Move:
     for name in (speed, zone, tool, work or tool, *names):
         _check_name(name, place)
     pulled = tuple(name.lower() for name in names)
+    numbers = _robtarget(alone or target, place)
+    aloft = _configuration(lifted, place) if lifted else numbers[7:11]
     return Move(
-        place, cast("MoveVerb", verb), _robtarget(target, place), speed.lower(), pulled, zone.lower(), tool.lower(),
-        work.lower(),
-    )  # fmt: skip
+        place, cast("MoveVerb", verb), numbers, aloft, speed.lower(), pulled, zone.lower(), tool.lower(), work.lower()
+    )
 
 
 def _robtarget(literal: str, place: Place) -> tuple[float, ...]:
@@ -278,6 +266,14 @@ def _robtarget(literal: str, place: Place) -> tuple[float, ...]:
     if not {*map(type, numbers)} <= _NUMERIC or max(map(abs, cast("list[float]", numbers))) > _LARGEST_NUM:
         refuse(place, f"{literal[:60]!r} holds something that is no number that a controller can hold")
     return tuple(cast("list[float]", numbers))
+
+
+def _configuration(literal: str, place: Place) -> tuple[float, ...]:
+    """Return the four numbers of a confdata."""
+    value = _decode(literal, place)
+    if not isinstance(value, list) or len(value) != 4 or not {*map(type, value)} <= _NUMERIC:
+        refuse(place, f"{literal[:60]!r} is no configuration of four numbers")
+    return tuple(cast("list[float]", value))
 
 
 def _refuse_constant(word: str) -> NoReturn:

@@ -31,6 +31,7 @@ class Move:
         place: where it stands.
         verb: the instruction.
         target: the 17 numbers of the robtarget (position, quaternion, configuration, external axes).
+        aloft: the four numbers of the configuration where the target is lifted.
         speed: name of its speeddata.
         triggers: names of the triggdata that it pulls.
         zone: name of its zonedata, or 'fine'.
@@ -41,6 +42,7 @@ class Move:
     place: Place
     verb: MoveVerb
     target: tuple[float, ...]
+    aloft: tuple[float, ...]
     speed: str
     triggers: tuple[str, ...]
     zone: str

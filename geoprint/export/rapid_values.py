@@ -46,9 +46,9 @@ _USED_NAMES = (
     "triggdata loadsession movej movel moveabsj triggl triggio triggspeed setdo setao confj confl singarea velset "
     "pdispset pdispoff eoffsoff tperase tpwrite tpreadfk cjointt cspeedoverride poseinv posemult vectmagn abs atan2 "
     "startload waitload unload waittime diskhome errno err_unload fine tool0 wobj0 load0 main on off start wobj "
-    "noeoffs dynamic file dop diplag ctask t t2 t3 t4 t5 t6 t7 t8 "
+    "posevect noeoffs dynamic file dop diplag ctask t t2 t3 t4 t5 t6 t7 t8 "
     # Parameters and local data of the guard's routines would hide an output of the same name.
-    "why shift axis turn jnow far answer run "
+    "why shift axis turn jnow far answer run runs file target lifted "
 )
 RESERVED = frozenset((_KERNEL_WORDS + _USED_NAMES).split())
 # Every name that geoprint declares itself starts so, after at most one letter for its type.

@@ -11,8 +11,10 @@ from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid_compare import UNIT_TOLERANCE, compare, declared
 from geoprint.export.rapid_guard import GUARD, check_guard
+from geoprint.export.rapid_names import check_names
 from geoprint.export.rapid_reader import joined, read_module, read_modules, read_program_file
 from geoprint.export.rapid_run import Step, run_program
+from geoprint.export.rapid_settings import CELL_MODULE, Settings, check_new, read_settings
 from geoprint.export.rapid_text import FlowAt, Place, RapidText, SwitchAt, Value, refuse
 from geoprint.export.rapid_verify_cell import verify_data, verify_header, verify_names
 from geoprint.export.switching import Event
@@ -35,7 +37,7 @@ _FLOW_SHARE = 0.0102
 _NO_AXES = 9e9
 _LIST = "GeoPrint.pgf"
 # Modules that are there from the start; the others a program loads on its way.
-_RESIDENT = frozenset({"GeoCell.mod", "GeoPrint.mod"})
+_RESIDENT = frozenset({CELL_MODULE, "GeoPrint.mod"})
 _ENTRY = Place("GeoPrint.mod", 1)
 
 
@@ -65,6 +67,7 @@ def verify_program(
         program.modules, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
     ):
         raise finding
+    check_new(_cell(program.modules))
 
 
 def program_findings(
@@ -78,9 +81,10 @@ def program_findings(
 ) -> Iterator[VerificationError]:
     """Yield what is wrong with a program: the first finding of each kind, in the order in which they matter.
 
-    Checked: the guard, word for word; every target's position, attitude, configuration, zone and speed; the tool, the
-    work object, home and the times of the ways to and from it; that valve and lamp switch exactly where the plan has
-    it, always by `geoOn` or 0; the flow; that modules are there when they are called.
+    Checked: that no name is declared twice in the task; the guard, word for word; every target's position, attitude,
+    zone and speed, its configuration, printed and lifted, and that no move goes nowhere; the tool, the work object,
+    home and the times of the ways to and from it; that valve and lamp switch exactly where the plan has it, always by
+    `geoOn` or 0; the flow; that modules are there when they are called.
 
     Args:
         modules: name and text of each file.
@@ -94,6 +98,7 @@ def program_findings(
     paths = tuple((name, text) for name, text in modules if name not in {GUARD, _LIST})
     loading = any(name.startswith("GeoPath") for name, _ in paths)
     yield from _failing(lambda: _verify_list(texts, loading=loading))
+    yield from _failing(lambda: check_names(modules))
     yield from _failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))
     read: list[RapidText] = []
     for name, text in paths:
@@ -117,6 +122,24 @@ def read_back(modules: tuple[tuple[str, str], ...]) -> tuple[Step, ...]:
     """
     text = read_modules(tuple((name, text) for name, text in modules if name not in {GUARD, _LIST}))
     return run_program(text, entry=_ENTRY, resident=_RESIDENT)
+
+
+def program_settings(modules: tuple[tuple[str, str], ...], *, runs: int) -> Settings:
+    """Return how a program is set.
+
+    Args:
+        modules: name and text of each file.
+        runs: how many it has.
+
+    Raises:
+        VerificationError: GeoCell is not RAPID as the reader knows it, or a switch stands at a value that the guard
+            refuses.
+    """
+    return read_settings(_cell(modules), runs=runs)
+
+
+def _cell(modules: tuple[tuple[str, str], ...]) -> RapidText:
+    return read_module(CELL_MODULE, dict(modules).get(CELL_MODULE, ""))
 
 
 def _text_findings(
@@ -146,7 +169,7 @@ def _verify_list(texts: dict[str, str], *, loading: bool) -> None:
         refuse(Place(_LIST, 1), "the list of modules is missing")
     listed = read_program_file(_LIST, texts[_LIST])
     wanted = tuple(name for name in texts if name != _LIST and not name.startswith("GeoPath"))
-    if listed != wanted or listed != ("GeoCell.mod", "GeoGuard.mod", "GeoPrint.mod"):
+    if listed != wanted or listed != (CELL_MODULE, GUARD, "GeoPrint.mod"):
         refuse(Place(_LIST, 1), f"it must list GeoCell, GeoGuard and GeoPrint in this order, found {', '.join(listed)}")
     count = sum(name.startswith("GeoPath") for name in texts)
     missing = [k for k in range(1, count + 1) if f"GeoPath{k}.mod" not in texts]
@@ -174,16 +197,29 @@ def _verify_targets(steps: tuple[Step, ...], text: RapidText, orders: Orders) ->
         finding = findings[firsts.index(first)]
         found, planned = finding.found[first].round(6).tolist(), finding.planned[first].round(6).tolist()
         refuse(steps[first].move.place, f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
+    _refuse_standing(steps)
     if len(steps) != orders.count:
         place = steps[min(count, len(steps) - 1)].move.place if steps else _ENTRY
         refuse(place, f"there are {len(steps)} targets, the plan has {orders.count}")
+
+
+def _refuse_standing(steps: tuple[Step, ...]) -> None:
+    """Refuse a move that ends where it begins: a controller may stop there, and there is nothing to do on the way."""
+    data = np.array([step.move.target for step in steps], dtype=np.float64).reshape(-1, 17)
+    near = np.abs(np.diff(data[:, :3], axis=0)).max(axis=1, initial=0.0) < _POSITION_TOLERANCE
+    standing = np.flatnonzero(near & ~_turned(data[1:, 3:7], data[:-1, 3:7]))
+    if standing.size:
+        row = int(standing[0]) + 1
+        refuse(steps[row].move.place, f"target {row + 1}: the move goes nowhere, the target before is the same")
 
 
 def _findings(steps: tuple[Step, ...], text: RapidText, orders: Orders) -> tuple[_Finding, ...]:
     count = len(steps)
     data = np.array([step.move.target for step in steps], dtype=np.float64).reshape(-1, 17)
     tips, quaternions = orders.tips[:count], orders.quaternions[:count]
+    aloft = np.array([step.move.aloft for step in steps], dtype=np.float64).reshape(-1, 4)
     configuration = orders.configuration[:count].astype(np.float64)
+    aloft_configuration = orders.aloft_configuration[:count].astype(np.float64)
     speed_of = {step.move.speed: _speed(text, step) for step in _one_each(steps, lambda step: step.move.speed)}
     zone_of = {step.move.zone: _zone(text, step) for step in _one_each(steps, lambda step: step.move.zone)}
     speeds = np.array([speed_of[step.move.speed] for step in steps])
@@ -199,6 +235,7 @@ def _findings(steps: tuple[Step, ...], text: RapidText, orders: Orders) -> tuple
         _Finding(_any(np.abs(data[:, :3] - tips) > _POSITION_TOLERANCE), "the position is", data[:, :3], tips),
         _Finding(_turned(data[:, 3:7], quaternions), "the quaternion is", data[:, 3:7], quaternions),
         _Finding(_any(data[:, 7:11] != configuration), "the configuration is", data[:, 7:11], configuration),
+        _Finding(_any(aloft != aloft_configuration), "the configuration of the dry run is", aloft, aloft_configuration),
         _Finding(_any(data[:, 11:] != _NO_AXES), "external axes are", data[:, 11:], no_axes),
         _Finding((stops & (zones != 0.0)) | ~(stops | zone_kept), "the zone [mm] is", zones, planned_zones),
         _Finding(~speed_kept, "the speed [mm/s] is", speeds, planned_speeds),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import product
+from typing import cast
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from geoprint import transforms
 from geoprint.export.orders import Orders
 from geoprint.export.rapid_compare import POSITION_TOLERANCE, compare, compare_frame, declared, literal
 from geoprint.export.rapid_run import Step
+from geoprint.export.rapid_settings import CELL_MODULE, read_settings
 from geoprint.export.rapid_text import Declaration, Place, RapidText, Value, refuse
 from geoprint.model import Cell, FloatArray, Placement
 from geoprint.motion import LIFT
@@ -20,37 +23,32 @@ _INERTIA_TOLERANCE = 1e-6
 _TIME_TOLERANCE = 1e-3
 # Six significant digits.
 _SHARE_TOLERANCE = 1e-5
+# No point of the part may lie off by more than this share of the stand-off; a limit far below would refuse every frame.
+_LARGEST_FRAME_SHARE, _SMALLEST_FRAME_SHARE = 0.2, 0.15
 # A joint move may take longer than planned by this where the plan needs no time at all [s].
 _SHORTEST_MOVE = 0.1
 _NO_AXES = 9e9
-_CELL = Place("GeoCell.mod", 1)
+_CELL = Place(CELL_MODULE, 1)
 # What a program declares besides speeddata, zonedata and triggdata.
 _NAMES = frozenset(
     {
-        "geodryrun", "geospeedpct", "geofirstrun", "tgeonozzle", "wgeopart", "geoframe", "geolift", "jgeohome",
-        "jgeostart", "jgeoaloft", "ngeothere", "ngeoback", "vgeohome", "vgeoslow",
+        "geodryrun", "geospeedpct", "geofirstrun", "tgeonozzle", "wgeopart", "geoframe", "geomiddle", "ngeoshift",
+        "ngeoturn", "geolift", "jgeohome", "jgeostart", "jgeoaloft", "ngeothere", "ngeoback", "vgeohome", "vgeoslow",
     }
 )  # fmt: skip
 _PRIME_NAMES = frozenset({"jgeoprime", "ngeoprime"})
 
 
 def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Placement) -> None:
-    """Check every datum that is not shared by targets: switches, tool, work object, home, times.
+    """Check every datum that is not shared by targets: switches, tool, work object and its limits, home, times.
 
     Raises:
-        VerificationError: one differs from the plan.
+        VerificationError: one differs from the plan, or a switch stands at a value that the guard refuses.
     """
-    switches: list[tuple[str, str, Value]] = [
-        ("geoDryRun", "bool", True),
-        ("geoSpeedPct", "num", 25),
-        ("geoFirstRun", "num", 1),
-    ]
-    for name, kind, value in switches:
-        datum = declared(text, name, kind=kind, storage="PERS", place=_CELL)
-        if type(datum.value) is not type(value) or datum.value != value:
-            refuse(datum.place, f"{name} must be declared {str(value).upper()}, found {datum.value}")
+    read_settings(text, runs=int(orders.runs[-1]) + 1)
     _verify_tool(declared(text, "tGeoNozzle", kind="tooldata", storage="PERS", place=_CELL), cell=cell)
     _verify_work(text, placement=placement)
+    _verify_frame_limits(text, orders.extent, standoff=cell.process.standoff)
     _verify_ways(text, orders, cell=cell)
 
 
@@ -60,12 +58,14 @@ def verify_header(text: RapidText, *, placement: Placement, surface_within: floa
     Raises:
         VerificationError: a header does not.
     """
-    wanted = ["PLACEMENT NOT CALIBRATED"]
+    wanted: list[str] = []
     if placement.calibrated:
-        wanted = [f"touched points lie within {float(placement.misses.max(initial=0.0)):.2f} mm"]
+        wanted.append(f"touched points lie within {float(placement.misses.max(initial=0.0)):.2f} mm")
+    if placement.missing:
+        wanted += ["PLACEMENT NOT KNOWN: runs dry only", f"Nobody has stated: {', '.join(placement.missing)}."]
     if surface_within is not None:
         wanted.append(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
-    for module in ("GeoCell.mod", "GeoPrint.mod"):
+    for module in (CELL_MODULE, "GeoPrint.mod"):
         found = text.comments.get(module, ())
         for row, words in enumerate(wanted, start=1):
             if words not in "".join(found[row : row + 1]):
@@ -106,6 +106,25 @@ def _verify_work(text: RapidText, *, placement: Placement) -> None:
     lift = declared(text, "geoLift", kind="pose", storage="CONST", place=_CELL)
     up = transforms.inverse(placement.T_base_work)[:3, 2] * LIFT
     compare(lift.value, [literal(up), [1, 0, 0, 0]], tolerance=POSITION_TOLERANCE, place=lift.place, what="geoLift")
+
+
+def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float) -> None:
+    """Check how far the guard lets a point of the part lie off: at the corners of its box, where that is most."""
+    middle = declared(text, "geoMiddle", kind="pos", storage="CONST", place=_CELL)
+    compare(middle.value, literal(np.zeros(3)), tolerance=np.inf, place=middle.place, what="geoMiddle")
+    limits = [declared(text, name, kind="num", storage="CONST", place=_CELL) for name in ("nGeoShift", "nGeoTurn")]
+    for limit in limits:
+        compare(limit.value, 0.0, tolerance=np.inf, place=limit.place, what="a limit of the work object")
+    shift, turn_deg = (float(cast("float", limit.value)) for limit in limits)
+    corners = np.array([*product(*extent.T)]) - np.array(middle.value, dtype=np.float64)
+    reach = float(np.linalg.norm(corners, axis=1).max())
+    share = (abs(shift) + 2.0 * np.sin(np.radians(abs(turn_deg)) / 2.0) * reach) / standoff
+    if not _SMALLEST_FRAME_SHARE <= share <= _LARGEST_FRAME_SHARE or min(shift, turn_deg) <= 0.0:
+        refuse(
+            limits[0].place,
+            f"geoMiddle, nGeoShift and nGeoTurn let the part lie off by {share:.3g} of the stand-off, allowed is "
+            f"{_LARGEST_FRAME_SHARE:g}",
+        )
 
 
 def _verify_ways(text: RapidText, orders: Orders, *, cell: Cell) -> None:

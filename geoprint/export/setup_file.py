@@ -33,6 +33,7 @@ class Setup:
             where nobody calibrated.
         start: (6,) joints at the first target [rad].
         aloft: (6,) joints at the first target of the dry run [rad].
+        extent: (2, 3) lowest and highest coordinates of the part in its own frame [mm].
     """
 
     cell: Cell
@@ -40,6 +41,7 @@ class Setup:
     surface_within: float | None
     start: FloatArray
     aloft: FloatArray
+    extent: FloatArray
 
 
 def setup_file(setup: Setup) -> bytes:

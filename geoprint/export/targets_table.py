@@ -11,21 +11,33 @@ from geoprint.export.orders import Orders
 from geoprint.export.tables import PosesTable, read_columns, table_bytes, whole_column
 from geoprint.model import FloatArray
 
-TARGETS_COLUMNS = ("pose", "run", "laid", "t", "zone", "speed", "cf1", "cf4", "cf6", "cfx", "flow")
-_DECIMALS = (0, 0, 0, 6, 6, 6, 0, 0, 0, 0, 9)
+# The configuration of each target, and behind `flow` that of the dry run, which is driven higher.
+TARGETS_COLUMNS = (
+    "pose", "run", "laid", "t", "zone", "speed", "cf1", "cf4", "cf6", "cfx", "flow",
+    "dry_cf1", "dry_cf4", "dry_cf6", "dry_cfx",
+)  # fmt: skip
+_DECIMALS = (0, 0, 0, 6, 6, 6, 0, 0, 0, 0, 9, 0, 0, 0, 0)
+_WHOLE = (0, 1, 2, 6, 7, 8, 9, 11, 12, 13, 14)
 
 
 def targets_table(orders: Orders) -> bytes:
     """Return the text of targets.csv: one row a target, in the order of the program."""
     columns = [
         orders.poses, orders.runs, orders.laid, orders.times, orders.zones, orders.speeds, orders.configuration,
-        orders.flow,
+        orders.flow, orders.aloft_configuration,
     ]  # fmt: skip
     return table_bytes(np.column_stack(columns).astype(np.float64), columns=TARGETS_COLUMNS, decimals=_DECIMALS)
 
 
 def read_orders(
-    path: Path, poses: PosesTable, *, standoff: float, start: FloatArray, aloft: FloatArray, duration: float
+    path: Path,
+    poses: PosesTable,
+    *,
+    standoff: float,
+    start: FloatArray,
+    aloft: FloatArray,
+    extent: FloatArray,
+    duration: float,
 ) -> Orders:
     """Read a targets.csv, and what it says of the poses that it names.
 
@@ -35,6 +47,7 @@ def read_orders(
         standoff: height of the tip over the surface on deposit [mm].
         start: (6,) joints at the first target [rad].
         aloft: (6,) joints at the first target of the dry run [rad].
+        extent: (2, 3) lowest and highest coordinates of the part [mm].
         duration: from home to home [s].
 
     Raises:
@@ -42,7 +55,7 @@ def read_orders(
             no material or ends while it does.
     """
     data = read_columns(path, columns=TARGETS_COLUMNS)
-    whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in (0, 1, 2, 6, 7, 8, 9)]
+    whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in _WHOLE]
     chosen = whole[0]
     if not chosen.size or chosen.min() < 0 or chosen.max() >= len(poses.runs) or (np.diff(chosen) <= 0).any():
         raise VerificationError(
@@ -58,7 +71,7 @@ def read_orders(
         poses=chosen,
         tips=(poses.points + lifted)[chosen],
         quaternions=poses.quaternions[chosen],
-        configuration=np.column_stack(whole[3:]),
+        configuration=np.column_stack(whole[3:7]),
         zones=data[:, 4],
         speeds=data[:, 5],
         runs=whole[1],
@@ -67,5 +80,7 @@ def read_orders(
         times=data[:, 3],
         start=start,
         aloft=aloft,
+        aloft_configuration=np.column_stack(whole[7:]),
+        extent=extent,
         duration=duration,
     )

@@ -168,17 +168,19 @@ class TouchedPoints:
     Attributes:
         model: (k, 3) in the fixture frame [mm].
         touched: (k, 3) in the base frame [mm].
-        T_fixture_work: (4, 4) where the part stands on the fixture.
+        T_fixture_work: (4, 4) where the part stands on the fixture, or None where nobody has stated it.
         noise: standard deviation of each coordinate of a touch [mm], or None to estimate it from the points.
     """
 
     model: FloatArray
     touched: FloatArray
-    T_fixture_work: FloatArray
+    T_fixture_work: FloatArray | None
     noise: float | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, model="float: k 3", touched="float: k 3", T_fixture_work="float: 4 4")
+        freeze_arrays(self, model="float: k 3", touched="float: k 3")
+        if self.T_fixture_work is not None:
+            freeze_arrays(self, T_fixture_work="float: 4 4")
 
 
 @final
@@ -189,17 +191,25 @@ class Placement:
     Attributes:
         T_base_fixture: (4, 4) from touched points (RAPID uframe).
         T_fixture_work: (4, 4) the part on its fixture (RAPID oframe).
-        calibrated: whether touched points stand behind it; if not, a program may only run dry.
+        calibrated: whether touched points stand behind the fixture.
+        part_stated: whether somebody has stated where the part stands on it.
         misses: (k,) distance of each touched point from where the others put it [mm]; empty for a demonstration.
     """
 
     T_base_fixture: FloatArray
     T_fixture_work: FloatArray
     calibrated: bool
+    part_stated: bool
     misses: FloatArray
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_base_fixture="float: 4 4", T_fixture_work="float: 4 4", misses="float: k")
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """What nobody has stated, in words; a program may deposit only where that is nothing."""
+        stated = {"the fixture (touched points)": self.calibrated, "the part on it (part_mm)": self.part_stated}
+        return tuple(what for what, known in stated.items() if not known)
 
     @property
     def T_base_work(self) -> FloatArray:

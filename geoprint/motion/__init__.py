@@ -1,6 +1,6 @@
 """From poses to a checked trajectory: placement, kinematics, timing and clearance. Metres stay inside."""
 
-from geoprint.motion.aloft import ALOFT_STEP, LIFT, aloft_path
+from geoprint.motion.aloft import ALOFT_STEP, LIFT, aloft_configuration, aloft_path
 from geoprint.motion.arm_clearance import arm_control
 from geoprint.motion.calibration import (
     NOTABLE_SHARE,
@@ -52,6 +52,7 @@ __all__ = [
     "TouchStatistics",
     "Uncertainty",
     "WristLoad",
+    "aloft_configuration",
     "aloft_path",
     "arm_control",
     "calibrate_fixture",

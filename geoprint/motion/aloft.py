@@ -3,6 +3,7 @@
 A program that runs dry drives `LIFT` above the part, with the zones of the print. One that resumes at a later run
 drives the runs before it dry, and comes straight down to the first target of the run that it prints. Both are checked
 before the program is written. Where runs end and begin the tool stops, so that no corner is rounded on the ways down.
+A lifted target may stand in other quadrants than the printed one: it has configuration data of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from geoprint.motion.pose_samples import tool_poses
 
 # How much higher a dry run is, along the base's z axis [mm].
 LIFT = 20.0
+# Whoever comes down to a run has the joints of the print there to this [rad], and so its configuration data.
+SAME_JOINTS = 1e-6
 # A dry run is checked at steps of this size [mm]: what is that far from everything needs no finer ones.
 ALOFT_STEP = 2.0
 
@@ -35,7 +38,7 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
 
     Raises:
         InputError: the tool does not stop where a run begins or ends.
-        ReachError: the branch ends on the way.
+        ReachError: the branch ends on the way, or comes down to a run with other joints than the print has there.
     """
     poses, chosen = joint_path.poses, targets.poses
     _refuse_rounded_ends(poses.runs[chosen], targets.zones)
@@ -54,6 +57,7 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
         )
     joints: FloatArray = np.unwrap(found, axis=0)
     joints = joints + 2.0 * np.pi * np.rint((joint_path.joints[0] - joints[0]) / (2.0 * np.pi))
+    _refuse_other_joints(np.abs(joints - joint_path.joints[picked])[~raised], runs=stream.runs[~raised])
     path = JointPath(
         poses=stream,
         joints=joints,
@@ -65,6 +69,31 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
     )
     every = np.arange(picked.size)
     return path, Targets(poses=every, zones=targets.zones[rows], speeds=targets.speeds[rows])
+
+
+def aloft_configuration(aloft: JointPath, joint_path: JointPath, targets: Targets) -> IntArray:
+    """Return (t, 4) the configuration data of each target where it is lifted.
+
+    Args:
+        aloft: the dry run through the targets, from `aloft_path`.
+        joint_path: p poses with their joints.
+        targets: t of these that are written.
+    """
+    rows, raised = _course(joint_path.poses.runs[targets.poses])
+    found = np.empty((targets.poses.size, 4), dtype=np.int64)
+    found[rows[raised]] = aloft.configuration[raised]
+    return found
+
+
+def _refuse_other_joints(differences: FloatArray, *, runs: IntArray) -> None:
+    """Refuse ways down, one a row of (k, 6) differences [rad], that do not end with the joints of the print."""
+    if differences.max(initial=0.0) > SAME_JOINTS:
+        row, joint = np.unravel_index(int(differences.argmax()), differences.shape)
+        raise ReachError(
+            f"run {runs[row] + 1}: whoever resumes there comes down with joint {joint + 1} off the planned angle by "
+            f"{np.degrees(differences[row, joint]):.3g} degrees; move or turn the part.",
+            run=int(runs[row]),
+        )
 
 
 def _refuse_rounded_ends(runs: IntArray, zones: FloatArray) -> None:

@@ -50,7 +50,8 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
         points: four or more, of which any three or more that remain without one are not on one line.
 
     Returns:
-        The calibrated placement, with the distance of each point from where the others put it.
+        The calibrated placement, with the distance of each point from where the others put it. Where nobody has stated
+        where the part stands on the fixture, its frame is taken to be the fixture's, and the placement says so.
 
     Raises:
         InputError: fewer than four points, points on a line, points listed mirrored, or one that does not fit to
@@ -98,8 +99,9 @@ def _fit(points: TouchedPoints) -> Placement:
     _refuse_mirrored(points, planar=planar)
     return Placement(
         T_base_fixture=_fitted(points.model, points.touched),
-        T_fixture_work=points.T_fixture_work,
+        T_fixture_work=np.eye(4) if points.T_fixture_work is None else points.T_fixture_work,
         calibrated=True,
+        part_stated=points.T_fixture_work is not None,
         misses=_misses(points),
     )
 
@@ -108,8 +110,8 @@ def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArr
     """Put a part where a demonstration can reach it: its area's centroid at a position, its mean normal up.
 
     The mean normal is turned up by the smallest rotation, so that nothing but the rotation given turns the part about
-    it. Nobody has measured where the part stands: the placement is marked as not calibrated, and a program may only run
-    dry.
+    it. Nobody has measured where the part stands: the placement says that everything about it is missing, and a program
+    may only run dry.
 
     Args:
         surface: the part.
@@ -139,6 +141,7 @@ def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArr
         T_base_fixture=transforms.rigid(rotation, position),
         T_fixture_work=transforms.rigid(upright, -upright @ centroid),
         calibrated=False,
+        part_stated=False,
         misses=np.empty(0),
     )
 

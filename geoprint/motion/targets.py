@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Targets, Trajectory
-from geoprint.motion.steps import tip_ways
+from geoprint.motion.steps import tip_ways, turns
 from geoprint.transforms import same_sign
 
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
@@ -28,6 +28,11 @@ SMALLEST_SPEED = 0.5
 
 # Ways of the tip below this [mm] are turns on the spot; their speed is that of the tool's turning.
 COINCIDENT = 1e-6
+
+# No move is written that neither goes as far as this [mm], a tenth of what an arm repeats, nor turns the tool by this
+# [rad], which moves the flange of a 120 mm tool by half of what an arm repeats.
+SHORTEST_MOVE = 1e-3
+SMALLEST_TURN = 5e-5
 
 # A straight move turns the tool by the shorter way; far below half a turn [rad] nobody can take it for the other one.
 LARGEST_TURN = float(np.radians(90.0))
@@ -54,13 +59,15 @@ def written_targets(
     the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90 degrees. From
     each target the next one is the farthest pose within a quarter of that; where this would come sooner than `period`
     after it, the first pose that is late enough, or, if that is out of tolerance, the farthest one within it: the
-    tolerance wins, and `close_targets` counts where.
+    tolerance wins, and `close_targets` counts where. Where a run begins in the place where the one before ends (a run
+    that was split, or a neighbour right beside it), that place is a target once, of the run that begins: no move is
+    shorter than 0.001 mm but for turns on the spot.
 
-    Zones are 0 at stops, which are fine points, and at the first target of each run, to which whoever resumes there
-    comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a neighbour in
-    the same place (a turn on the spot) has zone 0 as well. Speeds are those of the process, or the mean speed of the
-    tip on the way to the target where the trajectory is slower there: where joints limit it, and where the way holds
-    the ramp at a stop. The move to the first target has the travel speed.
+    Zones are 0 at stops, which are fine points, and at the first and last target of each run, because whoever resumes
+    at a run comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a
+    neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds are those of the process, or the mean
+    speed of the tip on the way to the target where the trajectory is slower there: where joints limit it, and where the
+    way holds the ramp at a stop. The move to the first target has the travel speed.
 
     Args:
         joint_path: p poses.
@@ -107,10 +114,23 @@ def close_targets(targets: Targets, trajectory: Trajectory, *, period: float) ->
 
 
 def required_poses(poses: PoseStream) -> IntArray:
-    """Return the poses that must be targets: first, last, all stops, and where deposit begins or ends."""
+    """Return the poses that must be targets: first, last, all stops, and where deposit begins or ends.
+
+    Where one of them follows another in the same place and attitude, as a run begins where the one before ended, only
+    the later one is meant.
+    """
     required = poses.stops | _switches(poses)
     required[[0, -1]] = True
-    return np.flatnonzero(required)
+    return np.flatnonzero(required & ~_repeated(poses))
+
+
+def _repeated(poses: PoseStream) -> BoolArray:
+    """Tell which poses but the first one a stop or switch repeats right after it, so that a move would go nowhere."""
+    switches = _switches(poses)
+    same = (tip_ways(poses) < SHORTEST_MOVE) & (turns(poses) < SMALLEST_TURN)
+    repeated = np.append(same & (poses.stops | switches)[1:], np.False_) & ~switches
+    repeated[0] = False
+    return repeated
 
 
 def _switches(poses: PoseStream) -> BoolArray:
@@ -120,9 +140,11 @@ def _switches(poses: PoseStream) -> BoolArray:
 
 
 def _thinned(poses: PoseStream, times: FloatArray, *, tolerance: float, period: float) -> IntArray:
-    course = _Course(poses.tips, same_sign(poses.quaternions), tolerance)
+    kept = np.flatnonzero(~_repeated(poses))
+    times = times[kept]
+    course = _Course(poses.tips[kept], same_sign(poses.quaternions)[kept], tolerance)
     late = np.searchsorted(times, times + period)
-    required = required_poses(poses).tolist()
+    required = np.searchsorted(kept, required_poses(poses)).tolist()
     chosen = required[:1]
     for last in required[1:]:
         while chosen[-1] < last:
@@ -130,7 +152,7 @@ def _thinned(poses: PoseStream, times: FloatArray, *, tolerance: float, period: 
             soonest = min(int(late[at]), last)
             farthest = course.farthest(at, last, share=FINE_SHARE)
             chosen.append(farthest if farthest >= soonest else course.farthest(at, soonest, share=1.0))
-    return np.array(chosen, dtype=np.int64)
+    return kept[chosen]
 
 
 @final
@@ -207,8 +229,9 @@ def _turned_shares(start: FloatArray, end: FloatArray, between: FloatArray, *, t
 def _zones(poses: PoseStream, chosen: IntArray) -> FloatArray:
     distances = np.linalg.norm(np.diff(poses.tips[chosen], axis=0), axis=1)
     nearer = np.minimum(np.append(distances, 0.0), np.append([0.0], distances))
-    first = np.diff(poses.runs[chosen], prepend=-1) != 0
-    rests = (poses.stops | _switches(poses))[chosen] | first
+    borders = np.diff(poses.runs[chosen]) != 0
+    ends = np.append(borders, np.True_) | np.insert(borders, 0, np.True_)
+    rests = (poses.stops | _switches(poses))[chosen] | ends
     return np.where(rests | (nearer < COINCIDENT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
 
 

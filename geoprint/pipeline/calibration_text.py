@@ -55,6 +55,12 @@ def _fixture_lines(found: CalibratedFixture) -> list[str]:
         f"({_listed(np.array(next_point.base), 1)}) in the base frame; it leaves {next_point.deviation:.3f} mm "
         f"at worst, within {next_point.bound:.3f} mm"
     )
+    if not calibration.placement.part_stated:
+        lines.append(
+            f"note: {found.cell.name} does not state where the part stands on the fixture: write part_mm under [work] "
+            "(and part_rpy_deg where the part's axes are turned). Until then programs run only dry, with the part's "
+            "origin at the fixture's."
+        )
     return lines + _notes(statistics, found.names)
 
 
@@ -138,6 +144,7 @@ def _fixture_object(found: CalibratedFixture) -> dict[str, Json]:
     return {
         "cell": found.cell.name,
         "part": found.part,
+        "part_stated": calibration.placement.part_stated,
         "T_base_fixture": _rows(calibration.placement.T_base_fixture),
         "T_base_work": _rows(calibration.placement.T_base_work),
         **_statistics_object(statistics, found.names),

@@ -13,21 +13,23 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, cast, final
 
-import numpy as np
-
-from geoprint import transforms
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
+    CELL_MODULE,
     MANIFEST,
     Event,
     Orders,
     PosesTable,
+    Settings,
     Setup,
     Step,
     Timeline,
     TrajectoryTable,
+    as_new,
+    check_names,
     check_timeline,
     program_findings,
+    program_settings,
     read_back,
     read_orders,
     read_poses_table,
@@ -37,18 +39,20 @@ from geoprint.export import (
     timeline,
 )
 from geoprint.model import FloatArray
-from geoprint.motion import Arm, configuration_data, joints_at, tips_at
+from geoprint.motion import Arm, tips_at
+from geoprint.pipeline.checking_motion import (
+    check_aloft,
+    check_configuration,
+    check_extent,
+    check_passing,
+    check_speeds,
+    check_zones,
+)
 
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
 # What a person asks to check who named another folder.
 _WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
-# The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
-TRAJECTORY_TOLERANCE = 0.01
-# Joints from the inverse agree with those of the trajectory between its rows to this [rad].
-JOINT_TOLERANCE = 1e-3
-# An angle this near to a multiple of 90 degrees [rad] may count for either quadrant.
-QUADRANT_TOLERANCE = 1e-6
 
 
 @final
@@ -72,6 +76,7 @@ class Checked:
         summary: the content of plan.json.
         setup: the cell, or None where it cannot be read.
         orders: the targets, or None where they cannot be read.
+        settings: how the program is set to run, or None where the program is not the plan's.
         switching: what flows when, or None where the program is not the plan's.
     """
 
@@ -80,6 +85,7 @@ class Checked:
     summary: dict[str, Any]
     setup: Setup | None
     orders: Orders | None
+    settings: Settings | None
     switching: Timeline | None
 
 
@@ -90,7 +96,8 @@ def check_bundle(folder: Path) -> Checked:
         folder: the bundle.
 
     Returns:
-        What was found. A file that merely changed is a finding too, at its first line.
+        What was found. A file that merely changed is a finding too, at its first line; the switches of GeoCell may be
+        set as its run sheet asks.
 
     Raises:
         InputError: the folder is no bundle with a program.
@@ -112,7 +119,13 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
     checking = _Checking(folder)
     checking.run(names)
     return Checked(
-        folder, tuple(checking.findings), checking.summary, checking.setup, checking.orders, checking.switching
+        folder,
+        tuple(checking.findings),
+        summary=checking.summary,
+        setup=checking.setup,
+        orders=checking.orders,
+        settings=checking.settings,
+        switching=checking.switching,
     )
 
 
@@ -148,11 +161,19 @@ def _changes(folder: Path, names: dict[str, str]) -> Iterator[tuple[str, str]]:
         path = folder / name
         if not path.is_file():
             yield name, "the file is missing"
-        elif hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+        elif digest not in _digests(path):
             yield name, "the file was changed after it was written: its hash is not that of the manifest"
     for path in sorted((folder / RAPID_FOLDER).glob("*")):
         if f"{RAPID_FOLDER}/{path.name}" not in names:
             yield f"{RAPID_FOLDER}/{path.name}", "the manifest does not list this file"
+
+
+def _digests(path: Path) -> Iterator[str]:
+    """Yield the hash of a file; of GeoCell also that with its switches as they were written."""
+    content = path.read_bytes()
+    yield hashlib.sha256(content).hexdigest()
+    if path.name == CELL_MODULE:
+        yield hashlib.sha256(as_new(content.decode("latin-1")).encode("latin-1")).hexdigest()
 
 
 @final
@@ -164,6 +185,7 @@ class _Checking:
         self.summary: dict[str, Any] = {}
         self.setup: Setup | None = None
         self.orders: Orders | None = None
+        self.settings: Settings | None = None
         self.switching: Timeline | None = None
         self._folder = folder
 
@@ -172,6 +194,8 @@ class _Checking:
         with_file("plan.json", self._read_summary)
         with_file("setup.json", self._read_setup)
         if self.setup is None:
+            # Whatever it was written for, nothing loads that declares a name twice.
+            with_file(RAPID_FOLDER, lambda: check_names(tuple(self._modules(names))))
             return
         setup = self.setup
         moved: list[TrajectoryTable] = []
@@ -195,14 +219,17 @@ class _Checking:
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
             self._folder / "targets.csv", poses, standoff=setup.cell.process.standoff, start=setup.start,
-            aloft=setup.aloft, duration=float(table.times[-1]),
+            aloft=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
         )  # fmt: skip
+        check_extent(poses, setup.extent)
 
     def _check_program(self, names: Sequence[str], setup: Setup, orders: Orders, table: TrajectoryTable) -> None:
         arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
         T_base_work = setup.placement.T_base_work
         tips = tips_at(table.times, table.joints, arm, T_base_work=T_base_work)
-        self._collecting("trajectory.csv", lambda: _check_trajectory(orders, tips(orders.times)))
+        self._collecting("trajectory.csv", lambda: check_passing(orders, tips(orders.times)))
+        self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=setup.cell.process))
+        self._collecting("targets.csv", lambda: check_zones(orders, tips))
         modules = tuple(self._modules(names))
         wanted: list[tuple[Event, ...]] = []
         self._collecting(
@@ -220,8 +247,10 @@ class _Checking:
         self.findings += [_finding(error, RAPID_FOLDER) for error in wrong]
         steps = () if wrong or not wanted else read_back(modules)
         if len(steps) == orders.count:
-            self._collecting(RAPID_FOLDER, lambda: _check_configuration(steps, orders, table, arm, T_base_work))
+            self._collecting(RAPID_FOLDER, lambda: check_configuration(steps, orders, table, arm, T_base_work))
+            self._collecting(RAPID_FOLDER, lambda: check_aloft(steps, orders, arm, T_base_work))
             self._collecting("targets.csv", lambda: self._simulate(steps, orders, setup, tips))
+            self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
 
     def _simulate(
         self, steps: tuple[Step, ...], orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]
@@ -249,42 +278,3 @@ def _finding(error: GeoprintError, file: str) -> Finding:
     name = f"{RAPID_FOLDER}/{module}" if isinstance(module, str) else file
     reason = error.details.get("reason")
     return Finding(name, line if isinstance(line, int) else 1, reason if isinstance(reason, str) else str(error))
-
-
-def _check_trajectory(orders: Orders, passed: FloatArray) -> None:
-    misses = np.linalg.norm(passed - orders.tips, axis=1)
-    if misses.max() > TRAJECTORY_TOLERANCE:
-        target = int(misses.argmax())
-        raise VerificationError(
-            f"the trajectory passes target {target + 1} {misses.max():.3f} mm off at {orders.times[target]:.3f} s, "
-            f"allowed are {TRAJECTORY_TOLERANCE} mm",
-            line=int(orders.times[target] * 1000) + 2,
-        )
-
-
-def _check_configuration(
-    steps: tuple[Step, ...], orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray
-) -> None:
-    """Check that the inverse kinematics of the written targets has the written configuration, on the planned way."""
-    data = np.array([step.move.target for step in steps])
-    rotations = transforms.rotation_of(data[:, 3:7] / np.linalg.norm(data[:, 3:7], axis=1, keepdims=True))
-    found = arm.solutions(T_base_work @ transforms.rigid(rotations, data[:, :3]))
-    planned = joints_at(table.times, table.joints, orders.times)
-    wound = found + 2.0 * np.pi * np.rint((planned[:, None] - found) / (2.0 * np.pi))
-    misses = np.abs(wound - planned[:, None]).max(axis=2)
-    nearest = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
-    rows = np.arange(len(steps))
-    joints = wound[rows, nearest]
-    said = data[:, 7:11].astype(np.int64)
-    below, above = (configuration_data(joints + sign * QUADRANT_TOLERANCE, arm=arm) for sign in (-1.0, 1.0))
-    off = misses[rows, nearest] > JOINT_TOLERANCE
-    wrong = ~(misses[rows, nearest] <= JOINT_TOLERANCE) | ((said != below) & (said != above)).any(axis=1)
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        what = (
-            "no inverse kinematic solution is on the planned way"
-            if off[row]
-            else f"the inverse kinematics gives the configuration {above[row].tolist()}, found {said[row].tolist()}"
-        )
-        place = steps[row].move.place
-        raise VerificationError(f"target {row + 1}: {what}", module=place.module, line=place.line)

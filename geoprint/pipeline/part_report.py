@@ -16,6 +16,7 @@ from geoprint.pipeline.comparison import Comparison, Planned
 from geoprint.pipeline.coverage_picture import coverage_panel, coverage_picture
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.report_table import report_table
+from geoprint.pipeline.robot_summary import placement_warnings
 from geoprint.pipeline.summary import settings_summary
 from geoprint.pipeline.verdict import verdict
 from geoprint.pipeline.workpiece import upright
@@ -158,7 +159,7 @@ def _cautions(comparison: Comparison) -> tuple[str, ...]:
     robots = [outcome.plan.robot for _, outcome in comparison.planned if outcome.plan.robot is not None]
     if not robots:
         return ()
-    cautions = [] if robots[0].placement.calibrated else ["PLACEMENT NOT CALIBRATED: the programs run only dry."]
+    cautions = placement_warnings(robots[0].placement)
     laid = comparison.planned[0][1].plan.laid
     if laid is not None and laid.light is not None and laid.light.lacking is not None:
         cautions.append(f"{laid.light.lacking[0].upper()}{laid.light.lacking[1:]}")

@@ -41,6 +41,7 @@ from geoprint.motion import (
     Arm,
     Leaning,
     NozzleRoom,
+    aloft_configuration,
     aloft_path,
     check_load,
     clearance,
@@ -271,7 +272,15 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
             with naming(f"the joints of [{station}]"):
                 _clearance(there_and_back(joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
     with stage("program"):
-        orders = orders_of(joint_path, targets, trajectory, placement=placement, aloft=aloft.joints[0])
+        orders = orders_of(
+            joint_path,
+            targets,
+            trajectory,
+            placement=placement,
+            aloft=aloft.joints[0],
+            aloft_configuration=aloft_configuration(aloft, joint_path, targets),
+            extent=np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)]),
+        )
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
         program = rapid_program(
             orders,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint.export import Json
-from geoprint.model import Slowdown
+from geoprint.model import Placement, Slowdown
 from geoprint.motion import LIFT, Uncertainty
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.planning import Plan, RobotPlan
@@ -35,7 +35,7 @@ def robot_text(plan: Plan, robot: RobotPlan) -> list[str]:
     return [
         (
             f"motion: {robot.trajectory.duration:.0f} s, smallest wrist angle {wrist:.1f} degrees, "
-            f"{robot.program.targets} targets"
+            f"{robot.program.targets} targets, {robot.orders.shortest_move:.2g} mm and more apart"
         ),
         attitude_text(robot.joint_path, tool=plan.workpiece.cell.tool),
         _pace_text(robot),
@@ -44,6 +44,13 @@ def robot_text(plan: Plan, robot: RobotPlan) -> list[str]:
             f"not checked: {', '.join(found.not_checked)}"
         ),
     ]
+
+
+def placement_warnings(placement: Placement) -> list[str]:
+    """Return what a person should know of where the part stands, if anything."""
+    if not placement.missing:
+        return []
+    return [f"PLACEMENT NOT KNOWN: programs run only dry, until somebody states {' and '.join(placement.missing)}."]
 
 
 def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
@@ -59,6 +66,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> dict[str, Json]:
         "share_on_ramps": rounded(robot.trajectory.share_on_ramps),
         "slowdowns": [_slowdown(slowdown) for slowdown in robot.trajectory.slowdowns],
         "placement_calibrated": placement.calibrated,
+        "placement_missing": list(placement.missing),
         "largest_touch_miss_mm": rounded(placement.misses.max()) if placement.calibrated else None,
         "T_base_work": [all_rounded(row) for row in placement.T_base_work],
     }

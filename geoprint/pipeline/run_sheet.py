@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.export import Json, Orders, Setup, Timeline
-from geoprint.model import PASCAL_PER_KPA
+from geoprint.export import Json, Orders, Settings, Setup, Timeline
+from geoprint.model import PASCAL_PER_KPA, FloatArray
 from geoprint.pipeline.checking import Checked
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.surfaces import in_words
@@ -29,6 +30,8 @@ def check_summary(checked: Checked) -> dict[str, Json]:
             {"file": finding.file, "line": finding.line, "reason": finding.reason} for finding in checked.findings
         ],
     }
+    if checked.settings is not None:
+        result["set_to"] = asdict(checked.settings)
     if checked.switching is not None:
         result["switching"] = switching_summary(checked.switching)
     if checked.setup is not None and checked.orders is not None:
@@ -43,20 +46,22 @@ def run_sheet(checked: Checked) -> str:
     Args:
         checked: a bundle.
     """
-    if checked.findings or checked.setup is None or checked.orders is None or checked.switching is None:
+    setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
+    if checked.findings or setup is None or orders is None or settings is None or switching is None:
         return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
-    setup, orders, summary = checked.setup, checked.orders, checked.summary
+    summary = checked.summary
     lines = [f"RUN SHEET  {summary['input']['name']}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", _program(setup, orders, modules=summary["program"]["modules"])),
+        ("is set to", _settings(setup, settings)),
         ("patches", _patches(summary.get("patches", []))),
         ("placement", _placement(setup)),
         ("extent", _reach(setup, orders, summary["motion"])),
         ("closest approach", _closest(summary["clearance"])),
-        ("signals", _signals(setup, checked.switching)),
+        ("signals", _signals(setup, switching)),
         ("process", _process(setup, summary)),
         ("limits", _limits(setup, summary["motion"])),
-        ("before start", _steps(setup)),
+        ("before start", _steps(setup, orders)),
         ("not checked", ["; ".join(summary["clearance"]["not_checked"]) + "; the real cell."]),
     ):
         lines += _entry(label, texts) if texts else []
@@ -71,11 +76,24 @@ def _entry(label: str, texts: Sequence[str]) -> list[str]:
 def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[str]:
     loaded = sum(name.startswith("GeoPath") for name in modules)
     copies = f"; copy the {loaded} GeoPath modules to the controller's HOME folder" if loaded else ""
-    dry = "" if setup.placement.calibrated else "; RUNS DRY ONLY"
+    dry = "; RUNS DRY ONLY" if setup.placement.missing else ""
     return [
-        f"{int(orders.runs[-1]) + 1} runs, {orders.count} targets, {orders.duration:.0f} s at full speed{dry}",
+        (
+            f"{int(orders.runs[-1]) + 1} runs, {orders.count} targets ({orders.shortest_move:.2g} mm and more apart), "
+            f"{orders.duration:.0f} s at full speed{dry}"
+        ),
         f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
     ]
+
+
+def _settings(setup: Setup, settings: Settings) -> list[str]:
+    """Say how the program would run now, by its three switches."""
+    if settings.dry_run or setup.placement.missing:
+        return [f"run dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"]
+    texts = [f"PRINT at {settings.speed_pct:g} % of the speed, from run {settings.first_run} on (geoDryRun FALSE)"]
+    if setup.cell.signals.mode == "io" and settings.speed_pct != 100.0:
+        texts.append("it will refuse to: at a fixed pressure it prints only with geoSpeedPct 100")
+    return texts
 
 
 def _patches(patches: Sequence[dict[str, Any]]) -> list[str]:
@@ -92,15 +110,20 @@ def _patches(patches: Sequence[dict[str, Any]]) -> list[str]:
 
 def _placement(setup: Setup) -> list[str]:
     placement = setup.placement
-    x, y, z = placement.T_base_work[:3, 3]
-    roll, pitch, yaw = Rotation.from_matrix(placement.T_base_work[:3, :3]).as_euler("xyz", degrees=True)
-    where = f"part's origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
-    if not placement.calibrated:
-        return ["NOT CALIBRATED: nobody has measured where the part stands", where]
-    texts = [f"calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm"]
+    texts = [f"NOT KNOWN: nobody has stated {' and '.join(placement.missing)}"] if placement.missing else []
+    if placement.calibrated:
+        texts.append(f"fixture calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm")
+    if placement.part_stated:
+        texts.append(f"part on the fixture, as stated: {_frame(placement.T_fixture_work)}")
     if setup.surface_within is not None:
         texts.append(f"surface known within {setup.surface_within:.2f} mm along its normal (95 %)")
-    return [*texts, where]
+    return [*texts, f"part in base coordinates: {_frame(placement.T_base_work)}"]
+
+
+def _frame(T: FloatArray) -> str:
+    x, y, z = T[:3, 3]
+    roll, pitch, yaw = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
+    return f"its origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
 
 
 def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
@@ -161,13 +184,17 @@ def _limits(setup: Setup, motion: dict[str, float]) -> list[str]:
     return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
 
 
-def _steps(setup: Setup) -> list[str]:
+def _steps(setup: Setup, orders: Orders) -> list[str]:
     signals = setup.cell.signals
     texts = ["1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0"]
     if signals.mode == "analog" and signals.flow_lag > 0.0:
         texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
     texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
-    if setup.placement.calibrated:
+    if orders.lifted_otherwise:
+        texts.append(
+            f"   {orders.lifted_otherwise} targets have other configuration data there: only the print proves theirs"
+        )
+    if not setup.placement.missing:
         full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
         texts.append(f"3. to print: geoDryRun FALSE{full}; to resume at run k: clean the nozzle, geoFirstRun k, main")
     return texts

@@ -56,7 +56,14 @@ def plan_files(plan: Plan) -> dict[str, bytes]:
         files["targets.csv"] = targets_table(orders)
         workpiece, placement = plan.workpiece, plan.robot.placement
         files["setup.json"] = setup_file(
-            Setup(workpiece.cell, placement, workpiece.surface_within, start=orders.start, aloft=orders.aloft)
+            Setup(
+                workpiece.cell,
+                placement,
+                workpiece.surface_within,
+                start=orders.start,
+                aloft=orders.aloft,
+                extent=orders.extent,
+            )
         )
         for name, text in plan.robot.program.modules:
             files[f"{RAPID_FOLDER}/{name}"] = text.encode("ascii")

@@ -19,7 +19,7 @@ from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patch_figures import patches_summary, patches_text
 from geoprint.pipeline.patches import Patch
 from geoprint.pipeline.planning import Plan, flat_surface
-from geoprint.pipeline.robot_summary import robot_summary, robot_text
+from geoprint.pipeline.robot_summary import placement_warnings, robot_summary, robot_text
 from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.target_report import targets_warnings
 from geoprint.pipeline.workpiece import Workpiece
@@ -270,8 +270,8 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     hint = unit_hint(workpiece.part, unit=workpiece.units[0])
     warnings: list[str] = [hint] if hint else []
     warnings += [workpiece.side.sentence, *_inside(workpiece.patches), *_repairs(workpiece)]
-    if plan.robot is not None and not plan.robot.placement.calibrated:
-        warnings.append("PLACEMENT NOT CALIBRATED: the program runs only dry.")
+    if plan.robot is not None:
+        warnings += placement_warnings(plan.robot.placement)
     warnings += targets_warnings(plan)
     uncertainty, standoff = plan.workpiece.uncertainty, plan.workpiece.cell.process.standoff
     if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:

@@ -6,6 +6,7 @@ import io
 from collections.abc import Sequence
 
 from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
+from geoprint.pipeline.robot_summary import placement_warnings
 from geoprint.pipeline.verdict import verdict
 
 # Wider than any table of figures, so that no cell is cut; a narrower terminal wraps whole lines.
@@ -107,7 +108,6 @@ def _cautions(part: Comparison | FailedPart) -> list[str]:
     robots = [outcome.plan.robot for _, outcome in part.planned] if isinstance(part, Comparison) else []
     for robot in robots:
         if robot is not None:
-            calibrated = robot.placement.calibrated
-            said = [] if calibrated else ["PLACEMENT NOT CALIBRATED: the programs run only dry."]
-            return [f"not checked: {', '.join(robot.clearance.not_checked)}", *said]
+            not_checked = f"not checked: {', '.join(robot.clearance.not_checked)}"
+            return [not_checked, *placement_warnings(robot.placement)]
     return []

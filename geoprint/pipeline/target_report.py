@@ -11,12 +11,14 @@ from geoprint.pipeline.rounding import rounded
 
 
 def targets_summary(plan: Plan) -> dict[str, Json]:
-    """Return the digested and the shortest time between targets [ms], and how many come sooner."""
+    """Return times between targets [ms], the shortest move [mm], and how many targets are special."""
     close, shortest = _close(plan)
     return {
         "period_ms": rounded(1e3 * plan.workpiece.cell.robot.target_period),
         "closer": close,
         "shortest_ms": rounded(1e3 * shortest),
+        "shortest_mm": None if plan.robot is None else rounded(plan.robot.orders.shortest_move),
+        "dry_run_other_configuration": 0 if plan.robot is None else plan.robot.orders.lifted_otherwise,
     }
 
 

@@ -74,7 +74,7 @@ class Workpiece:
         seed: where distance is zero.
         placement: where the part stands, or None where the job leaves the robot out.
         uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
-            the robot is left out.
+            stated the part's place on the fixture, or the robot is left out.
     """
 
     cell: Cell
@@ -231,12 +231,14 @@ def _body(part: Surface, body: Surface) -> Surface:
 
 
 def _placement(job: Job, cell: Cell, part: Surface) -> tuple[Placement | None, Uncertainty | None]:
-    """Return where the part stands, and how well that is known where it was measured."""
+    """Return where the part stands, and how well that is known where it was measured and stated."""
     if not job.robot:
         return None, None
     if job.place == "demo":
         return demo_placement(part, position=cell.demo_position, rotation=cell.demo_rotation), None
     calibration = calibrate_fixture(_fixture(cell))
+    if calibration.placement.missing:
+        return calibration.placement, None
     uncertainty = surface_uncertainty(calibration, part)
     refuse_uncertain(uncertainty, standoff=cell.process.standoff, part=part.name)
     return calibration.placement, uncertainty

@@ -1,6 +1,6 @@
 MODULE GeoCell
   ! Written by geoprint VERSION. Change the plan and write again, not this.
-  ! Placement calibrated; touched points lie within 0.11 mm of where others put them.
+  ! Fixture calibrated; touched points lie within 0.11 mm of where others put them.
   ! Surface known within 0.21 mm along its normal (95 %).
   ! Part: two rings
   ! Cell: bench; robot: irb120
@@ -16,6 +16,9 @@ MODULE GeoCell
   PERS tooldata tGeoNozzle:=[TRUE,[[84.8528,0.0000,124.8528],[0.92387953,0.00000000,0.38268343,0.00000000]],[0.6000,[10.0000,0.0000,60.0000],[1.00000000,0.00000000,0.00000000,0.00000000],0.002000,0.002000,0.000500]];
   PERS wobjdata wGeoPart:=[FALSE,TRUE,"",[[312.3457,-20.5000,41.0000],[0.96497132,-0.01397527,0.04888730,0.25738118]],[[1.2500,2.5000,10.0000],[1.00000000,0.00000000,0.00000000,0.00000000]]];
   CONST pose geoFrame:=[[313.0504,-17.1916,50.8168],[0.96497132,-0.01397527,0.04888730,0.25738118]];
+  CONST pos geoMiddle:=[0.0000,0.0000,0.0000];
+  CONST num nGeoShift:=0.03;
+  CONST num nGeoTurn:=0.1215;
   CONST pose geoLift:=[[-2.0309,-0.0361,19.8966],[1,0,0,0]];
   CONST jointtarget jGeoHome:=[[0.00000,-10.00000,20.00000,0.00000,45.00000,-30.00000],[9E9,9E9,9E9,9E9,9E9,9E9]];
   CONST jointtarget jGeoStart:=[[-57.29578,-57.29578,-57.29578,-57.29578,-57.29578,-57.29578],[9E9,9E9,9E9,9E9,9E9,9E9]];

@@ -4,13 +4,13 @@ MODULE GeoGuard
   ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
   ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
   VAR num geoOn:=0;
-  VAR bool geoStopped:=FALSE;
+  VAR bool geoCutShort:=FALSE;
   PROC GeoSafe()
     SetDO doValve,0;
     SetDO doUV,0;
   ENDPROC
   PROC GeoStopped()
-    IF doValve=1 geoStopped:=TRUE;
+    IF doValve=1 geoCutShort:=TRUE;
     GeoSafe;
   ENDPROC
   PROC GeoRefuse(string why)
@@ -23,7 +23,7 @@ MODULE GeoGuard
   PROC GeoBegin(num runs)
     GeoSafe;
     geoOn:=0;
-    geoStopped:=FALSE;
+    geoCutShort:=FALSE;
     TPErase;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
     IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
@@ -52,7 +52,9 @@ MODULE GeoGuard
     shift:=PoseMult(PoseInv(geoFrame),PoseMult(wGeoPart.uframe,wGeoPart.oframe));
     axis:=[shift.rot.q2,shift.rot.q3,shift.rot.q4];
     turn:=2*ATan2(VectMagn(axis),Abs(shift.rot.q1));
-    IF VectMagn(shift.trans)>1 OR turn>0.5 GeoRefuse "the work object is not the planned one: replan.";
+    IF VectMagn(PoseVect(shift,geoMiddle)-geoMiddle)>nGeoShift OR turn>nGeoTurn THEN
+      GeoRefuse "the work object is not the planned one: replan.";
+    ENDIF
   ENDPROC
   PROC GeoAskHome()
     VAR jointtarget jNow;
@@ -77,7 +79,7 @@ MODULE GeoGuard
     RAISE;
   ENDPROC
   PROC GeoAskStopped(num run)
-    IF geoStopped THEN
+    IF geoCutShort THEN
       TPWrite "Material was stopped in run "\Num:=run;
       GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
     ENDIF
@@ -87,17 +89,20 @@ MODULE GeoGuard
     GeoAskStopped run-1;
     IF geoDryRun OR run<geoFirstRun THEN
       geoOn:=0;
-      ConfL\Off;
       PDispSet geoLift;
     ELSE
       IF geoSpeedPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
         GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
       ENDIF
       PDispOff;
-      ConfL\On;
       geoOn:=1;
     ENDIF
   ENDPROC
+  ! A target whose axes stand in other quadrants when it is lifted, with the configuration that it has then.
+  FUNC robtarget GeoAloft(robtarget target,confdata lifted)
+    IF geoOn=0 target.robconf:=lifted;
+    RETURN target;
+  ENDFUNC
   PROC GeoEnd(num run)
     GeoSafe;
     GeoAskStopped run;

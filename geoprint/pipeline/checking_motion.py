@@ -1,0 +1,214 @@
+"""Checks of a bundle's targets: against its trajectory, against one another, and against the inverse kinematics.
+
+The targets are those of targets.csv; the program is compared with them elsewhere. What both say is judged here by what
+neither of them was made of.
+"""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import VerificationError
+from geoprint.export import Orders, PosesTable, Step, TipsAt, TrajectoryTable
+from geoprint.model import BoolArray, FloatArray, IntArray, Process
+from geoprint.motion import LIFT, Arm, configuration_data, joints_at
+from geoprint.motion.targets import LARGEST_ZONE, SMALLEST_SPEED
+
+# The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
+TRAJECTORY_TOLERANCE = 0.01
+# Joints from the inverse agree with those of the trajectory between its rows to this [rad].
+JOINT_TOLERANCE = 1e-3
+# An angle this near to a multiple of 90 degrees [rad] may count for either quadrant.
+QUADRANT_TOLERANCE = 1e-6
+# Speeds are written to one decimal [mm/s].
+SPEED_TOLERANCE = 0.06
+# A straight line between targets is longer than the planned way by at most what their places were rounded by, and the
+# trajectory, seen each millisecond, shorter than it by what that cuts off at a corner [mm].
+LINE_TOLERANCE = 0.005
+CORNER_TOLERANCE = 0.02
+# The trajectory is looked at in stretches of so many moments, which bounds the memory.
+_STRETCH = 50_000
+# Moves shorter than this [mm] turn the tool; the tip's speed means nothing there.
+TURN_ON_THE_SPOT = 1e-3
+# Zones and places are written to six decimals [mm].
+ZONE_TOLERANCE = 1e-5
+# A tip that moves less than this [mm] from a millisecond before a target to one after it may rest there.
+RESTING = 0.02
+# Every place that is printed lies in the part's box to this [mm]: corners of paths are rounded by less.
+EXTENT_TOLERANCE = 0.5
+_MILLISECOND = 1e-3
+
+
+def check_passing(orders: Orders, passed: FloatArray) -> None:
+    """Check that the trajectory passes the targets when they say; `passed` (t, 3) is where the tip is then.
+
+    Raises:
+        VerificationError: it does not.
+    """
+    misses = np.linalg.norm(passed - orders.tips, axis=1)
+    if misses.max() > TRAJECTORY_TOLERANCE:
+        target = int(misses.argmax())
+        raise VerificationError(
+            f"the trajectory passes target {target + 1} {misses.max():.3f} mm off at {orders.times[target]:.3f} s, "
+            f"allowed are {TRAJECTORY_TOLERANCE} mm",
+            line=int(orders.times[target] * 1000) + 2,
+        )
+
+
+def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Process) -> None:
+    """Check that the speed of each target is that of the trajectory on the way there, and at most the process's.
+
+    The planned way there is at least as long as the straight line between the targets, and at most as long as that of
+    the trajectory, which swings around corners.
+
+    Args:
+        orders: t targets.
+        tips: the trajectory.
+        times: (k,) of its rows [s].
+        process: speeds of the tip.
+
+    Raises:
+        VerificationError: one is not.
+    """
+    lines, durations = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1), np.diff(orders.times)
+    ways = np.maximum(_ways(orders.times, tips, times), lines)
+    planned = np.where(orders.laid[:-1], process.speed, process.travel_speed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slow, fast = (lines - LINE_TOLERANCE) / durations, (ways + CORNER_TOLERANCE) / durations
+    moves = (ways > TURN_ON_THE_SPOT) & (durations > 0.0)
+    lowest = np.where(moves, np.minimum(planned, np.maximum(slow - SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
+    highest = np.where(moves, np.minimum(planned, np.maximum(fast + SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
+    lowest, highest = (np.append(process.travel_speed, each) for each in (lowest, highest))
+    wrong = ~((orders.speeds >= lowest - ZONE_TOLERANCE) & (orders.speeds <= highest + ZONE_TOLERANCE))
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise VerificationError(
+            f"target {row + 1} is reached at {orders.speeds[row]:g} mm/s, by trajectory.csv and the process at "
+            f"{lowest[row]:.2f} to {highest[row]:.2f}",
+            line=row + 2,
+        )
+
+
+def check_zones(orders: Orders, tips: TipsAt) -> None:
+    """Check that each zone is half the way to the nearer neighbour, at most 0.3 mm, and 0 where the tool stops.
+
+    It stops at both ends of each run, where laying begins or ends, beside turns on the spot, and where the tip rests.
+
+    Raises:
+        VerificationError: one is not.
+    """
+    ways = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
+    nearer = np.minimum(np.append(ways, 0.0), np.append(0.0, ways))
+    borders = np.diff(orders.runs) != 0
+    stops = np.append(borders, np.True_) | np.append(np.True_, borders)
+    stops |= np.diff(orders.laid.astype(np.int8), prepend=0) != 0
+    largest = np.where(stops | (nearer < TURN_ON_THE_SPOT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
+    resting = np.linalg.norm(tips(orders.times + _MILLISECOND) - tips(orders.times - _MILLISECOND), axis=1) < RESTING
+    kept = (np.abs(orders.zones - largest) <= ZONE_TOLERANCE) | ((orders.zones == 0.0) & resting)
+    if not kept.all():
+        row = int(np.argmin(kept))
+        raise VerificationError(
+            f"target {row + 1} has a zone of {orders.zones[row]:g} mm, by its neighbours {largest[row]:.4f}",
+            line=row + 2,
+        )
+
+
+def check_extent(poses: PosesTable, extent: FloatArray) -> None:
+    """Check that all that is printed lies in the (2, 3) box of the part, within which the guard asks for the frame.
+
+    Raises:
+        VerificationError: a pose does not.
+    """
+    low, high = extent
+    off = np.maximum(low - poses.points, poses.points - high).max(axis=1)
+    wrong = poses.deposit & (off > EXTENT_TOLERANCE)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise VerificationError(
+            f"row {row + 1} of poses.csv lies {off[row]:.3f} mm outside the part's box of setup.json", line=1
+        )
+
+
+def check_configuration(
+    steps: tuple[Step, ...], orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray
+) -> None:
+    """Check that the inverse kinematics of the written targets has the written configuration, on the planned way.
+
+    Raises:
+        VerificationError: one has another, or lies on another way.
+    """
+    data = _targets(steps)
+    found = arm.solutions(T_base_work @ _frames(data))
+    planned = joints_at(table.times, table.joints, orders.times)
+    wound = found + 2.0 * np.pi * np.rint((planned[:, None] - found) / (2.0 * np.pi))
+    misses = np.abs(wound - planned[:, None]).max(axis=2)
+    nearest = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
+    rows = np.arange(len(steps))
+    off = ~(misses[rows, nearest] <= JOINT_TOLERANCE)
+    if off.any():
+        _refuse(steps, int(np.argmax(off)), "no inverse kinematic solution is on the planned way")
+    _check_data(steps, wound[rows, nearest], data[:, 7:11].astype(np.int64), arm=arm, how="")
+
+
+def check_aloft(steps: tuple[Step, ...], orders: Orders, arm: Arm, T_base_work: FloatArray) -> None:
+    """Check the same of the dry run: the targets lifted, on the branch on which it begins.
+
+    Raises:
+        VerificationError: a lifted target has another configuration, or is out of reach.
+    """
+    lift = transforms.rigid(np.eye(3), np.array([0.0, 0.0, LIFT]))
+    solutions = arm.solutions(lift @ T_base_work @ _frames(_targets(steps)))
+    misses = np.abs(transforms.wrapped(solutions[0] - orders.aloft)).max(axis=1)
+    branch = int(np.nanargmin(np.where(np.isnan(misses), np.inf, misses)))
+    found = solutions[:, branch]
+    missing = np.isnan(found).any(axis=1)
+    if missing.any():
+        _refuse(steps, int(np.argmax(missing)), "lifted for the dry run it is out of reach")
+    if not misses[branch] <= JOINT_TOLERANCE:
+        _refuse(steps, 0, "lifted for the dry run it is not where setup.json has its joints")
+    joints: FloatArray = np.unwrap(found, axis=0)
+    joints = joints + 2.0 * np.pi * np.rint((orders.aloft - joints[0]) / (2.0 * np.pi))
+    said = np.array([step.move.aloft for step in steps]).astype(np.int64)
+    _check_data(steps, joints, said, arm=arm, how="lifted for the dry run, ")
+
+
+def _check_data(steps: tuple[Step, ...], joints: FloatArray, said: IntArray, *, arm: Arm, how: str) -> None:
+    """Compare the configuration data of (t, 6) joints with what the (t, 4) written ones say."""
+    below, above = (configuration_data(joints + sign * QUADRANT_TOLERANCE, arm=arm) for sign in (-1.0, 1.0))
+    wrong: BoolArray = ((said != below) & (said != above)).any(axis=1)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        _refuse(
+            steps,
+            row,
+            f"{how}the inverse kinematics gives the configuration {above[row].tolist()}, found {said[row].tolist()}",
+        )
+
+
+def _refuse(steps: tuple[Step, ...], row: int, what: str) -> NoReturn:
+    place = steps[row].move.place
+    raise VerificationError(f"target {row + 1}: {what}", module=place.module, line=place.line)
+
+
+def _ways(moments: FloatArray, tips: TipsAt, times: FloatArray) -> FloatArray:
+    """Return (t - 1,) the way of the tip from each of (t,) moments to the next, by the rows of the trajectory [mm]."""
+    every = np.union1d(moments, times[(times > moments[0]) & (times < moments[-1])])
+    steps = [
+        np.linalg.norm(np.diff(tips(every[start : start + _STRETCH + 1]), axis=0), axis=1)
+        for start in range(0, every.size - 1, _STRETCH)
+    ]
+    passed = np.append(0.0, np.cumsum(np.concatenate([np.empty(0), *steps])))
+    return np.diff(passed[np.searchsorted(every, moments)])
+
+
+def _targets(steps: tuple[Step, ...]) -> FloatArray:
+    return np.array([step.move.target for step in steps])
+
+
+def _frames(data: FloatArray) -> FloatArray:
+    """Return (t, 4, 4) the tool of (t, 17) robtargets in the work frame."""
+    rotations = transforms.rotation_of(data[:, 3:7] / np.linalg.norm(data[:, 3:7], axis=1, keepdims=True))
+    return transforms.rigid(rotations, data[:, :3])
