@@ -244,7 +244,7 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
     told = json.loads((tmp_path / "out" / "plan.json").read_text())
     assert told["program"]["dry_run_only"] is True
     assert (told["motion"]["placement_calibrated"], told["motion"]["placement_missing"]) == (
-        True, ["the part on it (part_mm)"],
+        True, ["where the part stands on the fixture (part_mm)"],
     )  # fmt: skip
     # Nobody knows how well the surface is known either.
     assert "surface_within_mm" not in told["motion"]
@@ -253,7 +253,7 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
     assert "geoDryRun FALSE" not in sheet
     for text in (outcome_text(planned), sheet, modules["GeoCell.mod"], modules["GeoPrint.mod"]):
         assert "NOT KNOWN" in text
-        assert "the part on it (part_mm)" in text
+        assert "where the part stands on the fixture (part_mm)" in text
         assert "touched points)" not in text
 
 

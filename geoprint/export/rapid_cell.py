@@ -58,7 +58,8 @@ def header_lines(
         lines += values.comment(words)
     if placement.missing:
         lines += values.comment("PLACEMENT NOT KNOWN: runs dry only, whatever geoDryRun is.")
-        lines += values.comment(f"Nobody has stated: {', '.join(placement.missing)}.")
+        for what in placement.missing:
+            lines += values.comment(f"Nobody has stated {what}.")
     if surface_within is not None:
         lines += values.comment(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
     lines += values.comment(f"Part: {part_name}")

@@ -208,7 +208,10 @@ class Placement:
     @property
     def missing(self) -> tuple[str, ...]:
         """What nobody has stated, in words; a program may deposit only where that is nothing."""
-        stated = {"the fixture (touched points)": self.calibrated, "the part on it (part_mm)": self.part_stated}
+        stated = {
+            "where the fixture stands (touched points)": self.calibrated,
+            "where the part stands on the fixture (part_mm)": self.part_stated,
+        }
         return tuple(what for what, known in stated.items() if not known)
 
     @property
