@@ -1,4 +1,4 @@
-"""The README keeps its word: its Python blocks run, its two commands and its files exist."""
+"""The README keeps its word: its Python blocks run, its two commands, its Pythons and its files exist."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,16 @@ def test_the_two_commands_stand_behind_their_marks_and_install_everything(mark: 
     assert command is not None
     assert "python3 -m venv" in command[1]
     assert "pip install" in command[1]
+
+
+def test_it_names_the_pythons_of_the_classifiers() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    found = (re.fullmatch(r"Programming Language :: Python :: (3\.\d+)", each) for each in project["classifiers"])
+    versions = [each[1] for each in found if each]
+    assert project["requires-python"] == f">={versions[0]}"
+    words = f"Python {', '.join(versions[:-1])} or {versions[-1]}"
+    assert words in README
+    assert words in (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 def test_linked_files_exist() -> None:

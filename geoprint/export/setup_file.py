@@ -95,7 +95,8 @@ def _value(hint: Any, data: object) -> object:
         return None if data is None else _value(next(each for each in arguments if each is not type(None)), data)
     if origin is tuple:
         return tuple(_value(arguments[0], item) for item in cast("list[object]", data))
-    if origin is np.ndarray:
+    # Not by its origin: what NDArray is made of differs from one NumPy and Python to the next.
+    if hint == FloatArray:
         return np.array(data, dtype=np.float64)
     if is_dataclass(hint):
         return _read(cast("type[object]", hint), data)

@@ -174,8 +174,9 @@ def estimated_normals(points: FloatArray, tree: KDTree) -> FloatArray:
     near = np.asarray(tree.query(points, k=NEIGHBOURS)[1])
     offsets = points[near] - points[near].mean(axis=1, keepdims=True)
     normals = np.linalg.eigh(np.einsum("knx,kny->kxy", offsets, offsets))[1][:, :, 0]
-    first = np.repeat(np.arange(len(points)), LINKS)
-    second = near[:, 1 : LINKS + 1].ravel()
+    # Before SciPy 1.17 spanning trees take no longer indices than these.
+    first = np.repeat(np.arange(len(points), dtype=np.int32), LINKS)
+    second = near[:, 1 : LINKS + 1].ravel().astype(np.int32)
     # Weights of a sparse graph must not be 0.
     weights = 1.0 + LEAST_WEIGHT - np.abs(np.einsum("kx,kx->k", normals[first], normals[second]))
     links = coo_array((weights, (first, second)), shape=(len(points), len(points))).tocsr()
