@@ -16,9 +16,11 @@ from tests.report_cases import dome, part
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
 # Share of pixels that differ when something else is drawn, and when nothing is.
 CHANGED, SAME = 0.004, 0.001
-STAGE = ".stage"
+STAGE, SLIDER, PLAY = ".stage", "#part0-time", ".play"
 START_OVER = """(() => {
     document.activeElement.blur();
+    const play = document.querySelector('.play');
+    if (play.textContent === 'Pause') play.click();
     for (const input of document.querySelectorAll('.scene input')) {
         if (input.type === 'range') input.value = input.defaultValue; else input.checked = input.defaultChecked;
     }
@@ -36,7 +38,7 @@ def browser() -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    path.write_bytes(html_report([part(surface=dome(rings=12))], title="Dome"))
+    path.write_bytes(html_report([part(surface=dome(rings=12), names=("first", "second", "last"))], title="Dome"))
     return path
 
 
@@ -91,6 +93,14 @@ def changed(page: Page, before: NDArray[np.float32]) -> NDArray[np.float32]:
         if difference(before, after) > CHANGED:
             return settled(page)
     raise AssertionError("nothing else is drawn")
+
+
+def restored(page: Page, before: NDArray[np.float32]) -> None:
+    """Wait until the stage is what it was."""
+    for _ in range(40):
+        if difference(page.picture(STAGE), before) < SAME:
+            return
+    raise AssertionError("something else is drawn")
 
 
 def coloured(picture: NDArray[np.float32]) -> float:
@@ -202,8 +212,51 @@ def test_play_runs_and_pauses_and_a_backend_without_a_robot_has_none(page: Page)
     assert page.run("document.querySelector('.play').textContent") == "Pause"
     page.press("Enter")
     page.wait_until("document.querySelector('.play').textContent === 'Play'")
-    page.click("[name=part0-backend][value='1']")
+    page.click("[name=part0-backend][value='2']")
     assert page.run("document.querySelector('#part0-time').disabled")
+    assert page.errors() == []
+
+
+def seconds(page: Page) -> tuple[float, float]:
+    """Return the replay's time and when it ends, as the page says them."""
+    time, end = str(page.run("document.querySelector('.player output').textContent")).split(" s")[0].split(" of ")
+    return float(time), float(end)
+
+
+def played(page: Page, still: NDArray[np.float32]) -> None:
+    """Play from the first moment to the last, with a pause on the way in which the stage is not the still one."""
+    page.run("document.querySelector('.player select').value = '1'")
+    page.focus(PLAY)
+    page.press("Enter")
+    page.wait_until(f"25 < Number(document.querySelector('{SLIDER}').value)")
+    page.press("Enter")
+    time, end = seconds(page)
+    assert 0.0 < time < end
+    changed(page, still)
+    page.run("document.querySelector('.player select').value = '60'")
+    page.press("Enter")
+    page.wait_until(f"document.querySelector('{PLAY}').textContent === 'Play'")
+
+
+@narrow_only
+@pytest.mark.parametrize("frame", ["part", "robot"])
+@pytest.mark.parametrize("backend", [0, 1])
+def test_the_replay_plays_twice_and_can_be_dragged_to_both_ends(page: Page, frame: str, backend: int) -> None:
+    page.click(f"[name=part0-backend][value='{backend}']")
+    page.click(f"[name=part0-frame][value={frame}]")
+    if frame == "part":
+        page.click("[name=part0-robot]")
+    last = settled(page)
+    for _ in range(2):
+        played(page, last)
+        assert seconds(page) == (40.0, 40.0)
+        restored(page, last)
+    page.drag(SLIDER, to=-0.1)
+    assert seconds(page) == (0.0, 40.0)
+    changed(page, last)
+    page.drag(SLIDER, to=1.1)
+    assert seconds(page) == (40.0, 40.0)
+    restored(page, last)
     assert page.errors() == []
 
 
