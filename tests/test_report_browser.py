@@ -260,6 +260,25 @@ def test_the_replay_plays_twice_and_can_be_dragged_to_both_ends(page: Page, fram
     assert page.errors() == []
 
 
+def test_a_part_far_down_the_page_answers_before_it_is_drawn(browser: Page, tmp_path: Path) -> None:
+    path = tmp_path / "two.html"
+    path.write_bytes(html_report([part(surface=dome(rings=6)), part("other.ply", surface=dome(rings=6))], title="Two"))
+    browser.resize(width=390)
+    opened(browser, path)
+    scene, time = "document.querySelector('#part1 .scene')", "Number(document.querySelector('#part1-time').value)"
+    assert not browser.run(f"{scene}.classList.contains('live')")
+    browser.run("document.querySelector('[name=part1-frame][value=robot]').click()")
+    assert browser.run("document.querySelector('[name=part1-robot]').checked")
+    browser.run(f"{scene}.querySelector('select').value = '1'")
+    browser.run(f"{scene}.querySelector('.play').click()")
+    browser.wait_until(f"0 < {time} && {time} < 1000")
+    assert not browser.run(f"{scene}.classList.contains('live')")
+    browser.run(f"{scene}.querySelector('select').value = '60'")
+    browser.run(f"{scene}.scrollIntoView()")
+    browser.wait_until(f"{scene}.classList.contains('live') && {time} === 1000")
+    assert browser.errors() == []
+
+
 def test_without_webgl_and_in_print_the_still_pictures_stand_in(browser: Page, report: Path) -> None:
     browser.resize(width=1280)
     shown = "getComputedStyle(document.querySelector('.still')).visibility"
