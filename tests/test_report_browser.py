@@ -260,6 +260,22 @@ def test_the_replay_plays_twice_and_can_be_dragged_to_both_ends(page: Page, fram
     assert page.errors() == []
 
 
+@narrow_only
+def test_the_robot_stays_where_it_is_when_the_window_changes_its_size(page: Page) -> None:
+    page.click("[name=part0-frame][value=robot]")
+    last = settled(page)
+    page.drag(SLIDER, to=0.5)
+    half = changed(page, last)
+    for width in (600, 390):
+        page.resize(width=width)
+        page.wait_until(
+            f"innerWidth === {width} && Math.abs(document.querySelector('.plot .main-svg').clientWidth"
+            " - document.querySelector('.stage').clientWidth) < 3"
+        )
+    restored(page, half)
+    assert page.errors() == []
+
+
 def test_a_part_far_down_the_page_answers_before_it_is_drawn(browser: Page, tmp_path: Path) -> None:
     path = tmp_path / "two.html"
     path.write_bytes(html_report([part(surface=dome(rings=6)), part("other.ply", surface=dome(rings=6))], title="Two"))

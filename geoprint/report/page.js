@@ -112,6 +112,8 @@ class Scene {
       drawn.forEach((trace, place) => {
         const [x, y, z] = points[place];
         trace.update({ ...full[place], x, y, z });
+        // What is drawn anew when the window changes its size.
+        Object.assign(this.plot.data[ROBOT[place]], { x, y, z });
       });
       scene.glplot.redraw();
       return;
