@@ -105,6 +105,25 @@ class Page:
         for x in (2.0, 1.0, 0.0):
             self._devtools("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": box["x"] + x, "y": box["y"]})
 
+    def drag(self, selector: str, *, to: float) -> None:
+        """Drag the handle of a slider with the mouse to a share of its way; beyond 0 and 1 it stops at its ends."""
+        way = self.run(
+            f"(() => {{ const slider = document.querySelector({json.dumps(selector)});"
+            " slider.scrollIntoView({ block: 'center', behavior: 'instant' });"
+            " const b = slider.getBoundingClientRect(), handle = b.height / 2;"
+            " const x = (share) => b.x + handle + share * (b.width - 2 * handle);"
+            f" return [x((slider.value - slider.min) / (slider.max - slider.min)), x({to}), b.y + b.height / 2] }})()"
+        )
+        assert isinstance(way, list)
+        first, last, y = (float(value) for value in way)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        for kind, x, button in (
+            ("mouseMoved", first, "none"), ("mousePressed", first, "left"), ("mouseMoved", last, "left"),
+            ("mouseReleased", last, "left"),
+        ):  # fmt: skip
+            self._devtools(
+                "Input.dispatchMouseEvent", {"type": kind, "x": x, "y": y, "button": button, "clickCount": 1}
+            )
+
     def focus(self, selector: str) -> None:
         self.run(f"document.querySelector({json.dumps(selector)}).focus()")
 

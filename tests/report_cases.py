@@ -11,6 +11,8 @@ from geoprint.report import GAP, OVERLAP, BackendView, PartReport, PathDistances
 
 RADIUS, HEIGHT = 20.0, 6.0
 SPACING = 2.0
+# Where the tip is before and after printing [mm], and how long the way from there and to there takes [s].
+BEFORE, AFTER, APPROACH = np.array([-40.0, 0.0, 60.0]), np.array([20.0, 30.0, 40.0]), 2.0
 # A whole PNG of one grey pixel.
 PIXEL = bytes.fromhex(
     "89504e470d0a1a0a0000000d49484452000000010000000108000000003a7e9b"
@@ -55,16 +57,17 @@ def circles(radii: Sequence[float], *, points: int = 120) -> tuple[FloatArray, I
 
 
 def replay(*, frames: int = 80, seconds: float = 40.0) -> Replay:
-    """Return an arm of four joints that follows the circles of the dome."""
+    """Return an arm of four joints that comes to the dome, follows its circles and goes away again."""
     bead, offsets = circles([19.0, 15.0, 11.0, 7.0, 3.0])
     times: FloatArray = np.linspace(0.0, seconds, frames)
-    bead_times: FloatArray = np.linspace(0.0, seconds, len(bead))
-    tips = np.column_stack([np.interp(times, bead_times, bead[:, axis]) for axis in range(3)])
+    bead_times: FloatArray = np.linspace(APPROACH, seconds - APPROACH, len(bead))
+    way, way_times = np.vstack([BEFORE, bead, AFTER]), np.concatenate([[0.0], bead_times, [seconds]])
+    tips = np.column_stack([np.interp(times, way_times, way[:, axis]) for axis in range(3)])
     base = np.array([-120.0, 0.0, -20.0])
     above = np.array([[-80.0, 0.0, 90.0], [0.0, 0.0, 80.0], [0.0, 0.0, 45.0]])
     joints = np.concatenate([np.broadcast_to(base, (frames, 1, 3)), tips[:, None] + above], axis=1)
     down = np.broadcast_to([0.0, 0.0, -1.0], tips.shape)
-    laid = np.ones(frames, dtype=np.int64)
+    laid = ((bead_times[0] <= times) & (times <= bead_times[-1])).astype(np.int64)
     return Replay(times, joints, tips, down, laid, 25.0, bead, offsets, bead_times)
 
 

@@ -16,9 +16,11 @@ from tests.report_cases import dome, part
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
 # Share of pixels that differ when something else is drawn, and when nothing is.
 CHANGED, SAME = 0.004, 0.001
-STAGE = ".stage"
+STAGE, SLIDER, PLAY = ".stage", "#part0-time", ".play"
 START_OVER = """(() => {
     document.activeElement.blur();
+    const play = document.querySelector('.play');
+    if (play.textContent === 'Pause') play.click();
     for (const input of document.querySelectorAll('.scene input')) {
         if (input.type === 'range') input.value = input.defaultValue; else input.checked = input.defaultChecked;
     }
@@ -36,7 +38,7 @@ def browser() -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    path.write_bytes(html_report([part(surface=dome(rings=12))], title="Dome"))
+    path.write_bytes(html_report([part(surface=dome(rings=12), names=("first", "second", "last"))], title="Dome"))
     return path
 
 
@@ -91,6 +93,14 @@ def changed(page: Page, before: NDArray[np.float32]) -> NDArray[np.float32]:
         if difference(before, after) > CHANGED:
             return settled(page)
     raise AssertionError("nothing else is drawn")
+
+
+def restored(page: Page, before: NDArray[np.float32]) -> None:
+    """Wait until the stage is what it was."""
+    for _ in range(40):
+        if difference(page.picture(STAGE), before) < SAME:
+            return
+    raise AssertionError("something else is drawn")
 
 
 def coloured(picture: NDArray[np.float32]) -> float:
@@ -202,9 +212,87 @@ def test_play_runs_and_pauses_and_a_backend_without_a_robot_has_none(page: Page)
     assert page.run("document.querySelector('.play').textContent") == "Pause"
     page.press("Enter")
     page.wait_until("document.querySelector('.play').textContent === 'Play'")
-    page.click("[name=part0-backend][value='1']")
+    page.click("[name=part0-backend][value='2']")
     assert page.run("document.querySelector('#part0-time').disabled")
     assert page.errors() == []
+
+
+def seconds(page: Page) -> tuple[float, float]:
+    """Return the replay's time and when it ends, as the page says them."""
+    time, end = str(page.run("document.querySelector('.player output').textContent")).split(" s")[0].split(" of ")
+    return float(time), float(end)
+
+
+def played(page: Page, still: NDArray[np.float32]) -> None:
+    """Play from the first moment to the last, with a pause on the way in which the stage is not the still one."""
+    page.run("document.querySelector('.player select').value = '1'")
+    page.focus(PLAY)
+    page.press("Enter")
+    page.wait_until(f"25 < Number(document.querySelector('{SLIDER}').value)")
+    page.press("Enter")
+    time, end = seconds(page)
+    assert 0.0 < time < end
+    changed(page, still)
+    page.run("document.querySelector('.player select').value = '60'")
+    page.press("Enter")
+    page.wait_until(f"document.querySelector('{PLAY}').textContent === 'Play'")
+
+
+@narrow_only
+@pytest.mark.parametrize("frame", ["part", "robot"])
+@pytest.mark.parametrize("backend", [0, 1])
+def test_the_replay_plays_twice_and_can_be_dragged_to_both_ends(page: Page, frame: str, backend: int) -> None:
+    page.click(f"[name=part0-backend][value='{backend}']")
+    page.click(f"[name=part0-frame][value={frame}]")
+    if frame == "part":
+        page.click("[name=part0-robot]")
+    last = settled(page)
+    for _ in range(2):
+        played(page, last)
+        assert seconds(page) == (40.0, 40.0)
+        restored(page, last)
+    page.drag(SLIDER, to=-0.1)
+    assert seconds(page) == (0.0, 40.0)
+    changed(page, last)
+    page.drag(SLIDER, to=1.1)
+    assert seconds(page) == (40.0, 40.0)
+    restored(page, last)
+    assert page.errors() == []
+
+
+@narrow_only
+def test_the_robot_stays_where_it_is_when_the_window_changes_its_size(page: Page) -> None:
+    page.click("[name=part0-frame][value=robot]")
+    last = settled(page)
+    page.drag(SLIDER, to=0.5)
+    half = changed(page, last)
+    for width in (600, 390):
+        page.resize(width=width)
+        page.wait_until(
+            f"innerWidth === {width} && Math.abs(document.querySelector('.plot .main-svg').clientWidth"
+            " - document.querySelector('.stage').clientWidth) < 3"
+        )
+    restored(page, half)
+    assert page.errors() == []
+
+
+def test_a_part_far_down_the_page_answers_before_it_is_drawn(browser: Page, tmp_path: Path) -> None:
+    path = tmp_path / "two.html"
+    path.write_bytes(html_report([part(surface=dome(rings=6)), part("other.ply", surface=dome(rings=6))], title="Two"))
+    browser.resize(width=390)
+    opened(browser, path)
+    scene, time = "document.querySelector('#part1 .scene')", "Number(document.querySelector('#part1-time').value)"
+    assert not browser.run(f"{scene}.classList.contains('live')")
+    browser.run("document.querySelector('[name=part1-frame][value=robot]').click()")
+    assert browser.run("document.querySelector('[name=part1-robot]').checked")
+    browser.run(f"{scene}.querySelector('select').value = '1'")
+    browser.run(f"{scene}.querySelector('.play').click()")
+    browser.wait_until(f"0 < {time} && {time} < 1000")
+    assert not browser.run(f"{scene}.classList.contains('live')")
+    browser.run(f"{scene}.querySelector('select').value = '60'")
+    browser.run(f"{scene}.scrollIntoView()")
+    browser.wait_until(f"{scene}.classList.contains('live') && {time} === 1000")
+    assert browser.errors() == []
 
 
 def test_without_webgl_and_in_print_the_still_pictures_stand_in(browser: Page, report: Path) -> None:

@@ -24,9 +24,11 @@ function rows(array) {
 }
 
 function unpack(data) {
+  const vertices = rows(data.vertices);
   return {
     ...data,
-    vertices: rows(data.vertices),
+    vertices,
+    places: places({ ...data, vertices }),
     faces: rows(data.faces),
     backends: data.backends.map((backend) => ({
       distance: decoded(backend.distance),

@@ -9,6 +9,8 @@ const NARROW_PIXELS = 500, NARROW_FACTOR = 1.2;
 const LIGHT = { x: -40000, y: -50000, z: 77000 };
 // Places of the traces that move: bead, arm, needle.
 const ROBOT = [3, 4, 5];
+// A line of nothing: plotly.js fails on one without any point.
+const NOTHING = [[null], [null], [null]];
 // The part fills about this share of the plot.
 const SEEN_SHARE = 0.65;
 const TURN = Math.PI / 24, ZOOM = 1.15;
@@ -36,9 +38,10 @@ function pose(replay, time) {
     (1 - share) * values[before * size + place] + share * values[after * size + place]);
   const points = (flat) => [0, 1, 2].map((axis) => flat.filter((_, place) => place % 3 === axis));
   const arm = between(replay.arm, 3 * replay.joints), elbow = between(replay.elbows, 3), tip = between(replay.tips, 3);
+  const laid = countUpTo(replay.beadTimes, time);
   return {
     arm: points([...arm, ...elbow]), needle: points([...elbow, ...tip]),
-    laid: replay.bead.map((row) => row.subarray(0, countUpTo(replay.beadTimes, time))),
+    laid: laid ? replay.bead.map((row) => row.subarray(0, laid)) : NOTHING,
     deposit: replay.deposit[share < 0.5 ? before : after] === 1,
   };
 }
@@ -71,7 +74,6 @@ function traces(part, state, pixels) {
       vertexnormalsepsilon: 0, facenormalsepsilon: 0 },
     lightposition: LIGHT, flatshading: false,
   };
-  const nothing = [[null], [null], [null]];
   const now = state.robot && backend.replay ? pose(backend.replay, state.time) : null;
   return {
     legend,
@@ -79,9 +81,9 @@ function traces(part, state, pixels) {
       surface,
       { ...line(backend.path, PATH, width.path), visible: state.paths },
       frameTrace(part),
-      line(now ? now.laid : nothing, BEAD, width.bead),
-      line(now ? now.arm : nothing, ARM, 9, "lines+markers"),
-      line(now ? now.needle : nothing, NEEDLE, 6),
+      line(now ? now.laid : NOTHING, BEAD, width.bead),
+      line(now ? now.arm : NOTHING, ARM, 9, "lines+markers"),
+      line(now ? now.needle : NOTHING, NEEDLE, 6),
     ],
   };
 }

@@ -11,20 +11,20 @@ class Scene {
     this.status = root.querySelector(".status");
     this.legend = root.querySelector(".legend");
     this.player = root.querySelector("div.player");
-    this.part = null;
     this.live = false;
     this.playing = false;
+    this.state = { backend: 0, colour: "spacing", paths: true, robot: false, frame: "part", time: Infinity,
+      camera: firstCamera(this.plot.clientWidth) };
     this.listen();
+  }
+
+  // Unpacked when it is first needed: a part far down the page costs nothing until it comes near or is used.
+  get part() {
+    return this.unpacked ??= unpack(JSON.parse(document.getElementById(`${this.key}-data`).textContent));
   }
 
   start() {
     if (this.live || this.failed) return;
-    if (!this.part) {
-      this.part = unpack(JSON.parse(document.getElementById(`${this.key}-data`).textContent));
-      this.part.places = places(this.part);
-    }
-    this.state ??= { backend: 0, colour: "spacing", paths: true, robot: false, frame: "part", time: Infinity,
-      camera: firstCamera(this.plot.clientWidth) };
     this.readControls();
     try {
       if (!document.createElement("canvas").getContext("webgl")) throw new Error("WebGL is missing");
@@ -112,6 +112,8 @@ class Scene {
       drawn.forEach((trace, place) => {
         const [x, y, z] = points[place];
         trace.update({ ...full[place], x, y, z });
+        // What is drawn anew when the window changes its size.
+        Object.assign(this.plot.data[ROBOT[place]], { x, y, z });
       });
       scene.glplot.redraw();
       return;
@@ -128,6 +130,7 @@ class Scene {
   }
 
   play() {
+    if (!this.replay) return;
     const slider = this.player.querySelector("input"), button = this.player.querySelector("button");
     if (Number(slider.value) >= Number(slider.max)) slider.value = 0;
     this.showRobot();
