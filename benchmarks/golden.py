@@ -1,0 +1,125 @@
+"""Do plans and comparisons still say the same, byte for byte? Twelve bundles, held against their recorded hashes.
+
+    python -m benchmarks.golden [--cases NAME ...] [--keep DIR] [--record]
+
+Planned with the command line, so that nothing inside geoprint is asked. Of every RAPID module, CSV and JSON file the
+hash is compared with `tests/golden/hashes.json`; what differs from run to run (seconds, memory) is taken out before.
+The last bits of a number depend on the machine's linear algebra: the hashes hold on the machine that recorded them, so
+before a change that shall leave everything as it is, record them on your own with `--record`. The bundle `small` stands
+whole in `tests/golden/small`; `tests/test_golden.py` holds a plan of any machine against it, number by number.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+GOLDEN = ROOT / "tests" / "golden"
+HASHES = GOLDEN / "hashes.json"
+# What RAPID, tables and figures are written in; pictures and pages are looked at instead.
+SUFFIXES = {".mod", ".pgf", ".csv", ".json"}
+# Keys of JSON that differ from run to run; and so does manifest.json, because it has the hash of every file.
+UNSTEADY = {"timings_s", "peak_memory_mb", "planning_s"}
+DEMO = ("--unit", "mm", "--place", "demo")
+# The small bundle: a disc of 4 mm about the middle of the plate.
+SMALL = ("plan", "data/plate.ply", *DEMO, "--at", "0", "0", "0", "--radius", "4", "--spacing", "2")
+# Name to command line, without its result's folder.
+CASES: dict[str, tuple[str, ...]] = {
+    "small": SMALL,
+    "plate": ("compare", "data/plate.ply", *DEMO, "--spacing", "3", "--backends", "all", "--samples"),
+    "apex-marching": (
+        "plan", "data/heart_apex_patch.ply", *DEMO, "--spacing", "2", "--body", "data/heart.ply",
+        "--backend", "fast-marching",
+    ),
+    "apex-upright": ("plan", "data/heart_apex_patch.ply", *DEMO, "--spacing", "4", "--max-tilt", "0"),
+    "flat-lscm": (
+        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm", "--resolution", "300",
+    ),
+    "flat-heat": ("plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "2", "--on-slowdown", "follow"),
+    "analog": ("plan", "data/plate.ply", "--unit", "mm", "--spacing", "3", "--cell", "tests/golden/analog.toml"),
+    "straight": ("plan", "data/plate.ply", *DEMO, "--rounds", "4", "--cell", "geoprint/robots/irb120-straight160.toml"),
+    "paper": ("plan", "data/heart_flat_patch.ply", *DEMO, "--cell", "data/paper_case_a.toml"),
+    "seed-lscm": (
+        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm",
+        "--seed", "41.7", "4.6", "-5.9",
+    ),
+    "two-patches": ("compare", "tests/golden/two_patches.toml"),
+    "paths": (
+        "compare", "data/heart_apex_patch.ply", "data/plate.ply", "--unit", "mm", "--spacing", "2", "--no-robot",
+        "--backends", "all",
+    ),
+}  # fmt: skip
+
+
+def main() -> None:
+    """Plan the cases and compare or record their hashes; ends with 1 where one differs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES), help="only these")
+    parser.add_argument("--keep", type=Path, help="leave the bundles in this new folder, to look for what differs")
+    parser.add_argument("--record", action="store_true", help="record the hashes and the small bundle")
+    parser.add_argument("--smoke", action="store_true", help="the small bundle only, without comparing")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = arguments.keep or Path(temporary)
+        folder.mkdir(exist_ok=True)
+        names = ["small"] if arguments.smoke else arguments.cases
+        found = {name: hashes(planned(name, folder / name)) for name in names}
+        if arguments.record:
+            _record(found)
+        elif not arguments.smoke:
+            sys.exit(_report(found))
+
+
+def planned(name: str, folder: Path) -> Path:
+    """Plan a case into a folder that does not exist yet, as a user would; return the folder."""
+    command = [sys.executable, "-m", "geoprint", *CASES[name], "--out", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)  # noqa: S603  (no name from outside)
+    return folder
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of each program, table and JSON file of a bundle, by its name there."""
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(steady(path)).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.suffix in SUFFIXES and path.name != "manifest.json"
+    }
+
+
+def steady(path: Path) -> bytes:
+    """Return the content of a file without what differs from run to run."""
+    content = path.read_bytes()
+    if path.suffix != ".json":
+        return content
+    return json.dumps(json.loads(content, object_pairs_hook=_steady_keys), indent=1).encode("utf-8")
+
+
+def _steady_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    return {key: value for key, value in pairs if key not in UNSTEADY}
+
+
+def _record(found: dict[str, dict[str, str]]) -> None:
+    known: dict[str, dict[str, str]] = json.loads(HASHES.read_text(encoding="utf-8")) if HASHES.exists() else {}
+    HASHES.write_text(json.dumps(known | found, indent=1) + "\n", encoding="utf-8")
+    print(f"recorded {sum(map(len, found.values()))} files of {len(found)} bundles")
+
+
+def _report(found: dict[str, dict[str, str]]) -> int:
+    """Print how each bundle stands to its record, and return how many do not keep it."""
+    recorded = json.loads(HASHES.read_text(encoding="utf-8"))
+    wrong = 0
+    for name, files in found.items():
+        differing = [file for file in {**recorded[name], **files} if recorded[name].get(file) != files.get(file)]
+        wrong += bool(differing)
+        print(f"{name:16}{len(files):4} files  " + ("the same" if not differing else f"DIFFER: {', '.join(differing)}"))
+    return wrong
+
+
+if __name__ == "__main__":
+    main()
