@@ -21,15 +21,17 @@ from types import MappingProxyType
 
 import numpy as np
 
-from benchmarks.surfaces import make
-from benchmarks.tables import least_seconds, row, rule
+from benchmarks.parts.surfaces import make
+from benchmarks.parts.tables import least_seconds, row, rule
 from geoprint.backends import BACKENDS
-from geoprint.backends.chart import conformal_chart, farthest_pair
-from geoprint.backends.distortion import distortion, predicted_spacing
-from geoprint.backends.seam_chart import flattened
+from geoprint.backends.lscm.chart import conformal_chart, farthest_pair
+from geoprint.backends.lscm.distortion import distortion, predicted_spacing
+from geoprint.backends.lscm.seam_chart import flattened
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.surfaces import boundary_loops, boundary_seed, describe, load, positions, prepare
+from geoprint.surfaces import boundary_loops, boundary_seed, describe, positions
+from geoprint.surfaces.files import load
+from geoprint.surfaces.repair import prepare
 
 DATA = Path(__file__).parents[1] / "data"
 PARTS = tuple(DATA / name for name in ("heart_flat_patch.ply", "heart_apex_patch.ply"))

@@ -5,7 +5,7 @@
 On every part a path is planned, and then checked again with one obstacle besides: collisions from a graze of the
 clearance, over a graze of the body itself, to deep ones, and halls around everything; and near misses, 0.1 mm beyond
 the clearance. Obstacles are thin posts, plates and blocks at the sides of needle, cone, barrel, bracket, lamp and the
-arm's links, at any moment from home to home (`benchmarks.planted`). At last the tip is lowered by 0.05 mm on all
+arm's links, at any moment from home to home (`benchmarks.parts.planted`). At last the tip is lowered by 0.05 mm on all
 deposit, where nothing must be reported.
 """
 
@@ -21,14 +21,18 @@ from typing import final
 
 import numpy as np
 
-from benchmarks.planted import KINDS, Sweep, hall, near_miss
-from benchmarks.tables import row
+from benchmarks.parts.planted import KINDS, Sweep, hall, near_miss
+from benchmarks.parts.tables import row
 from benchmarks.uniformity import DATA
 from geoprint import transforms
 from geoprint.config import job_of
 from geoprint.errors import ClearanceError
 from geoprint.model import Cell, Lamp, PoseStream, Surface
-from geoprint.motion import Arm, clearance, controller_path, reach, retime, written_targets
+from geoprint.motion.arm import Arm
+from geoprint.motion.collision import clearance
+from geoprint.motion.controller import controller_path, written_targets
+from geoprint.motion.reach import reach
+from geoprint.motion.timing import retime
 from geoprint.pipeline import Plan, plan
 
 PARTS = (DATA / "heart_flat_patch.ply", DATA / "heart_apex_patch.ply", DATA / "plate.ply")

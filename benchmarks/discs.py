@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.tables import row, rule
+from benchmarks.parts.tables import row, rule
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray
 from geoprint.pipeline import plan
-from geoprint.surfaces import load
+from geoprint.surfaces.files import load
 from geoprint.surfaces.topology import used_vertices
 
 HEARTS = Path(__file__).parents[1].parent / "shared" / "data" / "hearts"

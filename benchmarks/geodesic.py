@@ -24,17 +24,17 @@ from types import MappingProxyType
 
 import numpy as np
 
-from benchmarks.surfaces import SHAPES, STYLES, exact_distance, make
-from benchmarks.tables import row, rule
+from benchmarks.parts.surfaces import SHAPES, STYLES, exact_distance, make
+from benchmarks.parts.tables import row, rule
 from geoprint.backends import BACKENDS
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
 from geoprint.model import FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
 from geoprint.quality.deposited import sampled
-from geoprint.quality.geodesic import GeodesicDistance
+from geoprint.quality.oracle.geodesic import GeodesicDistance
+from geoprint.quality.oracle.tracing import trace
+from geoprint.quality.oracle.triangles import flat_mesh, flat_places
 from geoprint.quality.spacing import outer_distance
-from geoprint.quality.tracing import trace
-from geoprint.quality.triangles import flat_mesh, flat_places
 from geoprint.surfaces import boundary_loops, boundary_seed, edge_lengths, positions
 
 # Level curves between the border and the farthest point.

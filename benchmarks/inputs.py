@@ -20,10 +20,11 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.surfaces import make
-from benchmarks.tables import row, rule
+from benchmarks.parts.surfaces import make
+from benchmarks.parts.tables import row, rule
 from geoprint.model import Surface
-from geoprint.surfaces import inspect, load, prepare
+from geoprint.surfaces.files import load
+from geoprint.surfaces.repair import inspect, prepare
 
 Result = TypeVar("Result")
 

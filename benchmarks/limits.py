@@ -28,14 +28,16 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from benchmarks.tables import row, rule
+from benchmarks.parts.tables import row, rule
 from geoprint.backends import BACKENDS
 from geoprint.config import PACKAGED_CELLS, job_of, packaged_cell_text
 from geoprint.errors import GeoprintError, PlanError
 from geoprint.model import FloatArray, Surface
-from geoprint.motion import lost_shares
+from geoprint.motion.reach import lost_shares
 from geoprint.pipeline import plan, save_plan
-from geoprint.surfaces import boundary_loops, closest, component_labels, load, point_seed, prepare, save_ply
+from geoprint.surfaces import boundary_loops, closest, component_labels, point_seed
+from geoprint.surfaces.files import load, save_ply
+from geoprint.surfaces.repair import prepare
 
 DATA = Path(__file__).parents[1] / "data"
 OWN_PATCHES = ("heart_apex_patch.ply", "heart_flat_patch.ply")

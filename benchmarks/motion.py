@@ -24,24 +24,21 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.collision_bodies import bodies
+from benchmarks.parts.collision_bodies import bodies
+from benchmarks.parts.spirals import spiral
+from benchmarks.parts.surfaces import make
+from benchmarks.parts.tables import row, table
 from benchmarks.rotation import rotation
-from benchmarks.spirals import spiral
-from benchmarks.surfaces import make
-from benchmarks.tables import row, table
 from benchmarks.tip_speed import even_speed
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
-from geoprint.motion import (
-    Arm,
-    clearance,
-    controller_path,
-    reach,
-    retime,
-    written_targets,
-)
-from geoprint.motion.urdf import read_urdf
+from geoprint.motion.arm import Arm
+from geoprint.motion.arm.urdf import read_urdf
+from geoprint.motion.collision import clearance
+from geoprint.motion.controller import controller_path, written_targets
+from geoprint.motion.reach import reach
+from geoprint.motion.timing import retime
 
 Result = TypeVar("Result")
 

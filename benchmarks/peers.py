@@ -32,13 +32,17 @@ from types import MappingProxyType
 
 import numpy as np
 
-from benchmarks.surfaces import SHAPES, Shape, cap, triangulated
-from benchmarks.tables import least_seconds
-from geoprint.backends import BACKENDS, Heat
+from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from benchmarks.parts.tables import least_seconds
+from geoprint.backends import BACKENDS
+from geoprint.backends.heat import Heat
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.quality import uniformity
-from geoprint.surfaces import boundary_loops, boundary_seed, load, positions, prepare, refine
+from geoprint.surfaces import boundary_loops, boundary_seed, positions
+from geoprint.surfaces.files import load
+from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import prepare
 
 DATA = Path(__file__).parents[1] / "data"
 SPACING = 1.0

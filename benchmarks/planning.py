@@ -16,7 +16,7 @@ import time
 import numpy as np
 
 from benchmarks.uniformity import DATA
-from geoprint.backends import Heat
+from geoprint.backends.heat import Heat
 from geoprint.config import job_of
 from geoprint.pipeline import Plan, plan
 from geoprint.surfaces import boundary_loops

@@ -16,14 +16,16 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.limits import all_parts
-from benchmarks.tables import row, table
+from benchmarks.parts.tables import row, table
 from geoprint import transforms
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import GeoprintError
-from geoprint.export import Timeline, read_back, switching_events, timeline
-from geoprint.export.rapid_text import SwitchAt
+from geoprint.export import switching_events
+from geoprint.export.rapid import Timeline, read_back, timeline
+from geoprint.export.rapid.text import SwitchAt
 from geoprint.model import FloatArray
-from geoprint.motion import Arm, tips_at
+from geoprint.motion.arm import Arm
+from geoprint.motion.timing import tips_at
 from geoprint.pipeline import Plan, RobotPlan, check_bundle, plan, save_plan
 
 BACKENDS = ("heat", "lscm")

@@ -20,23 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.parts.tables import row
 from benchmarks.programs import programs
-from benchmarks.tables import row
 from geoprint import transforms
 from geoprint.config import load_cell
-from geoprint.export import Orders, orders_of, program_findings, rapid_program, switching_events
-from geoprint.export import rapid as writer
-from geoprint.model import (
-    Cell,
-    FloatArray,
-    JointPath,
-    Placement,
-    PoseStream,
-    Program,
-    SignalMode,
-    Targets,
-    Trajectory,
-)
+from geoprint.export import Orders, orders_of, switching_events
+from geoprint.export.rapid import program as writer, program_findings, rapid_program
+from geoprint.model import Cell, FloatArray, JointPath, Placement, PoseStream, Program, SignalMode, Targets, Trajectory
 
 COUNTS = (1_000, 10_000, 100_000)
 RUN = 400  # poses of a run

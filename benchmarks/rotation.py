@@ -10,20 +10,18 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.spirals import spiral
-from benchmarks.tables import row, table
+from benchmarks.parts.spirals import spiral
+from benchmarks.parts.tables import row, table
 from geoprint import transforms
 from geoprint.model import FloatArray, PoseStream, SearchWeights
-from geoprint.motion import (
-    Arm,
-    reach_margin,
-)
-from geoprint.motion.attitude_search import Attitudes, UprightSearch
-from geoprint.motion.closed_form import BRANCHES
-from geoprint.motion.keyframes import path_lengths
-from geoprint.motion.ladder import Rungs, Terms, climb, cost_terms
-from geoprint.motion.margins import MINIMUM_WRIST_ANGLE
-from geoprint.motion.pose_samples import tool_poses
+from geoprint.motion.arm import Arm
+from geoprint.motion.arm.closed_form import BRANCHES
+from geoprint.motion.reach import reach_margin
+from geoprint.motion.reach.attitude_search import Attitudes, UprightSearch
+from geoprint.motion.reach.keyframes import path_lengths
+from geoprint.motion.reach.ladder import Rungs, Terms, climb, cost_terms
+from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE
+from geoprint.motion.reach.pose_samples import tool_poses
 
 REPEATS = 5
 DOME = transforms.rigid(np.eye(3), np.array([300.0, 0.0, 50.0]))  # where the dome stands for the search

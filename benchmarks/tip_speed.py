@@ -8,15 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.tables import row, table
+from benchmarks.parts.tables import row, table
 from geoprint import transforms
 from geoprint.config import job_of
 from geoprint.model import Cell, JointPath
-from geoprint.motion import (
-    Arm,
-    reach,
-    retime,
-)
+from geoprint.motion.arm import Arm
+from geoprint.motion.reach import reach
+from geoprint.motion.timing import retime
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
 from geoprint.pipeline.planning import Plan, cover

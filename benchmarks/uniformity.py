@@ -20,11 +20,11 @@ from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.evenness_picture import evenness_picture
-from benchmarks.surfaces import SHAPES, Shape, cap, triangulated
-from geoprint.backends import distortion
+from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from geoprint.backends.lscm import distortion
 from geoprint.config import job_of
 from geoprint.pipeline import COMPARED, Comparison, compare, comparison_picture
-from geoprint.surfaces import save_ply
+from geoprint.surfaces.files import save_ply
 
 DATA = Path(__file__).parents[1] / "data"
 OWN: Mapping[str, str] = MappingProxyType(

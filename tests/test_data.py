@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geoprint.backends import Heat
-from geoprint.backends.chart import conformal_chart
+from geoprint.backends.heat import Heat
+from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.config import job_of, load_cell
 from geoprint.model import FloatArray, GoodPrint, Surface
 from geoprint.pipeline import recommendation
@@ -25,12 +25,12 @@ from geoprint.surfaces import (
     euler_characteristic,
     face_areas,
     face_normals,
-    load,
     mean_normal,
     point_seed,
-    prepare,
-    refine,
 )
+from geoprint.surfaces.files import load
+from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import prepare
 
 DATA = Path(__file__).parents[1] / "data"
 TOPOLOGY = {

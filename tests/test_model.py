@@ -7,7 +7,7 @@ import pytest
 
 from geoprint.errors import GeoprintError, InputError, LimitError, PlanError, UsageError
 from geoprint.model import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
-from tests.cells import bent_cell
+from tests.motion.cells import bent_cell
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 

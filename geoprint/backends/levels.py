@@ -1,4 +1,4 @@
-"""At which distances the level curves lie: the same rule for every backend."""
+"""Where level curves lie, and how short edges must be to follow them: the same rules for every backend."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import numpy as np
 
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import FloatArray, ScalarField
+
+# A distance that is linear in each triangle follows a curved front to a per cent of a spacing.
+EDGES_PER_SPACING = 4
 
 
 def level_distances(field: ScalarField, *, spacing: float) -> FloatArray:
@@ -24,3 +27,13 @@ def level_distances(field: ScalarField, *, spacing: float) -> FloatArray:
             f"seed: choose a spacing below {2 * field.maximum:.3g} mm."
         )
     return (np.arange(count, dtype=np.float64) + 0.5) * spacing
+
+
+def linear_edge_length(*, spacing: float) -> float:
+    """Return the edge length [mm] at which linear triangles follow level curves a spacing [mm] apart.
+
+    Examples:
+        >>> linear_edge_length(spacing=2.0)
+        0.5
+    """
+    return spacing / EDGES_PER_SPACING

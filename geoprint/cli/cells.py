@@ -8,12 +8,7 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.options import (
-    AsJson,
-    CellPath,
-    Overwrite,
-    Unit,
-)
+from geoprint.cli.options import AsJson, CellPath, Overwrite, Unit
 from geoprint.cli.terminal import say
 from geoprint.errors import ExportError, UsageError
 
@@ -63,8 +58,13 @@ def calibrate(
     as_json: AsJson = False,
 ) -> None:
     """Find where the fixture stands from touched points, or the tool centre point, and say how well that is known."""
-    from geoprint.pipeline import calibrate as run
-    from geoprint.pipeline import calibration_summary, calibration_text, check_cell_writable, save_calibrated
+    from geoprint.pipeline import (
+        calibrate as run,
+        calibration_summary,
+        calibration_text,
+        check_cell_writable,
+        save_calibrated,
+    )
 
     if out is not None:
         check_cell_writable(out, overwrite=overwrite)
@@ -92,8 +92,7 @@ def fit_flow(
     as_json: AsJson = False,
 ) -> None:
     """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
-    from geoprint.pipeline import fit_flow as run
-    from geoprint.pipeline import fit_summary, material_table
+    from geoprint.pipeline import fit_flow as run, fit_summary, material_table
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:

@@ -74,7 +74,7 @@ def patch(
     """Cut a patch out of a body, through its triangles, so that its rim is smooth; several of a job are numbered."""
     from geoprint.config import job_of
     from geoprint.pipeline import patch_summary, patch_text, patches_of
-    from geoprint.surfaces import load_file, save_ply
+    from geoprint.surfaces.files import load_file, save_ply
 
     job = job_of(
         surface=body,
@@ -121,7 +121,7 @@ def remesh(
 ) -> None:
     """Write the same part with another mesh, smoother, more even or smaller, and say how far the two lie apart."""
     from geoprint.pipeline import remesh_file, remeshing_summary, remeshing_text
-    from geoprint.surfaces import save_ply
+    from geoprint.surfaces.files import save_ply
 
     limit_memory(max_memory)
     _check_ply(out, overwrite=overwrite)

@@ -79,8 +79,7 @@ def plan(
     """Plan one part with one backend and write the program, the tables and plan.json."""
     from geoprint.config import job_of
     from geoprint.export import check_writable
-    from geoprint.pipeline import outcome_text, save_plan, summary
-    from geoprint.pipeline import plan as run
+    from geoprint.pipeline import outcome_text, plan as run, save_plan, summary
 
     job = job_of(
         surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,

@@ -50,7 +50,7 @@ def watch() -> Generator[Callable[[str], None]]:
     from rich.console import Console
 
     console = Console(stderr=True)
-    if not any((Path(__file__).parents[1] / "backends" / "__pycache__").glob("*.nbi")):
+    if not any((Path(__file__).parents[1] / "backends").glob("*/__pycache__/*.nbi")):
         console.print("compiling the numerical kernels, once: later runs start faster", highlight=False)
     with console.status("starting") as status:
         running = ["starting"]

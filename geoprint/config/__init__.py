@@ -4,8 +4,16 @@ Unknown keys, wrong types, NaN and infinity are refused with the key's name, so 
 default.
 """
 
-from geoprint.config.cells import PACKAGED_CELLS, load_cell, packaged_cell_text
-from geoprint.config.job import Job, PatchRegion
-from geoprint.config.job_file import job_file_text, job_of
-
-__all__ = ["PACKAGED_CELLS", "Job", "PatchRegion", "job_file_text", "job_of", "load_cell", "packaged_cell_text"]
+from geoprint.config.cells import (
+    PACKAGED_CELLS as PACKAGED_CELLS,
+    load_cell as load_cell,
+    packaged_cell_text as packaged_cell_text,
+)
+from geoprint.config.job import (
+    Job as Job,
+    PatchRegion as PatchRegion,
+)
+from geoprint.config.job_file import (
+    job_file_text as job_file_text,
+    job_of as job_of,
+)

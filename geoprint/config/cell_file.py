@@ -9,7 +9,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from geoprint.config.strict import Rounds, Table, Triple
 from geoprint.model import LoadLimits, SignalMode
-from geoprint.motion.urdf import FLANGE_FRAME
+from geoprint.motion.arm import FLANGE_FRAME
 
 SixJoints = Annotated[list[float], Field(min_length=6, max_length=6)]
 SixPositive = Annotated[list[PositiveFloat], Field(min_length=6, max_length=6)]

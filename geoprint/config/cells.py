@@ -30,7 +30,7 @@ from geoprint.model import (
     Tool,
     TouchedPoints,
 )
-from geoprint.motion.urdf import read_urdf_file
+from geoprint.motion.arm import read_urdf_file
 from geoprint.transforms import rigid
 
 # The cells that come with geoprint, the default first.

@@ -1,44 +1,39 @@
 """The process: how much material flows, what bead it makes, what cures it, and the flow that a path needs."""
 
-from geoprint.deposition.bead import Bead, bead, flow_for
-from geoprint.deposition.curing import Exposure, dose_of_pass, dose_of_passes, exposure, fastest_curing
-from geoprint.deposition.fitting import PARAMETERS, FittedFluid, FluidModel, fit_fluid
-from geoprint.deposition.following import following_flow
-from geoprint.deposition.measured import MeasuredFlow, read_measured_flow
-from geoprint.deposition.recommendation import Recommendation, RelativeSetting, recommend, relative_setting
-from geoprint.deposition.rheology import (
-    Bore,
-    PressureBudget,
-    bore_of,
-    flow_through,
-    pressure_for,
-    starting_pressure,
+from geoprint.deposition.bead import (
+    Bead as Bead,
+    bead as bead,
+    flow_for as flow_for,
 )
-
-__all__ = [
-    "PARAMETERS",
-    "Bead",
-    "Bore",
-    "Exposure",
-    "FittedFluid",
-    "FluidModel",
-    "MeasuredFlow",
-    "PressureBudget",
-    "Recommendation",
-    "RelativeSetting",
-    "bead",
-    "bore_of",
-    "dose_of_pass",
-    "dose_of_passes",
-    "exposure",
-    "fastest_curing",
-    "fit_fluid",
-    "flow_for",
-    "flow_through",
-    "following_flow",
-    "pressure_for",
-    "read_measured_flow",
-    "recommend",
-    "relative_setting",
-    "starting_pressure",
-]
+from geoprint.deposition.curing import (
+    Exposure as Exposure,
+    dose_of_pass as dose_of_pass,
+    dose_of_passes as dose_of_passes,
+    exposure as exposure,
+    fastest_curing as fastest_curing,
+)
+from geoprint.deposition.fitting import (
+    PARAMETERS as PARAMETERS,
+    FittedFluid as FittedFluid,
+    FluidModel as FluidModel,
+    fit_fluid as fit_fluid,
+)
+from geoprint.deposition.following import following_flow as following_flow
+from geoprint.deposition.measured import (
+    MeasuredFlow as MeasuredFlow,
+    read_measured_flow as read_measured_flow,
+)
+from geoprint.deposition.recommendation import (
+    Recommendation as Recommendation,
+    RelativeSetting as RelativeSetting,
+    recommend as recommend,
+    relative_setting as relative_setting,
+)
+from geoprint.deposition.rheology import (
+    Bore as Bore,
+    PressureBudget as PressureBudget,
+    bore_of as bore_of,
+    flow_through as flow_through,
+    pressure_for as pressure_for,
+    starting_pressure as starting_pressure,
+)

@@ -1,68 +1,53 @@
 """The nouns of geoprint: frozen values that stages take and return. No algorithm lives here."""
 
-from geoprint.model.arrays import BoolArray, FloatArray, IntArray
+from geoprint.model.arrays import (
+    BoolArray as BoolArray,
+    FloatArray as FloatArray,
+    IntArray as IntArray,
+)
 from geoprint.model.cell import (
-    Box,
-    Cell,
-    Lamp,
-    LoadLimits,
-    Placement,
-    Robot,
-    SearchWeights,
-    Tool,
-    TouchedPoints,
+    Box as Box,
+    Cell as Cell,
+    Lamp as Lamp,
+    LoadLimits as LoadLimits,
+    Placement as Placement,
+    Robot as Robot,
+    SearchWeights as SearchWeights,
+    Tool as Tool,
+    TouchedPoints as TouchedPoints,
 )
-from geoprint.model.material import Fluid, Material
+from geoprint.model.material import (
+    Fluid as Fluid,
+    Material as Material,
+)
 from geoprint.model.motion import (
-    Clearance,
-    ControllerPath,
-    JointPath,
-    OnSlowdown,
-    Program,
-    Slowdown,
-    Targets,
-    Trajectory,
+    Clearance as Clearance,
+    ControllerPath as ControllerPath,
+    JointPath as JointPath,
+    OnSlowdown as OnSlowdown,
+    Program as Program,
+    Slowdown as Slowdown,
+    Targets as Targets,
+    Trajectory as Trajectory,
 )
-from geoprint.model.path import PoseStream, Toolpath
-from geoprint.model.process import PASCAL_PER_KPA, Flood, GoodPrint, Process, Purge, SignalMode, Signals
-from geoprint.model.surface import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
-
-__all__ = [
-    "PASCAL_PER_KPA",
-    "BoolArray",
-    "Box",
-    "Cell",
-    "Clearance",
-    "Contours",
-    "ControllerPath",
-    "FloatArray",
-    "Flood",
-    "Fluid",
-    "GoodPrint",
-    "IntArray",
-    "JointPath",
-    "Lamp",
-    "LoadLimits",
-    "Material",
-    "OnSlowdown",
-    "Placement",
-    "PoseStream",
-    "Process",
-    "Program",
-    "Purge",
-    "Robot",
-    "ScalarField",
-    "SearchWeights",
-    "Seed",
-    "SignalMode",
-    "Signals",
-    "Slowdown",
-    "Surface",
-    "SurfaceCurves",
-    "SurfacePoints",
-    "Targets",
-    "Tool",
-    "Toolpath",
-    "TouchedPoints",
-    "Trajectory",
-]
+from geoprint.model.path import (
+    PoseStream as PoseStream,
+    Toolpath as Toolpath,
+)
+from geoprint.model.process import (
+    PASCAL_PER_KPA as PASCAL_PER_KPA,
+    Flood as Flood,
+    GoodPrint as GoodPrint,
+    Process as Process,
+    Purge as Purge,
+    SignalMode as SignalMode,
+    Signals as Signals,
+)
+from geoprint.model.surface import (
+    Contours as Contours,
+    ScalarField as ScalarField,
+    Seed as Seed,
+    Surface as Surface,
+    SurfaceCurves as SurfaceCurves,
+    SurfacePoints as SurfacePoints,
+)

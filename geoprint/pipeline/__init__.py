@@ -1,106 +1,88 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
 from geoprint.pipeline.calibrating import (
-    CalibratedFixture,
-    CalibratedTool,
-    calibrate,
-    calibrate_cell,
-    calibrate_tool,
-    save_calibrated,
+    CalibratedFixture as CalibratedFixture,
+    CalibratedTool as CalibratedTool,
+    calibrate as calibrate,
+    calibrate_cell as calibrate_cell,
+    calibrate_tool as calibrate_tool,
+    save_calibrated as save_calibrated,
 )
-from geoprint.pipeline.calibration_text import calibration_summary, calibration_text
-from geoprint.pipeline.cell_writer import check_cell_writable
-from geoprint.pipeline.checking import Checked, Finding, check_bundle
+from geoprint.pipeline.calibration_text import (
+    calibration_summary as calibration_summary,
+    calibration_text as calibration_text,
+)
+from geoprint.pipeline.cell_writer import check_cell_writable as check_cell_writable
+from geoprint.pipeline.checking import (
+    Checked as Checked,
+    Finding as Finding,
+    check_bundle as check_bundle,
+)
 from geoprint.pipeline.comparison import (
-    COMPARED,
-    Comparison,
-    FailedPart,
-    Planned,
-    Refused,
-    compare,
-    compare_parts,
+    COMPARED as COMPARED,
+    Comparison as Comparison,
+    FailedPart as FailedPart,
+    Planned as Planned,
+    Refused as Refused,
+    compare as compare,
+    compare_parts as compare_parts,
 )
 from geoprint.pipeline.comparison_files import (
-    comparison_picture,
-    comparison_report,
-    comparison_summary,
-    save_comparisons,
+    comparison_picture as comparison_picture,
+    comparison_report as comparison_report,
+    comparison_summary as comparison_summary,
+    save_comparisons as save_comparisons,
 )
-from geoprint.pipeline.doctor import examine
-from geoprint.pipeline.drawn_curve import read_curve
-from geoprint.pipeline.flow_fitting import fit_flow, fit_summary, material_table
-from geoprint.pipeline.inspecting import FileInspection, inspect_file, inspection_summary, inspection_text
-from geoprint.pipeline.patches import Patch, PatchChoice, cut_patch, patch_summary, patch_text
-from geoprint.pipeline.placing import Proposal, propose_placement
-from geoprint.pipeline.planning import Plan, RobotPlan, plan
-from geoprint.pipeline.proposal_text import proposal_summary, proposal_text
-from geoprint.pipeline.recommending import recommendation
-from geoprint.pipeline.remeshing import Remeshed, remesh_file, remeshing_summary, remeshing_text
-from geoprint.pipeline.run_sheet import check_summary, run_sheet
-from geoprint.pipeline.saving import save_plan
-from geoprint.pipeline.several_patches import patches_of
-from geoprint.pipeline.summary import outcome_text, summary
-from geoprint.pipeline.table import comparison_table
-from geoprint.pipeline.verdict import verdict
-from geoprint.pipeline.workpiece import Workpiece
-
-__all__ = [
-    "COMPARED",
-    "CalibratedFixture",
-    "CalibratedTool",
-    "Checked",
-    "Comparison",
-    "FailedPart",
-    "FileInspection",
-    "Finding",
-    "Patch",
-    "PatchChoice",
-    "Plan",
-    "Planned",
-    "Proposal",
-    "Refused",
-    "Remeshed",
-    "RobotPlan",
-    "Workpiece",
-    "calibrate",
-    "calibrate_cell",
-    "calibrate_tool",
-    "calibration_summary",
-    "calibration_text",
-    "check_bundle",
-    "check_cell_writable",
-    "check_summary",
-    "compare",
-    "compare_parts",
-    "comparison_picture",
-    "comparison_report",
-    "comparison_summary",
-    "comparison_table",
-    "cut_patch",
-    "examine",
-    "fit_flow",
-    "fit_summary",
-    "inspect_file",
-    "inspection_summary",
-    "inspection_text",
-    "material_table",
-    "outcome_text",
-    "patch_summary",
-    "patch_text",
-    "patches_of",
-    "plan",
-    "proposal_summary",
-    "proposal_text",
-    "propose_placement",
-    "read_curve",
-    "recommendation",
-    "remesh_file",
-    "remeshing_summary",
-    "remeshing_text",
-    "run_sheet",
-    "save_calibrated",
-    "save_comparisons",
-    "save_plan",
-    "summary",
-    "verdict",
-]
+from geoprint.pipeline.doctor import examine as examine
+from geoprint.pipeline.drawn_curve import read_curve as read_curve
+from geoprint.pipeline.flow_fitting import (
+    fit_flow as fit_flow,
+    fit_summary as fit_summary,
+    material_table as material_table,
+)
+from geoprint.pipeline.inspecting import (
+    FileInspection as FileInspection,
+    inspect_file as inspect_file,
+    inspection_summary as inspection_summary,
+    inspection_text as inspection_text,
+)
+from geoprint.pipeline.patches import (
+    Patch as Patch,
+    PatchChoice as PatchChoice,
+    cut_patch as cut_patch,
+    patch_summary as patch_summary,
+    patch_text as patch_text,
+)
+from geoprint.pipeline.placing import (
+    Proposal as Proposal,
+    propose_placement as propose_placement,
+)
+from geoprint.pipeline.planning import (
+    Plan as Plan,
+    RobotPlan as RobotPlan,
+    plan as plan,
+)
+from geoprint.pipeline.proposal_text import (
+    proposal_summary as proposal_summary,
+    proposal_text as proposal_text,
+)
+from geoprint.pipeline.recommending import recommendation as recommendation
+from geoprint.pipeline.remeshing import (
+    Remeshed as Remeshed,
+    remesh_file as remesh_file,
+    remeshing_summary as remeshing_summary,
+    remeshing_text as remeshing_text,
+)
+from geoprint.pipeline.run_sheet import (
+    check_summary as check_summary,
+    run_sheet as run_sheet,
+)
+from geoprint.pipeline.saving import save_plan as save_plan
+from geoprint.pipeline.several_patches import patches_of as patches_of
+from geoprint.pipeline.summary import (
+    outcome_text as outcome_text,
+    summary as summary,
+)
+from geoprint.pipeline.table import comparison_table as comparison_table
+from geoprint.pipeline.verdict import verdict as verdict
+from geoprint.pipeline.workpiece import Workpiece as Workpiece

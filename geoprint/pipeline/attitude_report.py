@@ -6,7 +6,7 @@ import numpy as np
 
 from geoprint.export import Json
 from geoprint.model import FloatArray, JointPath, PoseStream, Tool
-from geoprint.motion import is_axial, tilts
+from geoprint.motion.arm import is_axial, tilts
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
 NOTABLE_LEAN = float(np.radians(0.05))

@@ -13,7 +13,7 @@ import numpy as np
 from geoprint.config import load_cell, packaged_cell_text
 from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Surface, TouchedPoints
-from geoprint.motion import (
+from geoprint.motion.placing import (
     FixtureCalibration,
     TipCalibration,
     Uncertainty,
@@ -26,7 +26,8 @@ from geoprint.motion import (
 from geoprint.pipeline.cell_writer import edited, loaded, write_cell
 from geoprint.pipeline.touch_tables import NamedPoints, read_flange_poses, read_points
 from geoprint.pipeline.workpiece import surface_uncertainty
-from geoprint.surfaces import load, prepare
+from geoprint.surfaces.files import load
+from geoprint.surfaces.repair import prepare
 from geoprint.transforms import apply
 
 # A part may be touched where it reaches farthest along its axes and the diagonals between them.

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.export import Json
 from geoprint.model import FloatArray
-from geoprint.motion import NOTABLE_SHARE, TouchStatistics, Uncertainty
+from geoprint.motion.placing import NOTABLE_SHARE, TouchStatistics, Uncertainty
 from geoprint.pipeline.calibrating import CalibratedFixture, CalibratedTool
 from geoprint.pipeline.rounding import DECIMALS, all_rounded, rounded
 

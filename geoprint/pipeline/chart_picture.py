@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.backends import distortion
-from geoprint.backends.chart_lookup import locate
-from geoprint.backends.lscm import chart_images
+from geoprint.backends.lscm import chart_images, distortion, locate
 from geoprint.model import Seed
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.workpiece import upright

@@ -15,31 +15,34 @@ from typing import Any, cast, final
 
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
-    CELL_MODULE,
     MANIFEST,
     Event,
     Orders,
     PosesTable,
-    Settings,
     Setup,
+    TrajectoryTable,
+    read_orders,
+    read_poses_table,
+    read_setup,
+    read_trajectory_table,
+    switching_events,
+)
+from geoprint.export.rapid import (
+    CELL_MODULE,
+    Settings,
     Step,
     Timeline,
-    TrajectoryTable,
     as_new,
     check_names,
     check_timeline,
     program_findings,
     program_settings,
     read_back,
-    read_orders,
-    read_poses_table,
-    read_setup,
-    read_trajectory_table,
-    switching_events,
     timeline,
 )
 from geoprint.model import FloatArray
-from geoprint.motion import Arm, tips_at
+from geoprint.motion.arm import Arm
+from geoprint.motion.timing import tips_at
 from geoprint.pipeline.checking_motion import (
     check_aloft,
     check_configuration,

@@ -12,10 +12,12 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError
-from geoprint.export import Orders, PosesTable, Step, TipsAt, TrajectoryTable
+from geoprint.export import Orders, PosesTable, TipsAt, TrajectoryTable
+from geoprint.export.rapid import Step
 from geoprint.model import BoolArray, FloatArray, IntArray, Process
-from geoprint.motion import LIFT, Arm, configuration_data, joints_at
-from geoprint.motion.targets import LARGEST_ZONE, SMALLEST_SPEED
+from geoprint.motion.arm import Arm, configuration_data
+from geoprint.motion.controller import LARGEST_ZONE, LIFT, SMALLEST_SPEED
+from geoprint.motion.timing import joints_at
 
 # The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
 TRAJECTORY_TOLERANCE = 0.01

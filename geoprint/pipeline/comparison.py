@@ -8,7 +8,7 @@ from typing import final
 
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError, PlanError
-from geoprint.motion import lost_shares
+from geoprint.motion.reach import lost_shares
 from geoprint.pipeline.planning import Plan, plan_paths, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import RASTERED, Workpiece, prepare_workpiece, require_raster, with_rounds

@@ -9,7 +9,8 @@ import numpy as np
 
 from geoprint.config import load_cell
 from geoprint.errors import VerificationError
-from geoprint.motion import Arm, arm_control, collision_control
+from geoprint.motion.arm import Arm
+from geoprint.motion.collision import arm_control, collision_control
 from geoprint.transforms import inverse, rotation_angle
 
 PACKAGES = (

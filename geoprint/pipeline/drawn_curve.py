@@ -12,7 +12,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.number_tables import numbers_of, require_columns, rows_of
-from geoprint.quality.shortest_way import shortest_way
+from geoprint.quality.oracle import shortest_way
 from geoprint.surfaces import (
     SurfaceLine,
     closest,

@@ -13,20 +13,9 @@ from geoprint.errors import GeoprintError
 from geoprint.export import Json
 from geoprint.model import Seed, Surface
 from geoprint.pipeline.rounding import all_rounded, rounded
-from geoprint.surfaces import (
-    Finding,
-    Inspection,
-    boundary_half_edges,
-    boundary_seed,
-    face_areas,
-    in_words,
-    inspect,
-    load_file,
-    point_seed,
-    suggested_unit,
-    unit_hint,
-)
-from geoprint.surfaces.regions import LONGEST_NAME
+from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
+from geoprint.surfaces.files import LONGEST_NAME, load_file, suggested_unit, unit_hint
+from geoprint.surfaces.repair import Finding, Inspection, inspect
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4

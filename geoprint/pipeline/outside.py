@@ -9,7 +9,8 @@ import numpy as np
 
 from geoprint.errors import MeshError
 from geoprint.model import Surface
-from geoprint.surfaces import boundary_half_edges, closest, face_areas, face_normals, prepare, turned_over
+from geoprint.surfaces import boundary_half_edges, closest, face_areas, face_normals, turned_over
+from geoprint.surfaces.repair import prepare
 
 # The body tells the side where at least this share of the part's area agrees; between, it tells nothing.
 TELLING_SHARE = 0.9

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
-from geoprint.motion import Arm
+from geoprint.motion.arm import Arm
 from geoprint.pipeline.chart_picture import chart_pictures
 from geoprint.pipeline.comparison import Comparison, Planned
 from geoprint.pipeline.coverage_picture import coverage_panel, coverage_picture

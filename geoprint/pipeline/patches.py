@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends import FastMarching
+from geoprint.backends.marching import FastMarching
 from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError
 from geoprint.export import Json
@@ -15,29 +15,23 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
 from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import (
-    Joined,
-    Loaded,
-    PreparationReport,
     boundary_half_edges,
     clipped,
     closest,
-    contracted,
     faces_within,
     in_words,
-    join,
     normals,
     part_of,
     piece_at,
     point_seed,
     positions,
-    prepare,
-    refine,
-    region_faces,
     signed_volume,
-    trimmed,
     turned_over,
     vertex_normals,
 )
+from geoprint.surfaces.files import Loaded, region_faces
+from geoprint.surfaces.remesh import contracted, refine, trimmed
+from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare
 from geoprint.surfaces.topology import used_vertices
 
 # A point may miss the body by this [mm], what is read off a screen being rounded, or by a share of the radius: the

@@ -13,18 +13,9 @@ from scipy.spatial.transform import Rotation
 from geoprint.config import Job
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import FloatArray, Placement, Surface
-from geoprint.motion import (
-    Arm,
-    Candidate,
-    Margin,
-    ReachMap,
-    Room,
-    Stand,
-    demo_placement,
-    reach_map,
-    reach_margin,
-    search_placement,
-)
+from geoprint.motion.arm import Arm
+from geoprint.motion.placing import Candidate, Room, Stand, demo_placement, search_placement
+from geoprint.motion.reach import Margin, ReachMap, reach_map, reach_margin
 from geoprint.pipeline.planning import Plan, RobotPlan, cover, pose_stream, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import Workpiece, prepare_workpiece, with_rounds

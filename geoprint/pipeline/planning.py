@@ -9,18 +9,12 @@ from typing import Literal, final
 
 import numpy as np
 
-from geoprint.backends import Flattening, Lscm, Piecewise
+from geoprint.backends import Piecewise
+from geoprint.backends.lscm import Flattening, Lscm
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, ReachError, naming
-from geoprint.export import (
-    Orders,
-    Timeline,
-    check_timeline,
-    orders_of,
-    rapid_program,
-    read_back,
-    timeline,
-)
+from geoprint.export import Orders, orders_of
+from geoprint.export.rapid import Timeline, check_timeline, rapid_program, read_back, timeline
 from geoprint.model import (
     Cell,
     Clearance,
@@ -36,22 +30,18 @@ from geoprint.model import (
     Toolpath,
     Trajectory,
 )
-from geoprint.motion import (
+from geoprint.motion.arm import Arm, check_load
+from geoprint.motion.collision import clearance
+from geoprint.motion.controller import (
     ALOFT_STEP,
-    Arm,
-    Leaning,
-    NozzleRoom,
     aloft_configuration,
     aloft_path,
-    check_load,
-    clearance,
     controller_path,
-    reach,
-    retime,
     there_and_back,
-    tips_at,
     written_targets,
 )
+from geoprint.motion.reach import Leaning, NozzleRoom, reach
+from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.laying import Laid, lay
 from geoprint.pipeline.stages import Stages

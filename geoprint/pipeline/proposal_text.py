@@ -6,7 +6,8 @@ import numpy as np
 
 from geoprint.export import Json
 from geoprint.model import FloatArray
-from geoprint.motion import Margin, Stand
+from geoprint.motion.placing import Stand
+from geoprint.motion.reach import Margin
 from geoprint.pipeline.placing import DECIMALS, Proposal
 
 # Places listed that are farthest beyond what is allowed.

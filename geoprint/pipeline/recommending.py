@@ -13,7 +13,8 @@ from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Cell, Material
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.workpiece import largest_distance
-from geoprint.surfaces import face_areas, load_file
+from geoprint.surfaces import face_areas
+from geoprint.surfaces.files import load_file
 
 MILLIGRAMS_PER_GRAM = 1000.0
 

@@ -12,20 +12,10 @@ from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.pipeline.rounding import all_rounded, rounded
-from geoprint.surfaces import (
-    Deviation,
-    Distances,
-    PreparationReport,
-    decimate,
-    deviation,
-    edge_lengths,
-    in_words,
-    load_file,
-    prepare,
-    remesh,
-    smallest_angles,
-    smooth,
-)
+from geoprint.surfaces import edge_lengths, in_words, smallest_angles
+from geoprint.surfaces.files import load_file
+from geoprint.surfaces.remesh import Deviation, Distances, decimate, deviation, remesh, smooth
+from geoprint.surfaces.repair import PreparationReport, prepare
 
 # Without another word the surface may move by this share of the part's diagonal: 0.1 mm for a patch of 50 mm.
 DEVIATION_SHARE = 1.0 / 500.0

@@ -6,7 +6,8 @@ import numpy as np
 
 from geoprint.export import Json
 from geoprint.model import Placement, Slowdown
-from geoprint.motion import LIFT, Uncertainty
+from geoprint.motion.controller import LIFT
+from geoprint.motion.placing import Uncertainty
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
 from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.rounding import all_rounded, rounded

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.export import Json, Orders, Settings, Setup, Timeline
+from geoprint.export import Json, Orders, Setup
+from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray
 from geoprint.pipeline.checking import Checked
 from geoprint.pipeline.switching_summary import switching_summary

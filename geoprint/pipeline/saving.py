@@ -23,7 +23,7 @@ from geoprint.pipeline.chart_picture import chart_pictures
 from geoprint.pipeline.checking import RAPID_FOLDER, check_program
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.summary import summary
-from geoprint.surfaces import load, ply_bytes
+from geoprint.surfaces.files import load, ply_bytes
 
 
 def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> None:

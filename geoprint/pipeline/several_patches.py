@@ -13,19 +13,10 @@ from geoprint.config import Job
 from geoprint.errors import InputError, naming
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline.patches import Patch, choice_of, cut_patch
-from geoprint.surfaces import (
-    Loaded,
-    PolylineDistance,
-    PreparationReport,
-    boundary_loops,
-    closest,
-    edge_lengths,
-    face_areas,
-    in_words,
-    prepare,
-    refine,
-    united,
-)
+from geoprint.surfaces import PolylineDistance, boundary_loops, closest, edge_lengths, face_areas, in_words, united
+from geoprint.surfaces.files import Loaded
+from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import PreparationReport, prepare
 
 # Patches may reach over each other's rim by this [mm], which no bead notices, or by this share of an edge: as far as a
 # cut slides vertices beside it.

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import diagnostics, distortion, predicted_spacing
+from geoprint.backends import diagnostics
+from geoprint.backends.lscm import distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
-from geoprint.motion import NOTABLE_SHARE
+from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patch_figures import patches_summary, patches_text
@@ -24,7 +25,8 @@ from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.target_report import targets_warnings
 from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import Uniformity
-from geoprint.surfaces import describe, edge_lengths, face_areas, unit_hint
+from geoprint.surfaces import describe, edge_lengths, face_areas
+from geoprint.surfaces.files import unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from geoprint.export import Json, Timeline
+from geoprint.export import Json
+from geoprint.export.rapid import Timeline
 
 
 def switching_summary(switching: Timeline) -> dict[str, Json]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint.export import Json
-from geoprint.motion import close_targets
+from geoprint.motion.controller import close_targets
 from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.rounding import rounded
 

@@ -19,7 +19,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Robot
 from geoprint.model.arrays import freeze_arrays
-from geoprint.motion import Arm
+from geoprint.motion.arm import Arm
 from geoprint.pipeline.number_tables import numbers_of, require_columns, rows_of
 from geoprint.transforms import rigid, rotation_of
 

@@ -13,18 +13,16 @@ import numpy as np
 from geoprint.backends import BACKENDS, BackendFactory, Piecewise
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
-from geoprint.export import check_cell
+from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, TouchedPoints
-from geoprint.motion import (
-    Arm,
+from geoprint.motion.arm import Arm, check_load, require_abb_conventions
+from geoprint.motion.placing import (
     FixtureCalibration,
     Uncertainty,
     calibrate_fixture,
-    check_load,
     demo_placement,
     normal_uncertainty,
     refuse_uncertain,
-    require_abb_conventions,
 )
 from geoprint.pipeline.outside import Side, printed_side
 from geoprint.pipeline.patches import Patch
@@ -32,18 +30,18 @@ from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.stages import Stages
 from geoprint.surfaces import (
     Notes,
-    PreparationReport,
     boundary_seed,
     closest,
-    load_file,
     mean_normal,
     pieces,
     point_seed,
-    refine,
     turned_over,
     united,
     vertex_normals,
 )
+from geoprint.surfaces.files import load_file
+from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import PreparationReport
 from geoprint.transforms import apply, smallest_rotation
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.

@@ -3,8 +3,16 @@
 The exact distance over the triangles that this takes gives the shortest line between two places too (`shortest_way`).
 """
 
-from geoprint.quality.agreement import Agreement, agreement
-from geoprint.quality.thickness import LevelledLayer, Thickness
-from geoprint.quality.uniformity import Uniformity, uniformity, widths_at_poses
-
-__all__ = ["Agreement", "LevelledLayer", "Thickness", "Uniformity", "agreement", "uniformity", "widths_at_poses"]
+from geoprint.quality.agreement import (
+    Agreement as Agreement,
+    agreement as agreement,
+)
+from geoprint.quality.thickness import (
+    LevelledLayer as LevelledLayer,
+    Thickness as Thickness,
+)
+from geoprint.quality.uniformity import (
+    Uniformity as Uniformity,
+    uniformity as uniformity,
+    widths_at_poses as widths_at_poses,
+)

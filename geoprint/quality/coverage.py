@@ -17,19 +17,20 @@ import numpy as np
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.deposited import Samples
-from geoprint.quality.front import ANY
-from geoprint.quality.geodesic import Ask, GeodesicDistance
-from geoprint.quality.spacing import APART
-from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import (
+from geoprint.quality.oracle import (
+    ANY,
+    Ask,
     ComplexArray,
+    GeodesicDistance,
     Mesh,
     Places,
     SmallTriangles,
+    SurfacePath,
     positive_shares,
     small_triangles,
     spatial,
 )
+from geoprint.quality.spacing import APART
 from geoprint.quality.widths import strip_widths
 
 # Surface farther than this share of the spacing from every run is a gap.

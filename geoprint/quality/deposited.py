@@ -8,8 +8,7 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
-from geoprint.quality.tracing import SurfacePath, trace
-from geoprint.quality.triangles import Mesh, Places, flat_places
+from geoprint.quality.oracle import Mesh, Places, SurfacePath, flat_places, trace
 from geoprint.surfaces import arc_lengths, closest
 
 # Poses farther from the surface than this share of the spacing were planned on another one.

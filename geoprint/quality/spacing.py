@@ -11,9 +11,7 @@ from scipy.spatial import KDTree
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.quality.deposited import Samples
-from geoprint.quality.geodesic import Ask, GeodesicDistance
-from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import Mesh, spatial
+from geoprint.quality.oracle import Ask, GeodesicDistance, Mesh, SurfacePath, spatial
 from geoprint.surfaces import PolylineDistance
 
 # Stretches of one run are two when they are farther apart along it than this many spacings.

@@ -23,7 +23,8 @@ from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
-from geoprint.surfaces import closest, cotangent_laplacian, lumped_mass, refine
+from geoprint.surfaces import closest, cotangent_laplacian, lumped_mass
+from geoprint.surfaces.remesh import refine
 
 # Standard deviation of the spread over the spacing: lines one spacing apart are level to 1e-8 after it.
 SPREAD_SHARE = 1.0

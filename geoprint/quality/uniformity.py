@@ -1,7 +1,7 @@
 """How evenly a toolpath covers a surface, by exact distances over it.
 
 For exact level sets of an exact distance, every point of level k is one spacing away from level k - 1. The distance is
-that of the shortest way over the triangles, from an oracle that belongs to no backend (`geoprint.quality.unfolding`).
+that of the shortest way over the triangles, from an oracle that belongs to no backend (`quality.oracle`).
 """
 
 from __future__ import annotations
@@ -16,11 +16,9 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import Coverage, coverage
 from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, sampled
-from geoprint.quality.geodesic import WINDOWS_IN_ALL, GeodesicDistance
+from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, Mesh, SurfacePath, flat_mesh, spatial
 from geoprint.quality.spacing import meeting_share, outer_distance
-from geoprint.quality.tracing import SurfacePath
-from geoprint.quality.triangles import Mesh, flat_mesh, spatial
-from geoprint.surfaces import refine
+from geoprint.surfaces.remesh import refine
 
 # Samples per spacing along each run.
 SAMPLES_PER_SPACING = 4

@@ -1,44 +1,30 @@
 """What people look at: figures of plans and comparisons. Takes plain values, knows no stage."""
 
-from geoprint.report.chart_figure import FlattenedPart, chart_figure
-from geoprint.report.figures import Coverage, coverage_figure
-from geoprint.report.inspection_figure import inspection_figure
-from geoprint.report.page import html_report
-from geoprint.report.paper_figures import paper_figures
-from geoprint.report.switching_figure import switching_figure
-from geoprint.report.values import (
-    COVERED,
-    GAP,
-    MOST_FRAMES,
-    OVERLAP,
-    BackendView,
-    PartReport,
-    PathDistances,
-    Picture,
-    Replay,
-    Row,
+from geoprint.report.chart_figure import (
+    FlattenedPart as FlattenedPart,
+    chart_figure as chart_figure,
 )
-from geoprint.report.view_surface import ViewSurface, view_surface
-
-__all__ = [
-    "COVERED",
-    "GAP",
-    "MOST_FRAMES",
-    "OVERLAP",
-    "BackendView",
-    "Coverage",
-    "FlattenedPart",
-    "PartReport",
-    "PathDistances",
-    "Picture",
-    "Replay",
-    "Row",
-    "ViewSurface",
-    "chart_figure",
-    "coverage_figure",
-    "html_report",
-    "inspection_figure",
-    "paper_figures",
-    "switching_figure",
-    "view_surface",
-]
+from geoprint.report.figures import (
+    Coverage as Coverage,
+    coverage_figure as coverage_figure,
+)
+from geoprint.report.inspection_figure import inspection_figure as inspection_figure
+from geoprint.report.page import html_report as html_report
+from geoprint.report.paper_figures import paper_figures as paper_figures
+from geoprint.report.switching_figure import switching_figure as switching_figure
+from geoprint.report.values import (
+    COVERED as COVERED,
+    GAP as GAP,
+    MOST_FRAMES as MOST_FRAMES,
+    OVERLAP as OVERLAP,
+    BackendView as BackendView,
+    PartReport as PartReport,
+    PathDistances as PathDistances,
+    Picture as Picture,
+    Replay as Replay,
+    Row as Row,
+)
+from geoprint.report.view_surface import (
+    ViewSurface as ViewSurface,
+    view_surface as view_surface,
+)

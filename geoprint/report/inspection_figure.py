@@ -12,7 +12,8 @@ import numpy as np
 from geoprint.model import FloatArray, Surface
 from geoprint.report.figures import DOTS_PER_INCH, add_ruler, add_title, png_bytes
 from geoprint.report.view_surface import view_surface
-from geoprint.surfaces import Inspection, boundary_half_edges, face_normals, half_edges, mean_normal
+from geoprint.surfaces import boundary_half_edges, face_normals, half_edges, mean_normal
+from geoprint.surfaces.repair import Inspection
 from geoprint.transforms import smallest_rotation
 
 if TYPE_CHECKING:

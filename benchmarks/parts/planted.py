@@ -1,0 +1,231 @@
+"""Obstacles planted at known distances from everything that moves, by a construction of its own.
+
+What moves is sampled here from the joints of the controller's path, a quarter of its rows apart and across the corners
+that it may round; the distance of a point from a cylinder or cone is that from its half profile. Nothing is asked of
+the collision check.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.model import ControllerPath, FloatArray, IntArray, Surface, Tool
+from geoprint.motion.arm import Arm
+from geoprint.motion.collision.link_solids import link_solids
+from geoprint.motion.collision.tool_solids import Solid, tool_solids
+
+# Samples of a step of the path, and across a rounded corner from one edge to the other.
+SHARES = (0.0, 0.25, 0.5, 0.75)
+ACROSS = (-1.0, 0.0, 1.0)
+# Pairs of poses and points worked on at a time: some 100 MB.
+PAIRS_AT_A_TIME = 500_000
+# Points of an obstacle are at most this far apart [mm], first and at last: an edge half a millimetre away is then right
+# to 0.01 mm.
+COARSE_STEP = 0.5
+POINT_STEP = 0.12
+# A near miss is moved until its distance is right to this [mm], in at most so many moves.
+DISTANCE_TOLERANCE = 0.005
+MOST_MOVES = 25
+# Extent of the kinds of obstacles, along the solid's side, across it and away from it [mm].
+KINDS = {"post": (8.0, 0.2, 0.2), "plate": (3.0, 3.0, 0.0), "block": (3.0, 3.0, 3.0)}
+FRAME_OF_TOOL = 7
+# Faces of a box whose corner 4 i + 2 j + k lies at place i, j, k of its three directions.
+BOX_FACES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+     [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+)  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Moving:
+    """A solid of tool or arm, and the column of `Arm.link_poses` that says where it is."""
+
+    solid: Solid
+    frame: int
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Spot:
+    """A point of a moving solid's side at some moment.
+
+    Attributes:
+        name: of the solid.
+        place: (3,) in the work frame [mm].
+        outward: (3,) unit normal of the side there.
+        along: (3,) unit direction along the side there.
+    """
+
+    name: str
+    place: FloatArray
+    outward: FloatArray
+    along: FloatArray
+
+    def obstacle(self, kind: str, *, distance: float) -> Surface:
+        """Return an obstacle whose near side faces the spot from a distance [mm], negative inside the solid."""
+        sizes = KINDS[kind]
+        axes = np.stack([self.along, np.cross(self.outward, self.along), self.outward])
+        near = self.place + distance * self.outward
+        corners = [
+            near + sizes[0] * (i - 0.5) * axes[0] + sizes[1] * (j - 0.5) * axes[1] + sizes[2] * k * axes[2]
+            for i in (0, 1)
+            for j in (0, 1)
+            for k in (0, 1)
+        ]
+        if kind == "plate":
+            return Surface(np.array(corners)[::2], np.array([[0, 2, 3], [0, 3, 1]]), name="planted")
+        return Surface(np.array(corners), BOX_FACES, name="planted")
+
+
+@final
+class Sweep:
+    """Everything that moves, from home to home, and the base.
+
+    Args:
+        path: as the controller runs it.
+        arm: with its tool.
+        tool: what the arm carries.
+        T_work_base: (4, 4) base frame in the work frame [mm].
+    """
+
+    __slots__ = ("_T_work_base", "_arm", "_frames", "_moved", "_path", "moving")
+
+    def __init__(self, path: ControllerPath, arm: Arm, *, tool: Tool, T_work_base: FloatArray) -> None:
+        self._path, self._arm, self._T_work_base = path, arm, T_work_base
+        links = link_solids(arm.robot.model)
+        self.moving = tuple(Moving(solid, link.joint) for link in links for solid in link.solids)
+        self.moving += tuple(Moving(solid, FRAME_OF_TOOL) for solid in tool_solids(tool))
+        self._frames = self._placed(path.joints)
+        self._moved = [self._largest_step(piece) for piece in self.moving]
+
+    def spot(self, name: str, random: np.random.Generator) -> Spot:
+        """Return a random spot on the side of a solid at a random moment."""
+        choices = [piece for piece in self.moving if piece.solid.name == name]
+        piece = choices[int(random.integers(len(choices)))]
+        row, share = int(random.integers(len(self._path.joints) - 1)), float(random.random())
+        joints = (1.0 - share) * self._path.joints[row] + share * self._path.joints[row + 1]
+        pose = self._placed(joints[None])[0, piece.frame]
+        solid, at, turn = piece.solid, float(random.random()), 2.0 * np.pi * float(random.random())
+        radial = solid.frame @ np.array([np.cos(turn), np.sin(turn), 0.0])
+        rise = solid.end_radius - solid.start_radius
+        outward = (solid.length * radial - rise * solid.axis) / np.hypot(solid.length, rise)
+        along = (solid.length * solid.axis + rise * radial) / np.hypot(solid.length, rise)
+        place = solid.start + at * solid.length * solid.axis + (solid.start_radius + at * rise) * radial
+        R = pose[:3, :3]
+        return Spot(name, R @ place + pose[:3, 3], R @ outward, R @ along)
+
+    def distance(self, surface: Surface) -> float:
+        """Return the smallest distance of a surface from everything that moves [mm]; negative inside."""
+        points = _points(surface, step=COARSE_STEP)
+        centre = points.mean(axis=0)
+        radius = float(np.linalg.norm(points - centre, axis=1).max())
+        rough = [_least_distances(piece.solid, self._frames[:, piece.frame], centre[None]) for piece in self.moving]
+        bound = min(float(values.min()) for values in rough) + radius
+        close: list[tuple[Solid, FloatArray]] = []
+        for piece, moved, values in zip(self.moving, self._moved, rough, strict=True):
+            rows = np.flatnonzero(values - moved - radius < bound)
+            at_rows = _least_distances(piece.solid, self._frames[rows, piece.frame], points)
+            bound = min(bound, float(at_rows.min(initial=np.inf)))
+            frames = self._dense(rows[at_rows - moved[rows] - COARSE_STEP < bound])[:, piece.frame]
+            distances = _least_distances(piece.solid, frames, points)
+            bound = min(bound, float(distances.min(initial=np.inf)))
+            close.append((piece.solid, frames[distances - COARSE_STEP < bound]))
+        fine = _points(surface, step=POINT_STEP)
+        return min(float(_least_distances(solid, frames, fine).min(initial=np.inf)) for solid, frames in close)
+
+    def _largest_step(self, piece: Moving) -> FloatArray:
+        """Return (k,) about how far a solid moves in the step behind each row, and by the rounding there [mm]."""
+        ends = np.stack([piece.solid.start, piece.solid.end, piece.solid.frame[:, 0] * piece.solid.end_radius])
+        rounded = self._placed(self._path.joints + self._path.rounding)[:, piece.frame]
+        here, off = (
+            np.einsum("kij,aj->kai", frames[:, :3, :3], ends) + frames[:, None, :3, 3]
+            for frames in (self._frames[:, piece.frame], rounded)
+        )
+        steps = np.linalg.norm(np.diff(here, axis=0, append=here[-1:]), axis=2).max(axis=1)
+        return steps + np.linalg.norm(off - here, axis=2).max(axis=1)
+
+    def _dense(self, rows: IntArray) -> FloatArray:
+        following = np.minimum(rows + 1, len(self._path.joints) - 1)
+        samples: list[FloatArray] = []
+        for share in SHARES:
+            joints, off = (
+                (1.0 - share) * values[rows] + share * values[following]
+                for values in (self._path.joints, self._path.rounding)
+            )
+            samples += [joints + across * off for across in ACROSS]
+        return self._placed(np.concatenate(samples))
+
+    def _placed(self, joints: FloatArray) -> FloatArray:
+        return self._T_work_base @ self._arm.link_poses(joints)
+
+
+def near_miss(sweep: Sweep, spot: Spot, kind: str, *, distance: float) -> Surface | None:
+    """Move an obstacle away from a spot until it is a distance [mm] from everything that moves.
+
+    Returns:
+        The obstacle; None where that takes more than MOST_MOVES moves.
+    """
+    at, too_near, too_far, stride = distance, -np.inf, np.inf, distance
+    for _ in range(MOST_MOVES):
+        obstacle = spot.obstacle(kind, distance=at)
+        missing = distance - sweep.distance(obstacle)
+        if abs(missing) <= DISTANCE_TOLERANCE:
+            return obstacle
+        too_near, too_far = (at, too_far) if missing > 0.0 else (too_near, at)
+        # Out of what sweeps over wide places in ever longer strides; then in between what is too near and too far.
+        stride *= 2.0
+        at += max(missing, stride) if np.isinf(too_far) else missing
+        if not too_near < at < too_far:
+            at = (too_near + too_far) / 2.0
+    return None
+
+
+def hall(sweep: Sweep) -> Surface:
+    """Return a closed box around everything."""
+    low, high = -2000.0, 2000.0
+    corners = np.array([[x, y, z] for x in (low, high) for y in (low, high) for z in (low, high)])
+    return Surface(corners + sweep.spot("barrel", np.random.default_rng(0)).place, BOX_FACES, name="planted")
+
+
+def _points(surface: Surface, *, step: float) -> FloatArray:
+    """Return points of a surface, spread over each face at most a step apart [mm], its corners among them."""
+    found: list[FloatArray] = []
+    for corners in surface.vertices[surface.faces]:
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
+        count = max(int(np.ceil(sides.max() / step)), 1)
+        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
+        weights = np.stack([i, j, count - i - j], axis=-1)[i + j <= count] / count
+        found.append(weights @ corners)
+    return np.concatenate(found)
+
+
+def _least_distances(solid: Solid, poses: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the (k,) smallest of the `_distances`, a block of poses at a time."""
+    block = max(PAIRS_AT_A_TIME // len(points), 1)
+    found = [_distances(solid, poses[k : k + block], points).min(axis=1) for k in range(0, len(poses), block)]
+    return np.concatenate([np.empty(0), *found])
+
+
+def _distances(solid: Solid, poses: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the (k, m) signed distances of (m, 3) points from a solid at (k, 4, 4) poses [mm]."""
+    starts = poses[:, :3, :3] @ solid.start + poses[:, :3, 3]
+    axes = poses[:, :3, :3] @ solid.axis
+    offsets = points - starts[:, None]
+    along = np.einsum("kmi,ki->km", offsets, axes)
+    out = np.sqrt(np.maximum((offsets**2).sum(axis=2) - along**2, 0.0))
+    length, first, last = solid.length, solid.start_radius, solid.end_radius
+    slope = (last - first) / length
+    side = (out - first - slope * along) / np.hypot(1.0, slope)
+    inside = np.maximum(side, np.maximum(-along, along - length))
+    on_side = np.clip((along + slope * (out - first)) / (1.0 + slope**2), 0.0, length)
+    to_side = np.hypot(along - on_side, out - first - slope * on_side)
+    to_start = np.hypot(along, np.maximum(out - first, 0.0))
+    to_end = np.hypot(along - length, np.maximum(out - last, 0.0))
+    outside = np.minimum(to_side, np.minimum(to_start, to_end))
+    distances: FloatArray = inside.copy()
+    distances[inside > 0.0] = outside[inside > 0.0]
+    return distances

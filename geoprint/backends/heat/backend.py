@@ -1,0 +1,267 @@
+"""Geodesic distance by the heat method [Crane2013] on the intrinsic Delaunay triangulation.
+
+Heat that flows from the seed for a short time t falls off so fast that -sqrt(t) log u approaches the distance
+(Varadhan's formula) and its gradient points along geodesics; the distance is the function whose gradient fits the
+directions best. That fit is then repeated with its own directions, which takes it towards the least of the integral
+of (|grad d| - 1)^2. The seed is a curve held at its distance, not a sum of point sources, so that the front starts
+parallel to it.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import final
+
+import numpy as np
+from scipy.sparse import csc_array, diags_array
+
+from geoprint.backends.heat.elements import Elements
+from geoprint.backends.intrinsic import delaunay, intrinsic_triangulation
+from geoprint.backends.isolines import isolines
+from geoprint.backends.levels import level_distances, linear_edge_length
+from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, single_threaded_blas
+from geoprint.errors import FieldError, UsageError
+from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
+from geoprint.surfaces import positions
+
+# Temperatures below this are not trusted: smaller ones lose digits, 1e-308 is the smallest normal number. What is
+# colder is solved for again, from where the heat has got to.
+COLDEST = 1e-250
+
+# Share of the last change that is added before the next fit: 6 fits then do what 16 do without it; at 0.9 they
+# overshoot.
+MOMENTUM = 0.8
+
+# Steepness below which a triangle counts as lying over a ridge, where fronts meet, and above which it does not. Made
+# unit length there too, gradients lift the ridge by half an edge, and all that flows towards it.
+RIDGE = (0.85, 1.0)
+
+
+@final
+class Heat:
+    """The `heat` backend: any topology, any seed.
+
+    What does not depend on the seed (triangulation, matrices, elimination order) is made here; the factors of the
+    two linear systems and the distance are made when a seed is first asked for, and kept until another one is.
+
+    Args:
+        surface: an orientable manifold whose triangles are a few times smaller than the wanted spacing.
+        time_factor: diffusion time t as a multiple of the squared mean edge length. Measured on nine surfaces, smooth,
+            folded and pierced (benchmarks/geodesic.py): larger times are better where no fronts meet (cap, cone),
+            but heat rounds a ridge over a width of sqrt(t), which spoils a pierced sheet from 1 on; smaller ones
+            follow the edges of the mesh. [Crane2013, sec. 3.2.4] takes 1.
+        renormalisations: how often the distance is fitted again to its own directions. Each costs one solution of a
+            system that is already factorised; 12 leave a sixth (cap) to two thirds (pierced sheet) of the error.
+
+    Raises:
+        UsageError: the time factor is not positive, or the number of renormalisations is negative.
+        MeshError: the surface is no manifold, or a triangle has no area.
+    """
+
+    def __init__(self, surface: Surface, *, time_factor: float = 0.5, renormalisations: int = 12) -> None:
+        if not time_factor > 0.0:
+            raise UsageError(f"time_factor is {time_factor}; it must be positive, 0.5 is the usual choice.")
+        if renormalisations < 0:
+            raise UsageError(f"renormalisations is {renormalisations}; it must be 0 or more, 12 is the usual choice.")
+        self._surface = surface
+        self._renormalisations = renormalisations
+        self._elements = Elements(delaunay(intrinsic_triangulation(surface)))
+        self._time = time_factor * self._elements.mean_length**2
+        self._order = nested_dissection(self._elements.stiffness, coordinates=surface.vertices)
+        self._latest: dict[bytes, _Held] = {}
+        self._fields: dict[bytes, ScalarField] = {}
+
+    @staticmethod
+    def edge_length(_part: Surface, *, spacing: float) -> float:
+        """Return how long edges may be for even contours at a spacing [mm]."""
+        return linear_edge_length(spacing=spacing)
+
+    def distance(self, seed: Seed) -> ScalarField:
+        """Return the geodesic distance from the seed at the vertices [mm].
+
+        Vertices of the seed are held at zero; where the seed runs inside a triangle, the corners of that triangle are
+        held at their straight distance from it.
+
+        Raises:
+            FieldError: the seed touches every vertex, or heat does not reach a part of the surface.
+        """
+        held, held_distances = held_vertices(self._surface, seed)
+        key = held.tobytes() + held_distances.tobytes()
+        if key not in self._fields:
+            system = self._system(held)
+            self._fields.clear()
+            self._fields[key] = self._fitted(system, held_distances)
+        return self._fields[key]
+
+    def contours(self, seed: Seed, *, spacing: float) -> Contours:
+        """Return the level curves at (k + 1/2) * spacing from the seed [mm].
+
+        Raises:
+            FieldError: the surface is so small that not even the first level lies on it.
+        """
+        field = self.distance(seed)
+        levels = level_distances(field, spacing=spacing)
+        curves, curve_levels = isolines(self._surface, field, levels=levels)
+        return Contours(curves, curve_levels, spacing, field)
+
+    def _fitted(self, system: _Held, held_distances: FloatArray) -> ScalarField:
+        values = system.fitted(system.varadhan(held_distances), held_distances)
+        behind = values
+        for _ in range(self._renormalisations):
+            ahead = values + MOMENTUM * (values - behind)
+            behind, values = values, system.fitted(ahead, held_distances, ridge=RIDGE)
+        return ScalarField(np.maximum(values, 0.0))
+
+    def _system(self, held: IntArray) -> _Held:
+        """Return the factorised systems with these vertices held; those of the last seed are at hand."""
+        key = held.tobytes()
+        if key not in self._latest:
+            # The old factors go first: two pairs of a large mesh would not fit.
+            self._latest.clear()
+            self._latest[key] = _Held(self._elements, held, time=self._time, order=self._order)
+        return self._latest[key]
+
+
+@final
+class _Held:
+    """The heat equation and the Poisson equation with a set of vertices held, both factorised.
+
+    Raises:
+        FieldError: every vertex is held, or a part of the surface has no held vertex.
+    """
+
+    def __init__(self, elements: Elements, held: IntArray, *, time: float, order: IntArray) -> None:
+        self._elements, self._held, self._time, self._order = elements, held, time, order
+        known = np.zeros(elements.mass.size, dtype=np.bool_)
+        known[held] = True
+        if known.all():
+            raise FieldError(
+                "every vertex of the surface belongs to the seed, so there is no distance to compute: refine the mesh "
+                "or choose a smaller spacing."
+            )
+        self._known = known
+        free = np.flatnonzero(~known)
+        rows = elements.stiffness[free]
+        self._free, self._coupling = free, csc_array(rows[:, held])
+        # SuperLU lets go of the interpreter, so that both systems are factorised at the same time.
+        with single_threaded_blas(), ThreadPoolExecutor(max_workers=1) as other:
+            heat = other.submit(self._heat_solver, ~known)
+            self._poisson = SymmetricSolver(csc_array(rows[:, free]), order=restricted(order, ~known))
+            self._heat = heat.result()
+
+    def fitted(
+        self, values: FloatArray, held_distances: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)
+    ) -> FloatArray:
+        """Return the (n,) function whose gradient fits best to the unit gradient of (n,) others [mm].
+
+        `ridge` is that of `Elements.flow_of_unit_gradient`.
+        """
+        flow = self._elements.flow_of_unit_gradient(values, ridge=ridge)
+        fit = np.empty(values.size)
+        fit[self._held] = held_distances
+        fit[self._free] = self._poisson.solve(flow[self._free] - self._coupling @ held_distances)
+        return fit
+
+    def varadhan(self, held_distances: FloatArray) -> FloatArray:
+        """Return (n,) -sqrt(t) log u of the heat u after the time t [mm].
+
+        Heat falls below the smallest number about 500 edge lengths from the seed. The equation is local: where it has
+        become cold, the same equation is solved again with the last warm vertices held, all scaled up.
+
+        Raises:
+            FieldError: heat does not reach some vertices, because nothing connects them to the seed.
+        """
+        known, reach = self._known.copy(), np.zeros(self._known.size)
+        reach[self._held] = held_distances
+        solver = self._heat
+        while True:
+            self._spread(solver, known, reach)
+            if known.all():
+                return reach
+            solver = self._heat_solver(~known)
+
+    def _spread(self, solver: SymmetricSolver, known: BoolArray, reach: FloatArray) -> None:
+        """Fill in `reach` and mark as known what heat gets to from the known vertices."""
+        width = np.sqrt(self._time)
+        free = np.flatnonzero(~known)
+        coupling = csc_array(self._elements.conductance[free][:, known])
+        rim = np.flatnonzero(np.diff(coupling.indptr))
+        rim_reach = reach[known][rim]
+        nearest = float(rim_reach.min(initial=np.inf))
+        warmth = np.exp((nearest - rim_reach) / width)
+        heat = solver.solve(-self._time * (coupling[:, rim] @ warmth))
+        warm = heat > COLDEST
+        if not warm.any():
+            raise FieldError(
+                f"heat does not reach {free.size} of {known.size} vertices, because nothing connects them to the "
+                "seed: give a seed on every part of the surface."
+            )
+        reach[free[warm]] = nearest - width * np.log(heat[warm])
+        known[free[warm]] = True
+
+    def _heat_solver(self, free: BoolArray) -> SymmetricSolver:
+        rows = np.flatnonzero(free)
+        conductance = csc_array(self._elements.conductance[rows][:, rows])
+        system = csc_array(diags_array(self._elements.mass[rows]) + self._time * conductance)
+        return SymmetricSolver(system, order=restricted(self._order, free))
+
+
+def restricted(order: IntArray, kept: BoolArray) -> IntArray:
+    """Return the order of the kept unknowns among themselves, numbered anew; separators remain separators.
+
+    Examples:
+        >>> restricted(np.array([3, 0, 2, 1]), np.array([True, False, True, True]))
+        array([2, 0, 1])
+    """
+    return (np.cumsum(kept) - 1)[order[kept[order]]]
+
+
+def held_vertices(surface: Surface, seed: Seed) -> tuple[IntArray, FloatArray]:
+    """Return the vertices that hold the seed and their straight distance from it.
+
+    Args:
+        surface: n vertices.
+        seed: curves and points.
+
+    Returns:
+        (h,) vertex indices, ascending, and (h,) distances [mm]: 0 for vertices on the seed; corners of a triangle
+        that the seed crosses or lies in carry the distance to its nearest piece in that triangle. Where the seed
+        consists of vertices only, nothing but these vertices is held.
+    """
+    points = seed.curves.points
+    corners = surface.faces[points.faces]
+    at_vertex = points.weights.max(axis=1) > 1.0 - 1e-9
+    on_seed = corners[at_vertex, np.argmax(points.weights[at_vertex], axis=1)]
+    inside = ~at_vertex
+    distances = np.full(surface.vertices.shape[0], np.inf)
+    here = positions(surface, points)
+    first, last = _pieces_within(seed, inside)
+    for corner in range(3):
+        vertices = corners[first, corner]
+        reach = _distance_to_segments(surface.vertices[vertices], here[first], here[last])
+        np.minimum.at(distances, vertices, reach)
+    distances[on_seed] = 0.0
+    held = np.flatnonzero(np.isfinite(distances))
+    return held, distances[held]
+
+
+def _pieces_within(seed: Seed, inside: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return first and last point of every piece of the seed in a triangle; a point off the vertices is one too."""
+    curves = seed.curves
+    index = np.arange(inside.size)
+    ends = np.zeros(inside.size, dtype=np.bool_)
+    ends[curves.offsets[1:] - 1] = True
+    first = index[~ends]
+    crossing = inside[first] | inside[np.minimum(first + 1, inside.size - 1)]
+    alone = index[inside]
+    return np.concatenate([first[crossing], alone]), np.concatenate([first[crossing] + 1, alone])
+
+
+def _distance_to_segments(points: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return the (k,) distance from each point to its own segment [mm]."""
+    along = ends - starts
+    length_squared = np.einsum("ij,ij->i", along, along)
+    share = np.einsum("ij,ij->i", points - starts, along) / np.maximum(length_squared, np.finfo(np.float64).tiny)
+    nearest = starts + np.clip(share, 0.0, 1.0)[:, None] * along
+    away = points - nearest
+    return np.sqrt((away * away).sum(axis=1))

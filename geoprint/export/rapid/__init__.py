@@ -1,0 +1,21 @@
+"""RAPID: written, read, run in thought and verified; the reader shares no code with the writer."""
+
+from geoprint.export.rapid.cell_module import check_cell as check_cell
+from geoprint.export.rapid.names import check_names as check_names
+from geoprint.export.rapid.program import rapid_program as rapid_program
+from geoprint.export.rapid.run import Step as Step
+from geoprint.export.rapid.settings import (
+    CELL_MODULE as CELL_MODULE,
+    Settings as Settings,
+    as_new as as_new,
+)
+from geoprint.export.rapid.timeline import (
+    Timeline as Timeline,
+    check_timeline as check_timeline,
+    timeline as timeline,
+)
+from geoprint.export.rapid.verify import (
+    program_findings as program_findings,
+    program_settings as program_settings,
+    read_back as read_back,
+)

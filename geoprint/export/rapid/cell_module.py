@@ -1,0 +1,246 @@
+"""The standing part of a RAPID program: header, tool, work object, home, guard, and the list of its modules."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+from importlib.metadata import version
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import UsageError
+from geoprint.export.orders import Orders
+from geoprint.export.rapid import values
+from geoprint.model import Cell, FloatArray, Placement, Signals, Tool
+from geoprint.motion.controller import LIFT
+
+# A work object is refused by which any point of the part may lie off by more than this share of the stand-off; one half
+# of it may be a shift of the part's middle, the other a turn about it.
+_FRAME_SHARE = 0.2
+# Digits of these limits, which are rounded down.
+_LIMIT_DIGITS = 4
+# The tip's speed on ways that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
+_SLOW = "[20,10,5000,1000]"
+# A joint move that is planned to take no time, because the arm is there already, is given this [s].
+_SHORTEST_MOVE = 0.1
+
+
+def header_lines(
+    *,
+    cell: Cell,
+    placement: Placement,
+    surface_within: float | None,
+    part_name: str,
+    spacing: float,
+    runs: int,
+    targets: int,
+    checked: Sequence[str],
+    not_checked: Sequence[str],
+) -> list[str]:
+    """Return the comment that tells whoever stands at the robot what the program is; it carries no date.
+
+    Args:
+        cell: its name and arm are given.
+        placement: how well the fixture is known, and what of it nobody has stated.
+        surface_within: what the surface is known within along its normal, in 95 of 100 calibrations [mm], or None.
+        part_name: any text.
+        spacing: [mm].
+        runs: number of runs.
+        targets: number of robtargets.
+        checked: sentences about what was checked, besides that the text reads back as the plan.
+        not_checked: sentences about what was not.
+    """
+    lines = values.comment(f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.")
+    if placement.calibrated:
+        miss = float(placement.misses.max(initial=0.0))
+        words = f"Fixture calibrated; touched points lie within {miss:.2f} mm of where others put them."
+        lines += values.comment(words)
+    if placement.missing:
+        lines += values.comment("PLACEMENT NOT KNOWN: runs dry only, whatever geoDryRun is.")
+        for what in placement.missing:
+            lines += values.comment(f"Nobody has stated {what}.")
+    if surface_within is not None:
+        lines += values.comment(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
+    lines += values.comment(f"Part: {part_name}")
+    lines += values.comment(f"Cell: {cell.name}; robot: {cell.robot.model}")
+    lines += values.comment(f"Spacing: {values.number(spacing, decimals=4)} mm; runs: {runs}; targets: {targets}")
+    lines += values.comment("Checked: the text reads back as the plan: targets, speeds, zones, outputs, frames.")
+    for sentence in checked:
+        lines += values.comment(f"Checked: {sentence}")
+    for sentence in not_checked:
+        lines += values.comment(f"Not checked: {sentence}")
+    lines += values.comment("Not checked: the real cell. Run it dry and slowly first.")
+    lines += values.comment("Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.")
+    return lines
+
+
+def check_cell(cell: Cell) -> None:
+    """Check what a program needs of a cell, before a long plan is made for it.
+
+    Raises:
+        UsageError: an output has no RAPID name or is missing, or the load is not physical.
+    """
+    _tooldata(cell.tool)
+    output_names(cell.signals)
+
+
+def output_names(signals: Signals) -> dict[str, str]:
+    """Return the RAPID name of each output, by the placeholder that stands for it in the guard.
+
+    Raises:
+        UsageError: a name is no RAPID name, or the flow has none although it is to follow the speed.
+    """
+    names = {
+        "VALVE": values.identifier(signals.dispenser, what="signals.dispenser"),
+        "LAMP": values.identifier(signals.uv_lamp, what="signals.uv_lamp"),
+    }
+    if signals.vacuum is not None:
+        names["VACUUM"] = values.identifier(signals.vacuum, what="signals.vacuum")
+    if signals.mode == "io":
+        return names
+    if signals.flow is None or signals.flow_per_mm3_s <= 0.0:
+        raise UsageError(
+            f"signals.mode is {signals.mode!r}, but the cell names no analog output for the flow: give signals.flow "
+            "and signals.flow_per_mm3_s, or set mode to 'io'."
+        )
+    return names | {"FLOW": values.identifier(signals.flow, what="signals.flow")}
+
+
+def cell_module(
+    cell: Cell, orders: Orders, *, placement: Placement, declarations: Sequence[str], header: Sequence[str]
+) -> str:
+    """Return the text of GeoCell.mod: what a person sets, what was measured, and the data that the runs share.
+
+    Args:
+        cell: tool, home and outputs.
+        orders: joints and times of the ways from and to home, and the part's extent.
+        placement: uframe and oframe of the work object.
+        declarations: lines of the shared speeddata and zonedata.
+        header: comment lines.
+
+    Raises:
+        UsageError: the load is not physical.
+    """
+    frames = f"{values.pose(placement.T_base_fixture)},{values.pose(placement.T_fixture_work)}"
+    lift = transforms.inverse(placement.T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])
+    travel = values.significant(cell.process.travel_speed)
+    lines = [
+        "MODULE GeoCell",
+        *header,
+        "  PERS bool geoDryRun:=TRUE;",
+        "  PERS num geoSpeedPct:=25;",
+        "  PERS num geoFirstRun:=1;",
+        f"  PERS tooldata tGeoNozzle:={_tooldata(cell.tool)};",
+        f'  PERS wobjdata wGeoPart:=[FALSE,TRUE,"",{frames}];',
+        f"  CONST pose geoFrame:={values.pose(placement.T_base_work)};",
+        *_frame_limits(cell, orders),
+        f"  CONST pose geoLift:=[{values.array(lift, decimals=values.POSITION_DECIMALS)},[1,0,0,0]];",
+        _jointtarget("jGeoHome", cell.robot.home),
+        _jointtarget("jGeoStart", orders.start),
+        _jointtarget("jGeoAloft", orders.aloft),
+        *_prime_data(cell, orders),
+        *_flood_data(cell),
+        f"  CONST num nGeoThere:={_seconds(orders.there)};",
+        f"  CONST num nGeoBack:={_seconds(orders.back)};",
+        f"  CONST speeddata vGeoHome:=[{travel},500,5000,1000];",
+        f"  CONST speeddata vGeoSlow:={_SLOW};",
+        *declarations,
+        "ENDMODULE",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def guard_module(cell: Cell, *, placement: Placement, loading: bool) -> str:
+    """Return the text of GeoGuard.mod: the routines of the package's template that this cell and program need.
+
+    Args:
+        cell: its outputs, and what it has besides valve and lamp.
+        placement: whether all of it was stated.
+        loading: whether the program loads its modules while it runs.
+
+    Raises:
+        UsageError: an output has no RAPID name or is missing.
+    """
+    wanted = {cell.signals.mode, "unknown" if placement.missing else "known"}
+    wanted |= {"prime"} if cell.purge is not None else set()
+    wanted |= {"vacuum"} if cell.signals.vacuum is not None else set()
+    if cell.flood is not None:
+        wanted.add("byhand" if cell.flood.joints is None else "flood")
+    wanted |= {"loading"} if loading else set()
+    lines: list[str] = []
+    for line in (
+        resources.files("geoprint.export.rapid").joinpath("geo_guard.mod").read_text(encoding="ascii").split("\n")
+    ):
+        tags, _, text = line[1:].partition("|") if line.startswith("@") else ("", "", line)
+        if not tags or set(tags.split("+")) <= wanted:
+            lines.append(text)
+    text = "\n".join(lines)
+    for placeholder, name in output_names(cell.signals).items():
+        text = text.replace(f"<{placeholder}>", name)
+    return text
+
+
+def program_file(modules: Sequence[str]) -> str:
+    """Return the .pgf file that makes a controller load the modules together."""
+    lines = [f"\t<Module>{name}</Module>" for name in modules]
+    return "\n".join(['<?xml version="1.0" encoding="ISO-8859-1" ?>', "<Program>", *lines, "</Program>", ""])
+
+
+def _tooldata(tool: Tool) -> str:
+    if tool.mass_kg <= 0.0 or not tool.cog.any() or tool.inertia_kg_m2.min() < 0.0:
+        raise UsageError(
+            f"tool: the controller refuses a load of {tool.mass_kg} kg at {tool.cog.tolist()} mm with inertia "
+            f"{tool.inertia_kg_m2.tolist()} kg m2; give a mass above 0, the measured centre of gravity (not 0, 0, 0) "
+            "and moments of at least 0 in the cell file."
+        )
+    mass = values.number(tool.mass_kg, decimals=values.POSITION_DECIMALS)
+    cog = values.array(tool.cog, decimals=values.POSITION_DECIMALS)
+    inertia = values.array(tool.inertia_kg_m2, decimals=values.INERTIA_DECIMALS)[1:-1]
+    axes = values.array(transforms.quaternion_of(tool.principal_axes), decimals=values.QUATERNION_DECIMALS)
+    return f"[TRUE,{values.pose(tool.T_flange_tool)},[{mass},{cog},{axes},{inertia}]]"
+
+
+def _frame_limits(cell: Cell, orders: Orders) -> list[str]:
+    """Return the middle of the part, and how far a work object may shift and turn it [mm, degrees]."""
+    low, high = orders.extent
+    room = _FRAME_SHARE * cell.process.standoff / 2.0
+    turn = np.degrees(room / (np.linalg.norm(high - low) / 2.0))
+    limits = values.rounded_down(np.array([room, turn]), digits=_LIMIT_DIGITS).tolist()
+    return [
+        f"  CONST pos geoMiddle:={values.array((low + high) / 2.0, decimals=values.POSITION_DECIMALS)};",
+        *(
+            f"  CONST num {name}:={values.significant(limit)};"
+            for name, limit in zip(("nGeoShift", "nGeoTurn"), limits, strict=True)
+        ),
+    ]
+
+
+def _jointtarget(name: str, joints: FloatArray) -> str:
+    angles = values.array(np.degrees(joints), decimals=values.ANGLE_DECIMALS)
+    return f"  CONST jointtarget {name}:=[{angles},{values.NO_AXES}];"
+
+
+def _seconds(duration: float) -> str:
+    return values.number(max(duration, _SHORTEST_MOVE), decimals=3)
+
+
+def _prime_data(cell: Cell, orders: Orders) -> list[str]:
+    if cell.purge is None:
+        return []
+    lines = [
+        _jointtarget("jGeoPrime", cell.purge.joints),
+        f"  CONST num nGeoPrime:={values.number(cell.purge.duration, decimals=3)};",
+    ]
+    if cell.signals.mode == "analog":
+        output = cell.signals.flow_per_mm3_s * float(orders.flow.max()) * cell.process.speed
+        lines.append(f"  CONST num nGeoPrimeFlow:={values.significant(output)};")
+    return lines
+
+
+def _flood_data(cell: Cell) -> list[str]:
+    if cell.flood is None:
+        return []
+    lines = [f"  CONST num nGeoFlood:={values.number(cell.flood.duration, decimals=3)};"]
+    return lines if cell.flood.joints is None else [_jointtarget("jGeoFlood", cell.flood.joints), *lines]

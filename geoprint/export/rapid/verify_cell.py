@@ -1,0 +1,173 @@
+"""Compares the data of a RAPID program that was read back with the cell, the placement and the ways of the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from itertools import product
+from typing import cast
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.export.orders import Orders
+from geoprint.export.rapid.compare import POSITION_TOLERANCE, compare, compare_frame, declared, literal
+from geoprint.export.rapid.run import Step
+from geoprint.export.rapid.settings import CELL_MODULE, read_settings
+from geoprint.export.rapid.text import Declaration, Place, RapidText, Value, refuse
+from geoprint.model import Cell, FloatArray, Placement
+from geoprint.motion.controller import LIFT
+
+_ANGLE_TOLERANCE_DEG = 1e-5
+_LOAD_TOLERANCE = 1e-4
+_INERTIA_TOLERANCE = 1e-6
+_TIME_TOLERANCE = 1e-3
+# Six significant digits.
+_SHARE_TOLERANCE = 1e-5
+# No point of the part may lie off by more than this share of the stand-off; a limit far below would refuse every frame.
+_LARGEST_FRAME_SHARE, _SMALLEST_FRAME_SHARE = 0.2, 0.15
+# A joint move may take longer than planned by this where the plan needs no time at all [s].
+_SHORTEST_MOVE = 0.1
+_NO_AXES = 9e9
+_CELL = Place(CELL_MODULE, 1)
+# What a program declares besides speeddata, zonedata and triggdata.
+_NAMES = frozenset(
+    {
+        "geodryrun", "geospeedpct", "geofirstrun", "tgeonozzle", "wgeopart", "geoframe", "geomiddle", "ngeoshift",
+        "ngeoturn", "geolift", "jgeohome", "jgeostart", "jgeoaloft", "ngeothere", "ngeoback", "vgeohome", "vgeoslow",
+    }
+)  # fmt: skip
+_PRIME_NAMES = frozenset({"jgeoprime", "ngeoprime"})
+
+
+def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Placement) -> None:
+    """Check every datum that is not shared by targets: switches, tool, work object and its limits, home, times.
+
+    Raises:
+        VerificationError: one differs from the plan, or a switch stands at a value that the guard refuses.
+    """
+    read_settings(text, runs=int(orders.runs[-1]) + 1)
+    _verify_tool(declared(text, "tGeoNozzle", kind="tooldata", storage="PERS", place=_CELL), cell=cell)
+    _verify_work(text, placement=placement)
+    _verify_frame_limits(text, orders.extent, standoff=cell.process.standoff)
+    _verify_ways(text, orders, cell=cell)
+
+
+def verify_header(text: RapidText, *, placement: Placement, surface_within: float | None) -> None:
+    """Check that the headers say, from their second line on, how well it is known where the part stands.
+
+    Raises:
+        VerificationError: a header does not.
+    """
+    wanted: list[str] = []
+    if placement.calibrated:
+        wanted.append(f"touched points lie within {float(placement.misses.max(initial=0.0)):.2f} mm")
+    if placement.missing:
+        wanted += ["PLACEMENT NOT KNOWN: runs dry only", *(f"Nobody has stated {what}." for what in placement.missing)]
+    if surface_within is not None:
+        wanted.append(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
+    for module in (CELL_MODULE, "GeoPrint.mod"):
+        found = text.comments.get(module, ())
+        for row, words in enumerate(wanted, start=1):
+            if words not in "".join(found[row : row + 1]):
+                refuse(Place(module, row + 2), f"the header must say {words!r} here")
+
+
+def verify_names(text: RapidText, steps: Iterable[Step], *, cell: Cell) -> None:
+    """Check that nothing is declared that the program does not use, and that all moves use the tool and work object.
+
+    Raises:
+        VerificationError: something is left over, or a move names another tool or work object.
+    """
+    used = set(_NAMES)
+    if cell.purge is not None:
+        used |= _PRIME_NAMES
+        used |= {"ngeoprimeflow"} if cell.signals.mode == "analog" else set()
+    if cell.flood is not None:
+        used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
+    for step in steps:
+        if (step.move.tool, step.move.work) != ("tgeonozzle", "wgeopart"):
+            refuse(step.move.place, f"the move is made with {step.move.tool} in {step.move.work or 'no work object'}")
+        used |= {step.move.speed, step.move.zone, *step.move.triggers}
+    for name, datum in text.declarations.items():
+        if name not in used and datum.kind != "loadsession":
+            refuse(datum.place, f"{name} is declared, but the plan has no use for it")
+
+
+def _verify_work(text: RapidText, *, placement: Placement) -> None:
+    datum = declared(text, "wGeoPart", kind="wobjdata", storage="PERS", place=_CELL)
+    value = datum.value if isinstance(datum.value, list) else []
+    compare(value[:3], [False, True, ""], tolerance=0.0, place=datum.place, what="wobjdata")
+    if len(value) != 5:
+        refuse(datum.place, f"wobjdata has five parts, found {len(value)}")
+    compare_frame(value[3], placement.T_base_fixture, place=datum.place, what="uframe")
+    compare_frame(value[4], placement.T_fixture_work, place=datum.place, what="oframe")
+    frame = declared(text, "geoFrame", kind="pose", storage="CONST", place=_CELL)
+    compare_frame(frame.value, placement.T_base_work, place=frame.place, what="geoFrame")
+    lift = declared(text, "geoLift", kind="pose", storage="CONST", place=_CELL)
+    up = transforms.inverse(placement.T_base_work)[:3, 2] * LIFT
+    compare(lift.value, [literal(up), [1, 0, 0, 0]], tolerance=POSITION_TOLERANCE, place=lift.place, what="geoLift")
+
+
+def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float) -> None:
+    """Check how far the guard lets a point of the part lie off: at the corners of its box, where that is most."""
+    middle = declared(text, "geoMiddle", kind="pos", storage="CONST", place=_CELL)
+    compare(middle.value, literal(np.zeros(3)), tolerance=np.inf, place=middle.place, what="geoMiddle")
+    limits = [declared(text, name, kind="num", storage="CONST", place=_CELL) for name in ("nGeoShift", "nGeoTurn")]
+    for limit in limits:
+        compare(limit.value, 0.0, tolerance=np.inf, place=limit.place, what="a limit of the work object")
+    shift, turn_deg = (float(cast("float", limit.value)) for limit in limits)
+    corners = np.array([*product(*extent.T)]) - np.array(middle.value, dtype=np.float64)
+    reach = float(np.linalg.norm(corners, axis=1).max())
+    share = (abs(shift) + 2.0 * np.sin(np.radians(abs(turn_deg)) / 2.0) * reach) / standoff
+    if not _SMALLEST_FRAME_SHARE <= share <= _LARGEST_FRAME_SHARE or min(shift, turn_deg) <= 0.0:
+        refuse(
+            limits[0].place,
+            f"geoMiddle, nGeoShift and nGeoTurn let the part lie off by {share:.3g} of the stand-off, allowed is "
+            f"{_LARGEST_FRAME_SHARE:g}",
+        )
+
+
+def _verify_ways(text: RapidText, orders: Orders, *, cell: Cell) -> None:
+    """Check the joint moves: home, the first targets, their times, and where nozzle and part are primed and flooded."""
+    joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.aloft}
+    times = {"nGeoThere": max(orders.there, _SHORTEST_MOVE), "nGeoBack": max(orders.back, _SHORTEST_MOVE)}
+    if cell.purge is not None:
+        joints["jGeoPrime"] = cell.purge.joints
+        times["nGeoPrime"] = cell.purge.duration
+    if cell.flood is not None:
+        times["nGeoFlood"] = cell.flood.duration
+        joints |= {} if cell.flood.joints is None else {"jGeoFlood": cell.flood.joints}
+    for name, angles in joints.items():
+        datum = declared(text, name, kind="jointtarget", storage="CONST", place=_CELL)
+        expected: Value = [literal(np.degrees(angles)), literal(np.full(6, _NO_AXES))]
+        compare(datum.value, expected, tolerance=_ANGLE_TOLERANCE_DEG, place=datum.place, what=name)
+    for name, duration in times.items():
+        datum = declared(text, name, kind="num", storage="CONST", place=_CELL)
+        compare(datum.value, duration, tolerance=_TIME_TOLERANCE, place=datum.place, what=name)
+    speeds: dict[str, list[float]] = {
+        "vGeoHome": [cell.process.travel_speed, 500, 5000, 1000],
+        "vGeoSlow": [20, 10, 5000, 1000],
+    }
+    for name, speed in speeds.items():
+        datum = declared(text, name, kind="speeddata", storage="CONST", place=_CELL)
+        compare(datum.value, [*speed], tolerance=_SHARE_TOLERANCE * speed[0], place=datum.place, what=name)
+    if cell.purge is not None and cell.signals.mode == "analog":
+        _verify_prime_flow(text, orders.flow, cell=cell)
+
+
+def _verify_prime_flow(text: RapidText, flow: FloatArray, *, cell: Cell) -> None:
+    planned = cell.signals.flow_per_mm3_s * float(flow.max()) * cell.process.speed
+    datum = declared(text, "nGeoPrimeFlow", kind="num", storage="CONST", place=_CELL)
+    compare(datum.value, planned, tolerance=_SHARE_TOLERANCE * planned, place=datum.place, what="nGeoPrimeFlow")
+
+
+def _verify_tool(datum: Declaration, *, cell: Cell) -> None:
+    tool, value = cell.tool, datum.value
+    load = value[2] if isinstance(value, list) and len(value) == 3 else None
+    if not isinstance(value, list) or value[0] is not True or not isinstance(load, list) or len(load) != 6:
+        refuse(datum.place, "tooldata is no tool held by the robot")
+    compare_frame(value[1], tool.T_flange_tool, place=datum.place, what="tool frame")
+    compare(load[0], tool.mass_kg, tolerance=_LOAD_TOLERANCE, place=datum.place, what="load")
+    axes = transforms.rigid(tool.principal_axes, tool.cog)
+    compare_frame(load[1:3], axes, place=datum.place, what="load")
+    compare(load[3:], literal(tool.inertia_kg_m2), tolerance=_INERTIA_TOLERANCE, place=datum.place, what="inertia")

@@ -1,0 +1,28 @@
+"""The arm: its URDF, forward and inverse kinematics, configuration data, and the load on its flange."""
+
+from geoprint.motion.arm.closed_form import solve_pose as solve_pose
+from geoprint.motion.arm.configuration import (
+    configuration_data as configuration_data,
+    require_abb_conventions as require_abb_conventions,
+    singularity_distances as singularity_distances,
+    wrist_angles as wrist_angles,
+)
+from geoprint.motion.arm.kinematics import (
+    BRANCHES as BRANCHES,
+    JOINTS as JOINTS,
+    MILLIMETRES_PER_METRE as MILLIMETRES_PER_METRE,
+    Arm as Arm,
+)
+from geoprint.motion.arm.nozzle import (
+    about_nozzle as about_nozzle,
+    is_axial as is_axial,
+    tilts as tilts,
+    turned as turned,
+)
+from geoprint.motion.arm.payload import check_load as check_load
+from geoprint.motion.arm.urdf import (
+    FLANGE_FRAME as FLANGE_FRAME,
+    chain_of as chain_of,
+    read_urdf as read_urdf,
+    read_urdf_file as read_urdf_file,
+)

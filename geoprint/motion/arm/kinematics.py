@@ -1,0 +1,322 @@
+"""The arm: forward kinematics by Pinocchio, and the inverse that its kind allows.
+
+Pinocchio works in metres; nothing outside this module sees them.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Protocol, final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.errors import UsageError
+from geoprint.model import FloatArray, Robot
+from geoprint.motion.arm.closed_form import BRANCHES, JOINTS
+from geoprint.motion.arm.nozzle import is_axial
+from geoprint.motion.arm.numeric_inverse import NumericInverse
+from geoprint.motion.arm.ortho_parallel import OrthoParallel, ortho_parallel
+from geoprint.motion.arm.screws import Screws
+from geoprint.motion.arm.urdf import chain_of, urdf_of
+
+if TYPE_CHECKING:
+    import pinocchio
+
+MILLIMETRES_PER_METRE = 1000.0
+
+# Forward and inverse kinematics differ by rounding only [m, and the same number for entries of a rotation].
+AGREEMENT = 1e-9
+# The joints of a pose that agrees [rad]: at the probes they move a few times as much as the pose.
+JOINT_AGREEMENT = 1e-8
+
+# Joint vectors on which both are compared, and how far they keep from singularities [share of the reach, rad].
+PROBES = 8
+ASIDE = 0.05
+BENT = 0.2
+# From this far off [rad] iteration must find its way back to a probe.
+OFF_PROBE = 0.02
+
+
+class Inverse(Protocol):
+    """The inverse kinematics of an arm, whose kind decides how they are found; limits are not applied."""
+
+    @property
+    def shoulder(self) -> FloatArray:
+        """(3,) the point of axis 1 beside axis 2, in the base frame [mm]."""
+        ...
+
+    @property
+    def reach(self) -> float:
+        """How far from the shoulder the flange may come at most [mm]."""
+        ...
+
+    def solutions(self, Ts_base_flange: FloatArray) -> FloatArray:
+        """Return (k, 8, 6) joint angles [rad] of (k, 4, 4) poses of the flange [mm]; NaN where a branch is missing."""
+        ...
+
+    def singularity_distances(self, joints: FloatArray) -> FloatArray:
+        """Return (k, 3) signed distances [mm, rad, rad] from the singularities of shoulder, elbow and wrist."""
+        ...
+
+    def wrist_distances(self, Ts_base_flange: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (k,) distances that decide about reach, and their (2,) bounds [mm]."""
+        ...
+
+
+@final
+class Arm:
+    """A six-axis arm, and the tool on its flange.
+
+    The geometry is that of the robot's URDF. Where its axes form an ortho-parallel base and a spherical wrist, however
+    the URDF counts its joints, the inverse is the closed form of [Brandstötter2014]; else it is iteration, a thousand
+    times slower and without a promise to find every way. The constructor compares it with Pinocchio before anybody
+    relies on it.
+
+    Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, see `configuration.branch_of`.
+
+    Args:
+        robot: the arm and its limits; the limits are not applied here.
+        T_flange_tool: (4, 4) tool frame in the flange frame [mm]; its z axis points out of the nozzle.
+
+    Attributes:
+        robot: as given.
+        T_flange_tool: as given, read-only.
+        inverse: how poses of the flange become joint angles.
+        no_closed_form: why the inverse is iteration, or None where it is the closed form.
+
+    Raises:
+        UsageError: the URDF describes no such arm, the cell allows more than it, the arm cannot move its flange in all
+            directions, or a package is missing.
+    """
+
+    __slots__ = (
+        "T_flange_tool",
+        "_T_link_flange",
+        "_T_tool_flange",
+        "_axes",
+        "_flange",
+        "_model",
+        "_origins",
+        "_pinocchio",
+        "inverse",
+        "no_closed_form",
+        "robot",
+    )
+
+    def __init__(self, robot: Robot, *, T_flange_tool: FloatArray) -> None:
+        self.robot = robot
+        self.T_flange_tool: FloatArray = T_flange_tool.copy()
+        self.T_flange_tool.setflags(write=False)
+        self._T_tool_flange = transforms.inverse(T_flange_tool)
+        self._pinocchio = _required("pinocchio", package="pin")
+        self._model: pinocchio.Model = self._built()
+        self._require_limits_of_the_arm()
+        self._flange = self._model.getFrameId(robot.flange, self._pinocchio.FrameType.BODY)
+        self._origins, self._axes = self._chain()
+        at_rest = np.zeros((1, JOINTS))
+        self._T_link_flange = transforms.inverse(self._joint_frames(at_rest[0])[-1]) @ self.flange_poses(at_rest)[0]
+        self.inverse: Inverse
+        self.no_closed_form: str | None = None
+        try:
+            self.inverse = ortho_parallel(self.screws())
+        except UsageError as error:
+            self.inverse = NumericInverse(self.screws(), limits=robot.limits)
+            self.no_closed_form = str(error)
+        self._verify()
+
+    def _built(self) -> pinocchio.Model:
+        """Read the URDF, after looking at what Pinocchio would only fail at."""
+        name, text = self.robot.model, urdf_of(self.robot)
+        chain_of(text, name=name, flange=self.robot.flange)
+        try:
+            model: pinocchio.Model = self._pinocchio.buildModelFromXML(text)
+        except (RuntimeError, ValueError) as error:
+            raise UsageError(f"the URDF {name} cannot be read by Pinocchio ({error}); correct it.") from error
+        if model.nq != JOINTS:
+            raise UsageError(f"the URDF {name} has {model.nq} coordinates for Pinocchio, needed are six; correct it.")
+        return model
+
+    def _require_limits_of_the_arm(self) -> None:
+        """Refuse a cell that allows the arm more than its maker does."""
+        model, robot = self._model, self.robot
+        wider = (robot.limits[:, 0] < model.lowerPositionLimit - AGREEMENT) | (
+            robot.limits[:, 1] > model.upperPositionLimit + AGREEMENT
+        )
+        faster = robot.speeds > model.velocityLimit * (1.0 + AGREEMENT)
+        if wider.any() or faster.any():
+            joint = int(np.argmax(wider | faster))
+            lowest, highest = np.degrees([model.lowerPositionLimit[joint], model.upperPositionLimit[joint]])
+            raise UsageError(
+                f"robot: the cell allows joint {joint + 1} {np.degrees(robot.limits[joint]).round(1).tolist()} degrees "
+                f"at {np.degrees(robot.speeds[joint]):.1f} deg/s, the maker of the {robot.model} "
+                f"[{lowest:.1f}, {highest:.1f}] at {np.degrees(model.velocityLimit[joint]):.1f}: correct limits_deg "
+                "or speeds_deg_s in the cell file."
+            )
+
+    @property
+    def closed_form(self) -> OrthoParallel | None:
+        """The inverse where it is the closed form, or None where it is iteration."""
+        return self.inverse if isinstance(self.inverse, OrthoParallel) else None
+
+    @property
+    def sense_of_turn(self) -> float:
+        """1 or -1 where turning the tool about its nozzle moves joint 6 only, that way or the other; else 0."""
+        if self.closed_form is None:
+            return 0.0
+        T_end_tool = self.closed_form.T_end_flange @ self.T_flange_tool
+        return float(self.closed_form.signs[5] * np.sign(T_end_tool[2, 2])) if is_axial(T_end_tool) else 0.0
+
+    def screws(self) -> Screws:
+        """Return the axes of the joints as lines in space, all joints at zero."""
+        frames = self._joint_frames(np.zeros(JOINTS))[1:]
+        directions = np.einsum("jab,jb->ja", frames[:, :3, :3], self._axes)
+        return Screws(frames[:, :3, 3], directions, self.flange_poses(np.zeros((1, JOINTS)))[0])
+
+    def flange_poses(self, joints: FloatArray) -> FloatArray:
+        """Return where the flange is, by Pinocchio.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 4, 4) T_base_flange [mm]; the flange's z axis points out of it.
+        """
+        data = self._model.createData()
+        poses = np.empty((len(joints), 4, 4))
+        for row, angles in enumerate(np.ascontiguousarray(joints, dtype=np.float64)):
+            self._pinocchio.framesForwardKinematics(self._model, data, angles)
+            poses[row] = data.oMf[self._flange].homogeneous
+        poses[:, :3, 3] *= MILLIMETRES_PER_METRE
+        return poses
+
+    def link_poses(self, joints: FloatArray) -> FloatArray:
+        """Return where the links are: the frames in which the URDF gives their shapes.
+
+        The chain of origins and turns that Pinocchio reads from the URDF, for all rows at once; the constructor
+        compares it with Pinocchio's own.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
+        """
+        poses = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
+        for joint in range(JOINTS):
+            turns = Rotation.from_rotvec(joints[:, joint, None] * self._axes[joint]).as_matrix()
+            before = poses[:, joint] @ self._origins[joint]
+            poses[:, joint + 1] = transforms.rigid(before[:, :3, :3] @ turns, before[:, :3, 3])
+        poses[:, -1] = poses[:, -2] @ self._T_link_flange @ self.T_flange_tool
+        return poses
+
+    def joint_places(self, joints: FloatArray) -> FloatArray:
+        """Return where the arm's joints are: its skeleton, to be drawn.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 8, 3) places of the base, the six joints and the flange in the base frame [mm].
+        """
+        data = self._model.createData()
+        places = np.zeros((len(joints), JOINTS + 2, 3))
+        for row, angles in enumerate(np.ascontiguousarray(joints, dtype=np.float64)):
+            self._pinocchio.framesForwardKinematics(self._model, data, angles)
+            places[row, 1:-1] = [data.oMi[joint].translation for joint in range(1, JOINTS + 1)]
+            places[row, -1] = data.oMf[self._flange].translation
+        return places * MILLIMETRES_PER_METRE
+
+    def tool_poses(self, joints: FloatArray) -> FloatArray:
+        """Return where the tool is.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 4, 4) T_base_tool [mm].
+        """
+        return self.flange_poses(joints) @ self.T_flange_tool
+
+    def solutions(self, Ts_base_tool: FloatArray) -> FloatArray:
+        """Return the joint angles of all eight branches, limits not applied.
+
+        Args:
+            Ts_base_tool: (k, 4, 4) poses of the tool [mm].
+
+        Returns:
+            (k, 8, 6) angles [rad] in (-pi, pi]; NaN where a branch does not exist or, without a closed form, was not
+            found.
+        """
+        if len(Ts_base_tool) == 0:
+            return np.empty((0, BRANCHES, JOINTS))
+        return self.inverse.solutions(Ts_base_tool @ self._T_tool_flange)
+
+    def _chain(self) -> tuple[FloatArray, FloatArray]:
+        """Return (6, 4, 4) frames of the joints at zero in the one before [mm], and (6, 3) axes in their own frames."""
+        at_rest = self._joint_frames(np.zeros(JOINTS))
+        turned = self._joint_frames(np.ones(JOINTS))
+        origins = transforms.inverse(at_rest[:-1]) @ at_rest[1:]
+        steps = transforms.inverse(turned[:-1]) @ turned[1:]
+        turns = np.swapaxes(origins[:, :3, :3], 1, 2) @ steps[:, :3, :3]
+        return origins, Rotation.from_matrix(turns).as_rotvec()
+
+    def _joint_frames(self, angles: FloatArray) -> FloatArray:
+        """Return (7, 4, 4) the base and the frames of the six joints at (6,) angles, by Pinocchio [mm]."""
+        data = self._model.createData()
+        self._pinocchio.framesForwardKinematics(self._model, data, angles)
+        frames = np.array([np.eye(4), *(data.oMi[joint].homogeneous for joint in range(1, JOINTS + 1))])
+        frames[:, :3, 3] *= MILLIMETRES_PER_METRE
+        return frames
+
+    def _verify(self) -> None:
+        """Compare with Pinocchio: the links' frames, and that every solution found leads back to its pose."""
+        probes = self._probes()
+        asked = self.flange_poses(probes)
+        known = np.array([self._joint_frames(angles) for angles in probes])
+        links = _in_metres(self.link_poses(probes)[:, :-1] - known)
+        if isinstance(self.inverse, NumericInverse):
+            found = self.inverse.refined(asked, probes + OFF_PROBE)[:, None]
+        else:
+            found = self.inverse.solutions(asked)
+        exists = np.isfinite(found).all(axis=2)
+        deviation = _in_metres(self.flange_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0))
+        largest = max(float(np.abs(deviation).max(initial=0.0)), float(np.abs(links).max()))
+        miss = np.abs(transforms.wrapped(found - probes[:, None])).max(axis=2)
+        astray = float(np.where(exists, miss, np.inf).min(axis=1).max())
+        if largest > AGREEMENT or astray > JOINT_AGREEMENT:
+            why = f" ({self.no_closed_form})" if self.no_closed_form else ""
+            raise UsageError(
+                f"the inverse kinematics of the arm {self.robot.model} miss the URDF's pose by {largest:.3g} m and the "
+                f"joint angles by {astray:.3g} rad, allowed are {AGREEMENT:g} and {JOINT_AGREEMENT:g}{why}: the arm "
+                "cannot move its flange in all directions; use another arm or correct its URDF.",
+                position_m=largest,
+                joints_rad=astray,
+            )
+
+    def _probes(self) -> FloatArray:
+        """Return (k, 6) joint angles well away from the arm's singularities [rad], or any where it has no such."""
+        angles = np.random.default_rng(0).uniform(-np.pi, np.pi, (32 * PROBES, JOINTS))
+        ahead, bend, wrist = np.abs(self.inverse.singularity_distances(angles)).T
+        away = (ahead > ASIDE * self.inverse.reach) & (np.minimum(np.sin(bend), np.sin(wrist)) > BENT)
+        return (angles[away] if away.any() else angles)[:PROBES]
+
+
+def _in_metres(poses: FloatArray) -> FloatArray:
+    """Return differences of (..., 4, 4) poses with their lengths in metres, of the size of rotations."""
+    scaled = poses.copy()
+    scaled[..., :3, 3] /= MILLIMETRES_PER_METRE
+    return scaled
+
+
+def _required(module: str, *, package: str) -> ModuleType:
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise UsageError(
+            f"the robot chain needs {module}, which is not installed ({error}); run 'pip install {package}', "
+            f"or leave the chain out with --no-robot.",
+            package=package,
+        ) from error

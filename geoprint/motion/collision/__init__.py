@@ -1,0 +1,19 @@
+"""What touches what: solids of tool, arm and cell, swept along the motion, and the clearance that is kept."""
+
+from geoprint.motion.collision.arm_clearance import arm_control as arm_control
+from geoprint.motion.collision.clearance import clearance as clearance
+from geoprint.motion.collision.contact import (
+    NOT_TESTED as NOT_TESTED,
+    CollisionWorld as CollisionWorld,
+    InflatedSolids as InflatedSolids,
+    collision_control as collision_control,
+)
+from geoprint.motion.collision.surroundings import (
+    box_target as box_target,
+    mesh_target as mesh_target,
+)
+from geoprint.motion.collision.tip_zone import (
+    SMALLEST_ROOM as SMALLEST_ROOM,
+    tip_rooms as tip_rooms,
+)
+from geoprint.motion.collision.tool_solids import tool_solids as tool_solids

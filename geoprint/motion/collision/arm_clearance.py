@@ -1,0 +1,290 @@
+"""The links of the arm against part, body and obstacles, against the tool that the arm carries, and one another.
+
+Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
+the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
+links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
+bears it. Links that are three joints or more apart move past each other likewise, but for link 1. The base stands on
+what ends below its foot, and link 1 turns above it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import ClearanceError
+from geoprint.model import Box, ControllerPath, FloatArray
+from geoprint.model.arrays import freeze_arrays
+from geoprint.motion.arm import Arm
+from geoprint.motion.collision.closest import Trees, smallest_arm_distance, worst_hit
+from geoprint.motion.collision.contact import ARM_REACHES, CollisionWorld, InflatedSolids
+from geoprint.motion.collision.link_solids import Link, link_solids
+from geoprint.motion.collision.sides import inside
+from geoprint.motion.collision.surroundings import Target, box_target, solid_target
+from geoprint.motion.collision.sweep import (
+    ALLOWANCE,
+    LARGEST_ARM_STEP,
+    LARGEST_STEP,
+    Hits,
+    Placements,
+    find_hits,
+    refined,
+    step_parts,
+)
+from geoprint.motion.collision.tool_solids import Solid, movements
+from geoprint.surfaces import in_words, triple
+
+# The base and the links 1 to 4, which the tool must not touch.
+LINKS_APART_FROM_TOOL = 5
+# A link must not touch those so many joints on. Nearer ones are kept apart by their joints' limits; their cylinders,
+# which hold more than the links, meet where the links themselves do not.
+JOINTS_BETWEEN_LINKS = 3
+# Link 1 is left out: its cylinder is as wide on all sides as the link is where it is widest, and the forearm of a part
+# close to the arm is well inside it.
+ROUND_LINK = 1
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmMotion:
+    """Where the links and the tool are.
+
+    Attributes:
+        Ts_work_link: (k, 7, 4, 4) of the base and the links 1 to 6 [mm].
+        corners: (k, 7, 4, 4) where they are if the controller rounds nothing [mm].
+        tool: where the tool is [mm].
+    """
+
+    Ts_work_link: FloatArray
+    corners: FloatArray
+    tool: Placements
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, Ts_work_link="float: k 7 4 4", corners="float: k 7 4 4")
+
+    def link_way(self, link: Link) -> Placements:
+        """Where a link is in the work frame; of the base, which does not move, one step stands for all."""
+        count = self.tool.count if link.joint > 0 else 2
+        return replace(
+            self.tool,
+            poses=self.Ts_work_link[:count, link.joint],
+            corners=self.corners[:count, link.joint],
+            runs=self.tool.runs[:count],
+            deposit=self.tool.deposit[:count],
+        )
+
+    def tool_way(self, link: Link) -> Placements:
+        """Where the tool is as a link sees it."""
+        return self._seen(link, self.tool.poses, self.tool.corners)
+
+    def pair_way(self, first: Link, second: Link) -> Placements:
+        """Where the second of two links is as the first sees it."""
+        return self._seen(first, self.Ts_work_link[:, second.joint], self.corners[:, second.joint])
+
+    def _seen(self, link: Link, poses: FloatArray, corners: FloatArray) -> Placements:
+        return replace(
+            self.tool,
+            poses=transforms.inverse(self.Ts_work_link[:, link.joint]) @ poses,
+            corners=transforms.inverse(self.corners[:, link.joint]) @ corners,
+        )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ArmFinding:
+    """What the check of the arm found; it exists only where nothing was hit.
+
+    Attributes:
+        smallest: smallest distance found between a link and a target [mm].
+        at: where that is, as text: run, place of the tip, which link and which target.
+        checked: pairs that were tested.
+    """
+
+    smallest: float
+    at: str
+    checked: tuple[str, ...]
+
+
+def arm_motion(
+    path: ControllerPath, arm: Arm, *, tool: tuple[Solid, ...], links: tuple[Link, ...], T_work_base: FloatArray
+) -> ArmMotion:
+    """Return the way of links and tool: the path's rows and, where something moves far, rows between them."""
+    motion = _motion(path, arm, T_work_base=T_work_base)
+    parts = np.maximum(
+        step_parts(movements(tool, motion.tool.poses).max(axis=1), largest=LARGEST_STEP),
+        step_parts(_largest_movements(motion, tool=tool, links=links), largest=LARGEST_ARM_STEP),
+    )
+    return motion if parts.max() == 1 else _motion(refined(path, parts=parts), arm, T_work_base=T_work_base)
+
+
+def check_arm(
+    motion: ArmMotion,
+    *,
+    links: tuple[Link, ...],
+    tool: tuple[Solid, ...],
+    kept: float,
+    targets: tuple[Target, ...],
+    base_targets: tuple[Target, ...],
+    trees: Trees,
+) -> ArmFinding:
+    """Prove that links keep clear of targets and one another, and the tool of links, at and between placements.
+
+    Args:
+        motion: the way of links and tool.
+        links: the base and the links 1 to 6.
+        tool: its solids.
+        kept: distance that the links keep from the targets [mm].
+        targets: what the links must not touch, in the work frame.
+        base_targets: those that the base and link 1 must not touch: not what the arm stands on.
+        trees: pieces of the targets.
+
+    Raises:
+        ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link does
+            so to a link.
+        InputError: placements are too far apart.
+        VerificationError: the check fails on what is known.
+    """
+    placements = motion.tool
+    inflated = [_inflated(link.solids, kept=kept) for link in links]
+    ways: list[tuple[CollisionWorld, Placements]] = []
+    for link in links:
+        world = CollisionWorld(inflated[link.joint], targets=targets if link.joint > 1 else base_targets)
+        ways.append((world, motion.link_way(link)))
+    carried_solids = _with_whole_needle(tool)
+    carried_inflated = _inflated(carried_solids, kept=kept)
+    carried: list[tuple[CollisionWorld, Placements]] = []
+    for link in links[:LINKS_APART_FROM_TOOL]:
+        world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
+        carried.append((world, motion.tool_way(link)))
+    for first, second in _pairs(links):
+        world = CollisionWorld(inflated[second.joint], targets=tuple(solid_target(solid) for solid in first.solids))
+        carried.append((world, motion.pair_way(first, second)))
+    _refuse_inside(ways)
+    for world, way in (*ways, *carried):
+        hits = find_hits(world, way, largest_step=LARGEST_ARM_STEP)
+        if hits is not None:
+            raise _too_close(hits, world, placements, kept=kept, every_pose=way.count < placements.count)
+    closest = smallest_arm_distance(ways, trees)
+    return ArmFinding(
+        smallest=closest.distance,
+        at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
+        f"{closest.solid} to {closest.target}",
+        checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*ways, *carried])),
+    )
+
+
+def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
+    """Return the links that must not touch one another."""
+    firsts = [link for link in links if link.joint != ROUND_LINK]
+    return [(first, second) for first in firsts for second in links[first.joint + JOINTS_BETWEEN_LINKS :]]
+
+
+def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tuple[Link, ...]) -> FloatArray:
+    """Bound how far any point of a link moves, or of tool or link as any link that it may hit sees it.
+
+    Returns:
+        (k - 1,) bounds from each placement to the next [mm].
+    """
+    bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
+    bounds += [movements(tool, motion.tool_way(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
+    bounds += [movements(second.solids, motion.pair_way(first, second).poses) for first, second in _pairs(links)]
+    return np.concatenate(bounds, axis=1).max(axis=1)
+
+
+def arm_control(model: str) -> str:
+    """Run the controls of the collision check alone, on the links of an arm.
+
+    Returns:
+        A line that says what was found right.
+
+    Raises:
+        UsageError: there is no such arm.
+        VerificationError: a known hit is missed, or a known miss is hit.
+    """
+    post = box_target(Box("control", np.zeros(3), np.array([1.0, 2.0, 3.0])), T_work_base=np.eye(4))
+    links = link_solids(model)
+    for link in links:
+        CollisionWorld(_inflated(link.solids, kept=0.5), targets=(post,))
+    count = sum(len(link.solids) for link in links) * len(ARM_REACHES) * 2 * 2
+    return f"links of the {model}: {count} known hits and misses found right"
+
+
+def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
+    return InflatedSolids(solids, kept=(kept,) * len(solids), reaches=ARM_REACHES)
+
+
+def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
+    poses = T_work_base @ arm.link_poses(path.joints)
+    corners = poses.copy()
+    rounded = path.rounding.any(axis=1)
+    corners[rounded] = T_work_base @ arm.link_poses(path.joints[rounded] + path.rounding[rounded])
+    tool = Placements(poses[:, -1], runs=path.runs, deposit=path.deposit, corners=corners[:, -1])
+    return ArmMotion(poses[:, :-1], corners[:, :-1], tool)
+
+
+def _with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
+    """Join the tip to the needle: it may come close to the part, but to no link."""
+    tip, needle, *rest = tool
+    return (Solid(needle.name, tip.start, needle.end, needle.start_radius, needle.end_radius), *rest)
+
+
+def _refuse_inside(ways: Sequence[tuple[CollisionWorld, Placements]]) -> None:
+    """Refuse links inside a closed surface at the first placement: to get in later they had to pass through it."""
+    for world, way in ways:
+        centres = transforms.apply(way.poses[0], np.array([solid.centre for solid in world.solids]))
+        for target in world.targets:
+            if target.closed and inside(centres, target.triangles).any():
+                raise ClearanceError(
+                    f"the {world.solids[0].name} is inside the closed {target.name} where the path begins; correct "
+                    "where the part stands.",
+                    solid=world.solids[0].name,
+                    against=target.name,
+                )
+
+
+def _too_close(
+    hits: Hits, world: CollisionWorld, placements: Placements, *, kept: float, every_pose: bool
+) -> ClearanceError:
+    """Describe the worst of the hits; the place is that of the tool's tip."""
+    worst = worst_hit(hits, world)
+    count = placements.count if every_pose else len(np.unique(hits.rows))
+    when = (
+        "in every pose"
+        if every_pose
+        else f"{placements.stretch(worst.row)} with the tip at {in_words(placements.poses[worst.row, :3, 3])}"
+    )
+    return ClearanceError(
+        f"{when} {worst.finding}; at least {kept:.2f} mm are to be kept, and the check itself needs up to "
+        f"{ALLOWANCE:.2f} mm more; {count} of {placements.count} placements are too close: move or turn the part "
+        "(`geoprint place` looks for a better place), move "
+        "the obstacle, or measure the arm and correct the assumed sizes of its links.",
+        solid=worst.solid,
+        against=worst.target,
+        run=int(placements.runs[worst.row]),
+        place=triple(placements.poses[worst.row, :3, 3]),
+        distance=worst.distance,
+        wanted=kept,
+        travelling=placements.travelling(hits.rows),
+        hits=count,
+        placements=placements.count,
+    )
+
+
+def _checked(
+    tool: tuple[Solid, ...], *, targets: tuple[Target, ...], base_targets: tuple[Target, ...]
+) -> tuple[str, ...]:
+    carried = ", ".join(solid.name for solid in tool)
+    pairs = [f"arm's links 2 to 6, as cylinders that hold them, against {target.name}" for target in targets]
+    pairs += [f"arm's base and link 1, likewise, against {target.name}" for target in base_targets]
+    pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
+    pairs += ["arm's links, as cylinders, against those three joints on or more, but for link 1"]
+    return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
+
+
+def _rounded(ways: Sequence[tuple[CollisionWorld, Placements]]) -> str:
+    largest = max(float(way.rounding(world.solids).max()) for world, way in ways)
+    return f"arm where the controller rounds targets, at most {largest:.3f} mm off its way"

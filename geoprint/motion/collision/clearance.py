@@ -1,0 +1,345 @@
+"""Tool and arm against the part, what it lies on, and the obstacles of the cell: the last question before a program.
+
+What is tested, at every placement of the path and between them: needle, cone, barrel and bracket keep the clearance of
+the process (`sweep`); the last millimetre of the needle touches nothing on travel; on deposit its rim has room over the
+surface (`tip_zone`); the tool is outside every closed surface (`sides`); and the links of the arm keep clear of all
+that, of the tool and of one another (`arm_clearance`). What is not tested is named in the result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import ClearanceError, InputError, VerificationError
+from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
+from geoprint.motion.arm import Arm
+from geoprint.motion.collision.arm_clearance import ArmFinding, arm_motion, check_arm
+from geoprint.motion.collision.closest import Trees, ranking_trees, smallest_distance, worst_hit
+from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids, check_rigid
+from geoprint.motion.collision.link_solids import link_solids
+from geoprint.motion.collision.sides import inside
+from geoprint.motion.collision.surroundings import Target, box_target, mesh_target
+from geoprint.motion.collision.sweep import ALLOWANCE, Hits, Placements, find_hits
+from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, tip_rooms
+from geoprint.motion.collision.tool_solids import Solid, tool_solids
+from geoprint.surfaces import in_words, triple
+
+# What no check looks at.
+NOT_CHECKED = (
+    "cables",
+    "material already laid",
+    "the way to home from where the arm stands when the program starts",
+    "that the controller's world frame is its base frame",
+)
+# What is not looked at besides, without an arm and without a lamp in the cell; and with an arm.
+WITHOUT_ARM = "arm links"
+WITHOUT_LAMP = "UV lamp"
+WITH_ARM = "the arm's link 1 against links 3 to 6, and links two joints apart"
+# A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
+FOOT_ROUNDING = 1e-6
+# Placements besides the first at which the side of closed surfaces is tested.
+SIDE_PLACEMENTS = 4
+
+
+def clearance(
+    path: ControllerPath,
+    arm: Arm,
+    *,
+    tool: Tool,
+    process: Process,
+    T_base_work: FloatArray,
+    poses: PoseStream,
+    part: Surface,
+    body: Surface | None,
+    obstacles: tuple[Box, ...],
+) -> Clearance:
+    """Prove that tool and arm keep clear on the whole path, from home to home.
+
+    Args:
+        path: the motion as the controller interpolates it.
+        arm: kinematics with this tool.
+        tool: its solids.
+        process: clearance to keep.
+        T_base_work: (4, 4) where the part stands [mm].
+        poses: the stream that the path prints; its stand-off is that of the tip over the surface. One that lays
+            nothing has no rim over the surface, and the tip margin is infinite.
+        part: the surface that is printed on.
+        body: what the part lies on, in the same coordinates, or None where that is unknown.
+        obstacles: boxes in the base frame; the arm stands on those that end below its foot.
+
+    Returns:
+        What was found, and what was not checked.
+
+    Raises:
+        ClearanceError: tool or arm touches something, comes too close, or is inside a closed surface.
+        InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
+        VerificationError: the check fails on what is known, or part and path do not belong together.
+    """
+    check_rigid(T_base_work[None])
+    T_work_base = transforms.inverse(T_base_work)
+    links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
+    motion = arm_motion(path, arm, tool=tool_solids(tool), links=links, T_work_base=T_work_base)
+    scene = _scene(
+        tool,
+        placements=motion.tool,
+        process=process,
+        part=part,
+        body=body,
+        obstacles=obstacles,
+        T_work_base=T_work_base,
+    )
+    standoff = poses.standoff if poses.deposit.any() else None
+    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
+    arm_found = check_arm(
+        motion,
+        links=links,
+        tool=scene.tool.solids,
+        kept=process.clearance,
+        targets=scene.targets,
+        base_targets=scene.base_targets,
+        trees=scene.trees,
+    )
+    return _with_arm(found, arm_found)
+
+
+def check_placements(
+    placements: Placements,
+    *,
+    tool: Tool,
+    process: Process,
+    standoff: float,
+    part: Surface,
+    body: Surface | None,
+    obstacles: tuple[Box, ...],
+    T_work_base: FloatArray,
+) -> Clearance:
+    """Prove that the tool keeps clear at and between placements; the part of `clearance` that needs no arm.
+
+    Args:
+        placements: of the tool in the work frame.
+        tool: its solids.
+        process: clearance to keep.
+        standoff: height of the tip over the surface on deposit [mm].
+        part: the surface that is printed on.
+        body: what it lies on, or None.
+        obstacles: boxes in the base frame.
+        T_work_base: (4, 4) base frame in the work frame [mm].
+
+    Returns:
+        What was found, and what was not checked.
+
+    Raises:
+        ClearanceError: as `clearance`.
+        InputError: as `clearance`.
+        VerificationError: as `clearance`.
+    """
+    scene = _scene(
+        tool,
+        placements=placements,
+        process=process,
+        part=part,
+        body=body,
+        obstacles=obstacles,
+        T_work_base=T_work_base,
+    )
+    return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Scene:
+    """The tool, inflated; distances it keeps; what must not be touched, and by the base; and whether body is known."""
+
+    tool: InflatedSolids
+    kept: tuple[float, ...]
+    targets: tuple[Target, ...]
+    base_targets: tuple[Target, ...]
+    trees: Trees
+    has_body: bool
+
+
+def _scene(
+    tool: Tool,
+    *,
+    placements: Placements,
+    process: Process,
+    part: Surface,
+    body: Surface | None,
+    obstacles: tuple[Box, ...],
+    T_work_base: FloatArray,
+) -> _Scene:
+    if not 0.0 <= process.clearance < np.inf:
+        raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
+    tip, *rest = tool_solids(tool)
+    # The tip is not inflated downwards: where travel rounds a corner, it is longer by what it may be lower there.
+    solids = (replace(tip, start=tip.start - _rounding_on_travel(placements, tip) * tip.axis), *rest)
+    kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
+    bodies = [mesh_target(part, role="part")]
+    bodies += [] if body is None else [mesh_target(body, role="body")]
+    boxes = [box_target(box, T_work_base=T_work_base) for box in obstacles]
+    beside = [target for target, box in zip(boxes, obstacles, strict=True) if _top(box) > FOOT_ROUNDING]
+    targets = (*bodies, *boxes)
+    return _Scene(
+        tool=InflatedSolids(solids, kept=kept),
+        kept=kept,
+        targets=targets,
+        base_targets=(*bodies, *beside),
+        trees=ranking_trees(targets),
+        has_body=body is not None,
+    )
+
+
+def _rounding_on_travel(placements: Placements, tip: Solid) -> float:
+    travels = np.append(placements.travels, np.False_) | np.append(np.False_, placements.travels)
+    return float(placements.rounding((tip,))[travels].max(initial=0.0))
+
+
+def _top(box: Box) -> float:
+    return float(box.centre[2] + box.size[2] / 2)
+
+
+def _check_tool(
+    placements: Placements, scene: _Scene, *, tool: Tool, process: Process, standoff: float | None
+) -> Clearance:
+    """Check the tool; without a stand-off nothing is laid."""
+    check_rigid(placements.poses)
+    world = CollisionWorld(scene.tool, targets=scene.targets)
+    _check_sides(placements, world)
+    hits = find_hits(world, placements)
+    if hits is not None:
+        raise _too_close(hits, world, placements, kept=scene.kept)
+    room = np.inf
+    if standoff is not None:
+        room = _tip_room(placements, world, radius=tool.needle_diameter / 2, standoff=standoff)
+    closest = smallest_distance(placements, world, scene.trees)
+    lamp = () if tool.lamp is not None else (WITHOUT_LAMP,)
+    surroundings = () if scene.has_body else ("surroundings",)
+    return Clearance(
+        smallest=closest.distance,
+        at=f"{placements.stretch(closest.row)} at {in_words(closest.tip)}, {closest.solid} to {closest.target}",
+        arm_smallest=None,
+        arm_at=None,
+        kept=process.clearance,
+        tip_margin=room,
+        checks=placements.count,
+        checked=_checked(world, rounding=float(placements.rounding(world.solids).max())),
+        not_checked=(WITHOUT_ARM, *lamp, *NOT_CHECKED, *surroundings),
+    )
+
+
+def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
+    return replace(
+        found,
+        arm_smallest=arm_found.smallest,
+        arm_at=arm_found.at,
+        checked=(*found.checked, *arm_found.checked),
+        not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
+    )
+
+
+def _check_sides(placements: Placements, world: CollisionWorld) -> None:
+    """Refuse a tool that is inside a closed surface: at the first placement all its solids, later the largest."""
+    later = np.linspace(0, placements.count - 1, SIDE_PLACEMENTS + 1).astype(np.int64)[1:]
+    largest = max(world.solids, key=lambda solid: solid.length * solid.end_radius**2)
+    cases = [(0, solid) for solid in world.solids] + [(int(row), largest) for row in later]
+    points = np.array([transforms.apply(placements.poses[row], solid.centre[None])[0] for row, solid in cases])
+    for target in world.targets:
+        if not target.closed:
+            continue
+        within = inside(points, target.triangles)
+        if within.any():
+            row, solid = cases[int(np.argmax(within))]
+            tip = placements.poses[row, :3, 3]
+            raise ClearanceError(
+                f"{placements.stretch(row)} at tip {in_words(tip)} the {solid.name} is inside the closed "
+                f"{target.name}; correct where the part stands, or which side of the surface is outside.",
+                solid=solid.name,
+                against=target.name,
+                place=triple(tip),
+            )
+
+
+def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kept: tuple[float, ...]) -> ClearanceError:
+    """Describe the worst of the hits."""
+    worst = worst_hit(hits, world)
+    wanted = next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == worst.solid)
+    count = len(np.unique(hits.rows))
+    solid = next(solid for solid in world.solids if solid.name == worst.solid)
+    rounding = round(float(placements.rounding((solid,))[worst.row, 0]), 2)
+    corner = f" and the rounded corner there up to {rounding:.2f} mm" if rounding else ""
+    return ClearanceError(
+        f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
+        f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more{corner}; {count} of "
+        f"{placements.count} placements are too close: turn or move the part, lean the tool, or use a longer needle.",
+        solid=worst.solid,
+        against=worst.target,
+        run=int(placements.runs[worst.row]),
+        place=triple(worst.tip),
+        distance=worst.distance,
+        wanted=wanted,
+        travelling=placements.travelling(hits.rows),
+        hits=count,
+        placements=placements.count,
+    )
+
+
+def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
+    """Return the smallest room under the needle's rim on deposit.
+
+    The circle is widened so that those about two neighbouring placements hold the needle on the way between them, and
+    where a corner is rounded; the tip may be as much lower there.
+    """
+    laying = placements.deposit.copy()
+    laying[1:] |= placements.deposit[:-1]
+    rows = np.flatnonzero(laying)
+    if not len(rows):
+        raise InputError("the path lays no material, so that there is no room under the needle's rim to check.")
+    tips = placements.poses[:, :3, 3]
+    step = float(np.linalg.norm(np.diff(tips, axis=0), axis=1)[placements.deposit[:-1]].max(initial=0.0))
+    rounding = placements.rounding(world.solids[:1])[rows, 0]
+    widened = float(np.hypot(radius, step / 2) + rounding.max())
+    rooms = np.array(
+        [tip_rooms(placements.poses[rows], t.triangles, radius=widened, standoff=standoff) for t in world.targets]
+    )
+    rooms -= rounding
+    target, index = np.unravel_index(int(np.argmin(rooms)), rooms.shape)
+    least, row = float(rooms[target, index]), int(rows[index])
+    if least == np.inf:
+        raise VerificationError(
+            f"no surface is found below the tip at any of the {len(rows)} placements that lay material: path and part "
+            "do not belong together; check where the part stands."
+        )
+    if least < SMALLEST_ROOM:
+        short = int((rooms.min(axis=0) < SMALLEST_ROOM).sum())
+        raise _no_room(placements, world.targets[int(target)], row=row, room=least, standoff=standoff, short=short)
+    return least
+
+
+def _no_room(
+    placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
+) -> ClearanceError:
+    tip = placements.poses[row, :3, 3]
+    side = "; if this is the wrong side of the part, `--flip` turns it" if room < 0.0 else ""
+    return ClearanceError(
+        f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
+        f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
+        f"placements have too little: raise the stand-off, lean less, or use a thinner needle{side}.",
+        solid="needle's tip",
+        against=target.name,
+        run=int(placements.runs[row]),
+        place=triple(tip),
+        room=room,
+        placements=short,
+    )
+
+
+def _checked(world: CollisionWorld, *, rounding: float) -> tuple[str, ...]:
+    solids = ", ".join(solid.name for solid in world.solids if solid.reach_below > 0.0)
+    pairs = [f"{solids} against {target.name}" for target in world.targets]
+    pairs += [f"needle's tip on travel and its rim on deposit against {target.name}" for target in world.targets]
+    sides = [f"tool outside the closed {target.name}" for target in world.targets if target.closed]
+    return (*pairs, *sides, f"tool where the controller rounds targets, at most {rounding:.3f} mm off its way")

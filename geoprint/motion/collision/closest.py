@@ -1,0 +1,264 @@
+"""Where the tool is closest to what it must not touch, or deepest in it: the numbers of a message or a report.
+
+The check itself is `sweep`; here a few placements are measured exactly. Which ones is a choice by a cheap estimate, so
+that a number found here is true for its placement, and the smallest of the whole way as far as the choice was right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import inf
+from typing import TypeAlias, final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.model import FloatArray, IntArray
+from geoprint.motion.collision.contact import CollisionWorld
+from geoprint.motion.collision.surroundings import Target
+from geoprint.motion.collision.sweep import Hits, Placements
+from geoprint.motion.collision.tool_distance import (
+    Nearest,
+    Revolution,
+    circumscribed,
+    nearest,
+    quarter,
+    revolution,
+    signed_distances,
+)
+from geoprint.motion.collision.tool_solids import Solid
+
+# Hits that are measured, spread over all of them, and again around the worst.
+MEASURED_HITS = 40
+# Placements that are ranked, spread over the whole way, and the best ones of a target that are measured.
+RANKED_PLACEMENTS = 600
+MEASURED_PLACEMENTS = 8
+# Distance of the points of the axis by which placements are ranked, as a share of the radius, and least and most [mm].
+AXIS_STEP_SHARE = 0.3
+AXIS_STEPS = (1.0, 25.0)
+# Axes closer than this are one: rounding.
+SAME_AXIS = 1e-9
+# So many pieces of a target tell how far a link is, and it may be nearer by so much [mm].
+ARM_PIECES = 400
+ARM_PIECE_MARGIN = 5.0
+# Triangles, spread over all of a target, whose distance says which others need a look.
+FIRST_TRIANGLES = 500
+# A target farther from the tool's axis than this [mm] does not rank: the part below the tip is nearer.
+RANKED_DISTANCE = 30.0
+# The same counts for the links of the arm, which pass by at any distance but slowly.
+RANKED_ARM_PLACEMENTS = 60
+MEASURED_ARM_PLACEMENTS = 5
+# Below this distance [mm] placements around the best one are measured too: farther away a millimetre is of no interest.
+NEAR_ARM = 20.0
+# Pieces of a target for ranking have this radius [mm], or this share of its extent where that is larger.
+PIECE_RADIUS = 1.0
+PIECE_SHARE = 0.02
+
+
+# Middles of small pieces of each target, by which placements are ranked.
+Trees: TypeAlias = Mapping[Target, KDTree]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Closest:
+    """A measured distance between tool and target.
+
+    Attributes:
+        distance: [mm]; negative inside the solid.
+        solid: name of the piece of the tool, or of the link.
+        target: name of the target.
+        row: placement where it was measured, or before it.
+        tip: (3,) origin of the frame that moves with the solid: for the tool the tip [mm].
+    """
+
+    distance: float
+    solid: str
+    target: str
+    row: int
+    tip: FloatArray
+
+    @property
+    def finding(self) -> str:
+        """What a message says of it."""
+        if self.distance < 0.0:
+            return f"the {self.solid} reaches {-self.distance:.2f} mm into the {self.target}"
+        return f"the {self.solid} comes within {self.distance:.2f} mm of the {self.target}"
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Case:
+    """A solid of a link at a placement, and a target that is not nearer to it than the bound [mm]."""
+
+    bound: float
+    shape: Revolution
+    target: Target
+    placements: Placements
+    row: int
+
+
+def shapes_of(solids: tuple[Solid, ...]) -> tuple[Revolution, ...]:
+    """Join neighbouring solids into convex shapes where they are one: cone and barrel; the others stay alone."""
+    groups: list[tuple[Solid, ...]] = []
+    for solid in solids:
+        if groups and _continues(groups[-1][-1], solid):
+            groups[-1] = (*groups[-1], solid)
+        else:
+            groups.append((solid,))
+    return tuple(revolution(group) for group in groups)
+
+
+def _continues(first: Solid, second: Solid) -> bool:
+    """Say whether a solid widens less where the one before it ends, on the same axis, and both are inflated alike."""
+    meets = np.array_equal(first.end, second.start) and first.end_radius == second.start_radius
+    straight = bool(np.linalg.norm(first.axis - second.axis) < SAME_AXIS)
+    slopes = [(solid.end_radius - solid.start_radius) / solid.length for solid in (first, second)]
+    return meets and straight and slopes[1] <= slopes[0] and first.reach_below == second.reach_below
+
+
+def worst_hit(hits: Hits, world: CollisionWorld) -> Closest:
+    """Measure hits and return the deepest; if none goes in, the closest.
+
+    Up to MEASURED_HITS hits spread over all of them are measured, then as many around the worst of these.
+    """
+    chosen = _spread(0, len(hits.rows), MEASURED_HITS)
+    found = [_measure_hit(hits, world, int(index)) for index in chosen]
+    worst = int(chosen[np.argmin([closest.distance for closest in found])])
+    gap = -(-len(hits.rows) // MEASURED_HITS)
+    around = _spread(max(worst - gap, 0), min(worst + gap + 1, len(hits.rows)), MEASURED_HITS)
+    found += [_measure_hit(hits, world, int(index)) for index in around]
+    return min(found, key=lambda closest: closest.distance)
+
+
+def ranking_trees(targets: tuple[Target, ...]) -> Trees:
+    """Return the middles of small pieces of each target, by which placements are ranked."""
+    return {target: _pieces(target) for target in targets}
+
+
+def smallest_distance(placements: Placements, world: CollisionWorld, trees: Trees) -> Closest:
+    """Return the smallest distance found between the tool above its tip zone and any target.
+
+    For every target RANKED_PLACEMENTS placements are ordered by the distance of points of the tool's axis from small
+    pieces of the target; the first MEASURED_PLACEMENTS are measured exactly.
+    """
+    rows = _spread(0, placements.count, RANKED_PLACEMENTS)
+    shapes = [shape for shape in shapes_of(world.solids) if shape.solids[0].reach_below > 0.0]
+    solids = [solid for shape in shapes for solid in shape.solids]
+    best: list[Closest] = []
+    for target in world.targets:
+        ranks = [_ranks(placements.poses[rows], solid, trees[target], within=RANKED_DISTANCE) for solid in solids]
+        order = np.argsort(np.min(ranks, axis=0), kind="stable")
+        for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
+            best += [_measure(shape, target, placements.poses[row], row=row) for shape in shapes]
+    return min(best, key=lambda closest: closest.distance)
+
+
+def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> Closest:
+    """Return the smallest distance found between any link and any target.
+
+    RANKED_ARM_PLACEMENTS placements of every solid are ordered by how near a target may be; in this order the distance
+    of some pieces is taken while nearer ones may follow. The MEASURED_ARM_PLACEMENTS best are measured exactly, and
+    where that is near, placements around the best of them, ever closer.
+    """
+    found: list[tuple[float, _Case]] = []
+    least = inf
+    for case in sorted(_arm_cases(ways, trees), key=lambda case: case.bound):
+        if case.bound > least + ARM_PIECE_MARGIN:
+            break
+        distance = _piece_distance(case, trees[case.target])
+        least = min(least, distance)
+        found.append((distance, case))
+    first = [case for _, case in sorted(found, key=lambda pair: pair[0])[:MEASURED_ARM_PLACEMENTS]]
+    measured = [_measure_case(case, case.row) for case in first]
+    best = min(measured, key=lambda closest: closest.distance)
+    nearest_case = first[measured.index(best)]
+    count = nearest_case.placements.count
+    gap = -(-count // RANKED_ARM_PLACEMENTS)
+    while gap and best.distance < NEAR_ARM:
+        rows = _spread(max(best.row - gap, 0), min(best.row + gap + 1, count), MEASURED_ARM_PLACEMENTS)
+        around = [_measure_case(nearest_case, row) for row in rows.tolist()]
+        best = min([best, *around], key=lambda closest: closest.distance)
+        gap //= 2
+    return best
+
+
+def _arm_cases(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> list[_Case]:
+    """Bound the distances at ranked placements, the last links first: what is farther than they needs no bound."""
+    cases: list[_Case] = []
+    least = inf
+    for world, placements in reversed(ways):
+        rows = _spread(0, placements.count, RANKED_ARM_PLACEMENTS)
+        for solid, target in product(world.solids, world.targets):
+            within = least + solid.start_radius + ARM_PIECE_MARGIN
+            bounds = _ranks(placements.poses[rows], solid, trees[target], within=within)
+            shape = revolution((solid,))
+            pairs = zip(bounds.tolist(), rows.tolist(), strict=True)
+            cases += [_Case(bound, shape, target, placements, row) for bound, row in pairs]
+            lowest = cases[len(cases) - len(rows) + int(np.argmin(bounds))]
+            least = min(least, _piece_distance(lowest, trees[target]))
+    return cases
+
+
+def _piece_distance(case: _Case, tree: KDTree) -> float:
+    """Return the distance of a solid from the middles of some pieces of a target [mm]."""
+    pose = case.placements.poses[case.row]
+    places = np.asarray(tree.data)[:: -(-tree.n // ARM_PIECES)]
+    return float(signed_distances(case.shape, (places - pose[:3, 3]) @ pose[:3, :3]).min())
+
+
+def _measure_case(case: _Case, row: int) -> Closest:
+    return _measure(case.shape, case.target, case.placements.poses[row], row=row)
+
+
+def _measure_hit(hits: Hits, world: CollisionWorld, index: int) -> Closest:
+    struck = dict(zip(world.solids, hits.pairs[index], strict=True))
+    measured = [
+        _measure(shape, target, hits.poses[index], row=int(hits.rows[index]))
+        for shape in shapes_of(world.solids)
+        for column, target in enumerate(world.targets)
+        if any(struck[solid][column] for solid in shape.solids)
+    ]
+    return min(measured, key=lambda closest: closest.distance)
+
+
+def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int) -> Closest:
+    """Measure one shape of the tool against the triangles that can be nearest, after what a few of them tell."""
+    centres, radii = target.balls
+    local = (centres - pose[:3, 3]) @ pose[:3, :3]
+    stride = -(-len(local) // FIRST_TRIANGLES)
+    enough = max(float(signed_distances(shape, local[::stride]).min()), 0.0) + radii[:, None]
+    low, high = shape.bounds
+    near = ((local >= low - enough) & (local <= high + enough)).all(axis=1)
+    found: Nearest = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3])
+    solid = shape.solid_at(found.point).name
+    return Closest(found.distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
+
+
+def _pieces(target: Target) -> KDTree:
+    extent = float(np.linalg.norm(np.ptp(target.triangles, axis=(0, 1))))
+    largest = max(PIECE_RADIUS, PIECE_SHARE * extent)
+    pieces, rest = [np.empty((0, 3))], target.triangles
+    while len(rest):
+        centres, radii = circumscribed(rest)
+        pieces.append(centres[radii <= largest])
+        rest = quarter(rest[radii > largest])
+    return KDTree(np.concatenate(pieces))
+
+
+def _ranks(poses: FloatArray, solid: Solid, tree: KDTree, *, within: float) -> FloatArray:
+    """Return the (k,) distance of each placement from a target as far as points of the axis tell [mm]."""
+    step = float(np.clip(AXIS_STEP_SHARE * solid.end_radius, *AXIS_STEPS))
+    shares = np.linspace(0.0, 1.0, max(int(solid.length / step), 1) + 1)
+    points = solid.start + shares[:, None] * (solid.end - solid.start)
+    radii = solid.start_radius + shares * (solid.end_radius - solid.start_radius)
+    places = np.einsum("kij,aj->kai", poses[:, :3, :3], points) + poses[:, None, :3, 3]
+    distances = np.asarray(tree.query(places.reshape(-1, 3), distance_upper_bound=within)[0])
+    return np.asarray((distances.reshape(len(poses), -1) - radii).min(axis=1))
+
+
+def _spread(first: int, stop: int, count: int) -> IntArray:
+    """Return at most `count` whole numbers spread evenly from first to stop - 1, both included."""
+    return np.unique(np.linspace(first, stop - 1, min(count, stop - first)).round().astype(np.int64))

@@ -1,0 +1,115 @@
+"""What a moving solid must not touch, as FCL and the exact distance see it: surfaces, boxes, and solids of the tool."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import fcl
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import InputError
+from geoprint.model import Box, FloatArray, IntArray, Surface
+from geoprint.motion.collision.sides import is_closed
+from geoprint.motion.collision.tool_distance import circumscribed
+from geoprint.motion.collision.tool_solids import Solid, polytope
+
+_BOX_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+_BOX_FACES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+     [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+)  # fmt: skip
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """Something that a solid must not touch, in the frame in which it does not move: mostly the work frame.
+
+    Attributes:
+        name: what messages call it.
+        triangles: (m, 3, 3) corners of its surface [mm], counter-clockwise from outside.
+        model: the same for FCL; a box is solid there, a mesh is its surface.
+        closed: whether the surface has an inside that FCL does not know of.
+        balls: (m, 3) middles of the triangles and (m,) radii of the balls about them that hold them [mm].
+        axes: (3, 3) directions along which its bounding box is taken, in the columns; a box's are its own.
+    """
+
+    name: str
+    triangles: FloatArray
+    model: fcl.CollisionObject
+    closed: bool
+    balls: tuple[FloatArray, FloatArray]
+    axes: FloatArray
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """(3,) lowest and (3,) highest coordinates along its axes [mm]."""
+        along = self.triangles @ self.axes
+        return along.min(axis=(0, 1)), along.max(axis=(0, 1))
+
+
+def mesh_target(surface: Surface, *, role: str) -> Target:
+    """Return a surface as a target; its role ('part', 'body') stands before its name in messages."""
+    model = mesh_model(surface.vertices, surface.faces)
+    triangles = surface.vertices[surface.faces]
+    return Target(
+        f"{role} {surface.name}",
+        triangles,
+        model,
+        closed=is_closed(surface),
+        balls=circumscribed(triangles),
+        axes=np.eye(3),
+    )
+
+
+def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
+    """Return an obstacle of the cell as a target.
+
+    Raises:
+        InputError: an edge length of the box is not positive.
+    """
+    if box.size.min() <= 0.0:
+        raise InputError(f"obstacle {box.name}: the size is {box.size.tolist()} mm; correct it to positive lengths.")
+    T_work_box = T_work_base @ transforms.rigid(np.eye(3), box.centre)
+    corners = transforms.apply(T_work_box, _BOX_CORNERS * box.size)
+    model = fcl.CollisionObject(fcl.Box(*map(float, box.size)), fcl_transform(T_work_box))
+    triangles = corners[_BOX_FACES]
+    return Target(
+        f"obstacle {box.name}", triangles, model, closed=False, balls=circumscribed(triangles), axes=T_work_box[:3, :3]
+    )
+
+
+def solid_target(solid: Solid) -> Target:
+    """Return a solid of the tool or of the arm as a target, in its own frame; FCL takes a convex solid as solid."""
+    corners, triangles = polytope(solid, by=0.0)
+    return Target(
+        solid.name,
+        corners[triangles],
+        convex_model(solid, by=0.0),
+        closed=False,
+        balls=circumscribed(corners[triangles]),
+        axes=np.eye(3),
+    )
+
+
+def mesh_model(vertices: FloatArray, faces: IntArray) -> fcl.CollisionObject:
+    """Return (n, 3) vertices and (m, 3) triangles as FCL's model of a surface; it is not empty."""
+    model = fcl.BVHModel()
+    model.beginModel(len(faces), len(vertices))
+    model.addSubModel(vertices, faces)
+    model.endModel()
+    return fcl.CollisionObject(model)
+
+
+def convex_model(solid: Solid, *, by: float) -> fcl.CollisionObject:
+    """Return FCL's model of a solid that is inflated by a distance [mm]."""
+    corners, triangles = polytope(solid, by=by)
+    faces = np.column_stack([np.full(len(triangles), 3), triangles])
+    return fcl.CollisionObject(fcl.Convex(corners, len(triangles), faces.ravel()))
+
+
+def fcl_transform(T_a_b: FloatArray) -> fcl.Transform:
+    """Return a (4, 4) rigid transform [mm] as FCL takes it."""
+    return fcl.Transform(np.ascontiguousarray(T_a_b[:3, :3]), np.ascontiguousarray(T_a_b[:3, 3]))

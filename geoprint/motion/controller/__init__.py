@@ -1,0 +1,19 @@
+"""The motion as the controller runs it: targets, zones, interpolation, and the dry run above the part."""
+
+from geoprint.motion.controller.aloft import (
+    ALOFT_STEP as ALOFT_STEP,
+    LIFT as LIFT,
+    aloft_configuration as aloft_configuration,
+    aloft_path as aloft_path,
+)
+from geoprint.motion.controller.interpolation import (
+    controller_path as controller_path,
+    there_and_back as there_and_back,
+)
+from geoprint.motion.controller.targets import (
+    LARGEST_ZONE as LARGEST_ZONE,
+    SMALLEST_SPEED as SMALLEST_SPEED,
+    SPEED_DECIMALS as SPEED_DECIMALS,
+    close_targets as close_targets,
+    written_targets as written_targets,
+)

@@ -1,0 +1,207 @@
+"""The motion as the controller will run it: what is checked is this, not what was planned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Never, final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import InputError, ReachError
+from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets
+from geoprint.motion.arm import JOINTS, Arm, configuration_data
+from geoprint.motion.controller.targets import required_poses
+from geoprint.motion.controller.zones import triangle_middles
+from geoprint.motion.reach import LARGEST_JUMP, TURN_STEP, tool_poses
+
+# The joints at a target, from the inverse, agree with those of the joint path to this [rad]: both are the same closed
+# form, and rounding grows by 1 / sin of the wrist angle only. A target so near to a quarter turn may count as either.
+SAME_JOINTS = 1e-6
+
+# Steps of a joint move are cut so that they stay below the largest one by this factor: equal steps of the joints are
+# not quite equal steps of the tip.
+STEP_MARGIN = 0.95
+
+
+def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: float = 0.5) -> ControllerPath:
+    """Follow the written targets as the controller does, and check that it can.
+
+    From home all joints move together to the first target; from target to target the tip moves in a straight line
+    while the tool turns at a constant rate (slerp), with the joints from the inverse on the program's branch at every
+    sample; all joints move together back home. Samples are at most `step` of tip movement apart; on straight moves
+    the tool, on joint moves each joint, turns by at most one degree between them.
+
+    Where a target has a zone the rows pass the middle of the triangle that its corner path stays in (`zones`), and say
+    how far the joints at the target itself are from there; along the lines this falls linearly to the next target.
+
+    Args:
+        joint_path: p poses with their joints, and the branch.
+        targets: the poses that are written.
+        arm: with its tool.
+        step: largest movement of the tip between neighbouring rows [mm], positive.
+
+    Returns:
+        The rows. The row that passes a target belongs to the move that leaves it; that of the last one lays nothing.
+
+    Raises:
+        InputError: the step is not positive, or the targets leave out a pose that they must name.
+        ReachError: on the straight way between targets the branch ends, a joint leaves its limits or jumps, or a
+            target is reached with other joints or another configuration than the joint path has there.
+    """
+    _refuse_incomplete(joint_path, targets, step=step)
+    lines = _sampled_lines(joint_path, targets, arm, step=step)
+    there = _joint_move(arm.robot.home, lines.joints[0], arm, step=step)[:-1]
+    back = _joint_move(lines.joints[-1], arm.robot.home, arm, step=step)[1:]
+    sizes = (len(there), len(lines.joints), len(back))
+    exact = [np.zeros((size, JOINTS)) for size in sizes]
+    return ControllerPath(
+        joints=np.concatenate([there, lines.joints, back]),
+        runs=np.concatenate([np.full(sizes[0], -1), lines.runs, np.full(sizes[2], -1)]),
+        deposit=np.concatenate([np.zeros(sizes[0], np.bool_), lines.deposit, np.zeros(sizes[2], np.bool_)]),
+        rounding=np.concatenate([exact[0], lines.rounding, exact[2]]),
+        step=step,
+    )
+
+
+def there_and_back(joints: FloatArray, arm: Arm, *, step: float) -> ControllerPath:
+    """Follow a joint move from home to other joints and back, which lays nothing.
+
+    Args:
+        joints: (6,) [rad].
+        arm: with its tool.
+        step: largest movement of the tip between neighbouring rows [mm], positive.
+    """
+    there = _joint_move(arm.robot.home, joints, arm, step=step)
+    rows = np.concatenate([there, there[-2::-1]])
+    return ControllerPath(
+        joints=rows,
+        runs=np.full(len(rows), -1),
+        deposit=np.zeros(len(rows), np.bool_),
+        rounding=np.zeros_like(rows),
+        step=step,
+    )
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lines:
+    """Samples of the straight moves.
+
+    Attributes:
+        joints: (s, 6) [rad], continuous.
+        rounding: (s, 6) from there to the joints where no corner is rounded [rad].
+        runs: (s,) run.
+        deposit: (s,) whether material is laid from this sample to the next.
+    """
+
+    joints: FloatArray
+    rounding: FloatArray
+    runs: IntArray
+    deposit: BoolArray
+
+
+def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: float) -> _Lines:
+    poses, chosen = joint_path.poses, targets.poses
+    commanded = tool_poses(poses, T_base_work=joint_path.T_base_work)[chosen]
+    passed = triangle_middles(commanded, targets.zones)
+    start, end = passed[:-1], passed[1:]
+    moves = np.linalg.norm(end[:, :3, 3] - start[:, :3, 3], axis=1)
+    turns = transforms.rotation_angle(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3])
+    counts = np.maximum(np.ceil(np.maximum(moves / step, turns / TURN_STEP)), 1.0).astype(np.int64)
+    places = np.concatenate([[0], np.cumsum(counts)])
+    rows = np.repeat(np.arange(counts.size), counts)
+    shares = (np.arange(rows.size) - places[rows]) / counts[rows]
+    between = transforms.interpolate_poses(start[rows], end[rows], shares)
+    runs = np.append(poses.runs[chosen[1:]][rows], poses.runs[-1])
+    joints = _followed(np.concatenate([between, passed[-1:]]), runs, joint_path, arm)
+    off = transforms.wrapped(arm.solutions(commanded)[:, joint_path.branch] - joints[places])
+    _refuse_other_ways(joints[places] + off, joint_path, targets, arm)
+    rounding = off[rows] + shares[:, None] * (off[rows + 1] - off[rows])
+    deposit = poses.laid[chosen[:-1]][rows]
+    return _Lines(joints, np.concatenate([rounding, off[-1:]]), runs, np.append(deposit, np.False_))
+
+
+def _followed(Ts_base_tool: FloatArray, runs: IntArray, joint_path: JointPath, arm: Arm) -> FloatArray:
+    """Return the joints (s, 6) on the program's branch, wound as the joint path is, inside the limits."""
+    found = arm.solutions(Ts_base_tool)[:, joint_path.branch]
+    missing = np.isnan(found).any(axis=1)
+    if missing.any():
+        _refuse("is out of reach on the program's branch", joint_path, Ts_base_tool, runs, at=int(missing.argmax()))
+    joints: FloatArray = np.unwrap(found, axis=0)
+    joints = joints + 2.0 * np.pi * np.rint((joint_path.joints[0] - joints[0]) / (2.0 * np.pi))
+    jumps = np.abs(np.diff(joints, axis=0))
+    if jumps.max(initial=0.0) > LARGEST_JUMP:
+        row, joint = np.unravel_index(int(jumps.argmax()), jumps.shape)
+        angle, allowed, wrist = np.degrees([jumps[row, joint], LARGEST_JUMP, abs(joints[row, 4])])
+        what = f"flips: joint {joint + 1} turns by {angle:.0f} degrees at once (joint 5 at {wrist:.1f}), allowed are "
+        _refuse(f"{what}{allowed:.0f}", joint_path, Ts_base_tool, runs, at=int(row))
+    limits = arm.robot.limits
+    outside = np.maximum(limits[:, 0] - joints, joints - limits[:, 1])
+    if outside.max() > SAME_JOINTS:
+        row, joint = np.unravel_index(int(outside.argmax()), outside.shape)
+        angle, low, high = np.degrees([joints[row, joint], *limits[joint]])
+        what = f"needs joint {joint + 1} at {angle:.2f} degrees, allowed is {low:.0f} to {high:.0f}"
+        _refuse(what, joint_path, Ts_base_tool, runs, at=int(row))
+    return joints
+
+
+def _refuse_incomplete(joint_path: JointPath, targets: Targets, *, step: float) -> None:
+    if not step > 0.0:
+        raise InputError(f"the step of a controller path must be positive, found {step:g} mm; 0.5 mm is usual.")
+    if not (np.diff(targets.poses) > 0).all():
+        raise InputError("the targets do not ascend along the poses; thin the stream again.")
+    missing = np.setdiff1d(required_poses(joint_path.poses), targets.poses)
+    if missing.size:
+        raise InputError(
+            f"the targets leave out pose {missing[0]} (run {joint_path.poses.runs[missing[0]] + 1}), where the tool "
+            "stops or laying begins or ends; thin the stream again.",
+            pose=int(missing[0]),
+        )
+
+
+def _refuse_other_ways(joints: FloatArray, joint_path: JointPath, targets: Targets, arm: Arm) -> None:
+    """Refuse targets (t, 6) that the controller reaches with other joints or another configuration than planned."""
+    chosen = targets.poses
+    commanded = tool_poses(joint_path.poses, T_base_work=joint_path.T_base_work)[chosen]
+    runs = joint_path.poses.runs[chosen]
+    differences = np.abs(joints - joint_path.joints[chosen])
+    # Where a target has no solution the difference is no number, and not below anything.
+    if not differences.max() <= SAME_JOINTS:
+        row, joint = np.unravel_index(int(differences.argmax()), differences.shape)
+        found = np.degrees(differences[row, joint])
+        what = f"is reached with joint {joint + 1} off the planned angle by {found:.3g} degrees"
+        _refuse(what, joint_path, commanded, runs, at=int(row))
+    planned = joint_path.configuration[chosen]
+    below, above = (configuration_data(joints + sign * SAME_JOINTS, arm=arm) for sign in (-1.0, 1.0))
+    changed = ((planned != below) & (planned != above)).any(axis=1)
+    if changed.any():
+        row = int(changed.argmax())
+        what = f"is reached in configuration {above[row].tolist()}, planned is {planned[row].tolist()}"
+        _refuse(what, joint_path, commanded, runs, at=row)
+
+
+def _refuse(what: str, joint_path: JointPath, Ts_base_tool: FloatArray, runs: IntArray, *, at: int) -> Never:
+    base = Ts_base_tool[at, :3, 3]
+    work = transforms.apply(transforms.inverse(joint_path.T_base_work), base[None])[0]
+    run = int(runs[at])
+    raise ReachError(
+        f"run {run + 1}: the straight way of the controller {what} at {work.round(1).tolist()} mm (base "
+        f"{base.round(1).tolist()} mm); move or turn the part, or keep more targets there.",
+        run=run,
+        work_mm=tuple(work.tolist()),
+        base_mm=tuple(base.tolist()),
+    )
+
+
+def _joint_move(start: FloatArray, end: FloatArray, arm: Arm, *, step: float) -> FloatArray:
+    """Return rows (k, 6) of joint angles from start to end, both included, bounded in tip movement and in turn."""
+    count = max(int(np.ceil(np.abs(end - start).max() / TURN_STEP)), 1)
+    while True:
+        rows = start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start)
+        rows[-1] = end
+        places = arm.tool_poses(rows)[:, :3, 3]
+        movement = float(np.linalg.norm(np.diff(places, axis=0), axis=1).max())
+        if movement <= step:
+            return rows
+        count = int(np.ceil(count * movement / (STEP_MARGIN * step)))

@@ -1,0 +1,27 @@
+"""Turn, lean and branch of a stream of poses: the motion of the joints that reaches all of them."""
+
+from geoprint.motion.reach.following import LARGEST_JUMP as LARGEST_JUMP
+from geoprint.motion.reach.inverse import reach as reach, reach_map as reach_map, reach_margin as reach_margin
+from geoprint.motion.reach.lean_room import (
+    Leaning as Leaning,
+    NozzleRoom as NozzleRoom,
+    laying as laying,
+)
+from geoprint.motion.reach.margins import (
+    Margin as Margin,
+    angle_margins as angle_margins,
+)
+from geoprint.motion.reach.pose_samples import (
+    TURN_STEP as TURN_STEP,
+    PoseSamples as PoseSamples,
+    keyframes as keyframes,
+    sample_poses as sample_poses,
+    tip_ways as tip_ways,
+    tool_poses as tool_poses,
+    turns as turns,
+)
+from geoprint.motion.reach.reach_map import (
+    ReachMap as ReachMap,
+    Reason as Reason,
+    lost_shares as lost_shares,
+)

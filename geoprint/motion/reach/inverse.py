@@ -1,0 +1,306 @@
+"""From poses to joint angles: one branch of the inverse for the whole stream, the nozzle turned and leaned as it suits.
+
+`attitude_search` proposes turns and leans on keyframes; here each proposal is followed along every pose and the
+straight moves between them, and the first that holds everywhere is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import InputError, VerificationError
+from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchWeights
+from geoprint.motion.arm import BRANCHES, JOINTS, Arm, about_nozzle, configuration_data, tilts, turned
+from geoprint.motion.reach.attitude_search import Attitudes, UprightSearch, axial_rotation, leaning_attitudes
+from geoprint.motion.reach.constant_turns import ConstantTurns
+from geoprint.motion.reach.following import Followed, follow
+from geoprint.motion.reach.ladder import cost_terms
+from geoprint.motion.reach.lean_room import Leaning, laying
+from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
+from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_ways, tool_poses
+from geoprint.motion.reach.reach_map import ReachMap, mapped
+
+# What is counted where the cell says nothing.
+EQUAL_WEIGHTS = SearchWeights()
+
+# Turns about the nozzle by which a pose that fails is tried by itself: 5 degrees is finer than any comfortable margin.
+TRIED_TURNS = 72
+
+# How often keyframes are set denser where a way fails between them.
+DENSER_ATTEMPTS = 2
+
+# Samples asked at a time whether any turn serves them: about 100 MB of arrays.
+SAMPLES_AT_A_TIME = 500
+
+# Largest difference between the commanded pose and forward kinematics of the solution [mm, rad].
+POSITION_TOLERANCE = 1e-3
+ROTATION_TOLERANCE = 1e-5
+
+
+def reach(
+    poses: PoseStream,
+    arm: Arm,
+    *,
+    T_base_work: FloatArray,
+    weights: SearchWeights = EQUAL_WEIGHTS,
+    leaning: Leaning | None = None,
+    minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
+) -> JointPath:
+    """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
+
+    The nozzle is round: a bent one is turned about itself along the way as joint motion, joint limits and
+    singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. All poses are reached on
+    one of the eight branches, the cheapest that holds along all samples of the stream; the straight moves between the
+    poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which can turn more than
+    once, is unwound along the stream; of the whole turns that keep all of it inside the limits the nearest to home is
+    taken. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the places where
+    the arm cannot follow or the nozzle lacks room, and nowhere else. An arm whose inverse is iteration gets the best of
+    some constant turns, and no lean.
+
+    Args:
+        poses: p poses in the work frame.
+        arm: with its tool.
+        T_base_work: (4, 4) where the part stands [mm].
+        weights: of what a way costs.
+        leaning: how far the nozzle may lean and what it must not touch, or None where it may not.
+        minimum_wrist_angle: smallest |q5| on deposit [rad].
+
+    Returns:
+        The joint path; its poses are turned and leaned.
+
+    Raises:
+        InputError: the stream is empty.
+        ReachError: no way holds for the whole stream; it tells what the best one loses, and where it fails first.
+        VerificationError: Pinocchio does not lead from a solution back to its pose, or the nozzle leaves the cone.
+    """
+    way = _best_way(
+        poses, arm, T_base_work=T_base_work, weights=weights, leaning=leaning, minimum_wrist_angle=minimum_wrist_angle
+    )
+    if not way.followed.complete:
+        raise _mapped(way, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
+    joints = way.followed.joints[way.samples.starts]
+    path = JointPath(
+        poses=way.poses,
+        joints=joints,
+        configuration=configuration_data(joints, arm=arm),
+        branch=way.followed.branch,
+        rotations=way.attitudes.rotations,
+        leans=way.attitudes.leans,
+        T_base_work=T_base_work,
+    )
+    _confirm(path, arm)
+    if leaning is not None:
+        _confirm_cone(path, poses, max_tilt=leaning.max_tilt)
+    return path
+
+
+def reach_map(
+    poses: PoseStream,
+    arm: Arm,
+    *,
+    T_base_work: FloatArray,
+    weights: SearchWeights = EQUAL_WEIGHTS,
+    minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
+) -> ReachMap:
+    """Say of every pose whether the way that `reach` takes without a lean, or else the best, serves it, and why not.
+
+    Args:
+        poses: p poses in the work frame.
+        arm: with its tool.
+        T_base_work: (4, 4) where the part stands [mm].
+        weights: of what a way costs.
+        minimum_wrist_angle: smallest |q5| on deposit [rad].
+
+    Returns:
+        The map; complete exactly where `reach` succeeds.
+
+    Raises:
+        InputError: the stream is empty.
+    """
+    way = _best_way(
+        poses, arm, T_base_work=T_base_work, weights=weights, leaning=None, minimum_wrist_angle=minimum_wrist_angle
+    )
+    return _mapped(way, arm, minimum_wrist_angle=minimum_wrist_angle)
+
+
+def reach_margin(
+    poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, weights: SearchWeights = EQUAL_WEIGHTS
+) -> Margin:
+    """Return the smallest margin, along the whole stream, of the way that `reach` takes, or else of the best one.
+
+    Args:
+        poses: p poses in the work frame; the nozzle does not lean from them.
+        arm: with its tool.
+        T_base_work: (4, 4) where the part stands [mm].
+        weights: of what a way costs.
+
+    Returns:
+        The margin; negative where a pose is refused. Flips and windings do not count.
+
+    Raises:
+        InputError: the stream is empty.
+    """
+    way = _best_way(
+        poses, arm, T_base_work=T_base_work, weights=weights, leaning=None, minimum_wrist_angle=MINIMUM_WRIST_ANGLE
+    )
+    return smallest_margin(way.followed.joints, arm, deposit=way.samples.deposit)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """Attitudes that were followed: the poses with them, and samples along these."""
+
+    attitudes: Attitudes
+    poses: PoseStream
+    samples: PoseSamples
+    followed: Followed
+
+    @property
+    def failures(self) -> int:
+        """At how many samples it fails."""
+        return int(np.count_nonzero(self.followed.failures.reasons))
+
+    @property
+    def refused(self) -> BoolArray:
+        """(p,) whether it fails at a pose or on the straight move to it."""
+        failing = self.followed.failures.reasons != 0
+        return np.logical_or.reduceat(failing, np.append(0, self.samples.starts[:-1] + 1))
+
+
+def _best_way(
+    poses: PoseStream,
+    arm: Arm,
+    *,
+    T_base_work: FloatArray,
+    weights: SearchWeights,
+    leaning: Leaning | None,
+    minimum_wrist_angle: float,
+) -> _Way:
+    """Return the first way that holds along all samples, or else the one that fails at fewest.
+
+    Among ways that may lean, the one that lacks room at fewest poses comes before the others.
+    """
+    if poses.count == 0:
+        raise InputError("the pose stream is empty; there is nothing to reach: plan at least one run.")
+
+    def way_of(attitudes: Attitudes) -> _Way:
+        return _followed(poses, arm, attitudes, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
+
+    if arm.closed_form is None:
+        constant = ConstantTurns(poses, arm, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
+        return _upright(way_of, constant, count=poses.count)
+    terms = cost_terms(arm, weights=weights, minimum_wrist_angle=minimum_wrist_angle)
+    upright = _upright(way_of, UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms), count=poses.count)
+    if leaning is None:
+        return upright
+    proposed = leaning_attitudes(
+        poses, arm, T_base_work=T_base_work, terms=terms, leaning=leaning, weight=weights.lean,
+        upright=upright.attitudes, refused=upright.refused,
+    )  # fmt: skip
+    ways = [upright]
+    for attitudes in proposed:
+        ways.append(way_of(attitudes))
+        # Room does not depend on the branch: another one is of use only to an arm that cannot follow.
+        if ways[-1].followed.complete:
+            break
+    return min(ways, key=lambda way: (way.failures, _lacking(way, leaning, T_base_work=T_base_work)))
+
+
+def _upright(way_of: Callable[[Attitudes], _Way], search: UprightSearch | ConstantTurns, *, count: int) -> _Way:
+    """Return the first way without a lean that holds along all samples, or else the one that fails at fewest.
+
+    Where a way of `count` poses fails between keyframes only, they are set denser there before another branch is tried.
+    """
+    tried: list[_Way] = []
+    for branch in search.branches:
+        dense = np.zeros(count, dtype=np.bool_)
+        for _ in range(DENSER_ATTEMPTS + 1):
+            tried.append(way_of(search.attitudes(branch, dense=dense)))
+            if tried[-1].followed.complete:
+                return tried[-1]
+            if not tried[-1].attitudes.holds:
+                break
+            dense = dense | tried[-1].refused
+    return min(tried, key=lambda way: way.failures)
+
+
+def _followed(
+    poses: PoseStream, arm: Arm, attitudes: Attitudes, *, T_base_work: FloatArray, minimum_wrist_angle: float
+) -> _Way:
+    commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
+    samples = sample_poses(commanded, T_base_work=T_base_work)
+    if arm.sense_of_turn:
+        joint_6 = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch, 5]
+        turn = axial_rotation(np.unwrap(joint_6[np.isfinite(joint_6)]), arm.robot) * arm.sense_of_turn
+        attitudes = replace(attitudes, rotations=attitudes.rotations + turn)
+        commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
+        samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])
+    followed = follow(samples, arm, branch=attitudes.branch, minimum_wrist_angle=minimum_wrist_angle)
+    return _Way(attitudes, commanded, samples, followed)
+
+
+def _lacking(way: _Way, leaning: Leaning, *, T_base_work: FloatArray) -> int:
+    commanded = tool_poses(way.poses, T_base_work=T_base_work)
+    return int(leaning.room.lacking(commanded, deposit=laying(way.poses)).sum())
+
+
+def _mapped(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
+    steps = np.where(way.poses.laid, tip_ways(way.poses), 0.0) / 2.0
+    return mapped(
+        way.followed.failures,
+        way.samples,
+        servable=_servable(way, arm, minimum_wrist_angle=minimum_wrist_angle),
+        lengths=np.append(steps, 0.0) + np.append(0.0, steps),
+        branch=way.followed.branch,
+    )
+
+
+def _servable(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> BoolArray:
+    """Return for each sample whether any branch and turn about the nozzle serves it by itself."""
+    samples = way.samples
+    failing = np.flatnonzero(way.followed.failures.reasons)
+    servable = np.ones(len(samples.deposit), dtype=bool)
+    turns = about_nozzle(2.0 * np.pi * np.arange(TRIED_TURNS) / TRIED_TURNS)[:, None]
+    for first in range(0, failing.size, SAMPLES_AT_A_TIME):
+        rows = failing[first : first + SAMPLES_AT_A_TIME]
+        joints = arm.solutions((samples.Ts_base_tool[rows] @ turns).reshape(-1, 4, 4))
+        each = np.swapaxes(joints.reshape(TRIED_TURNS, rows.size, BRANCHES, JOINTS), 1, 2)
+        holds = usable(each, arm, deposit=samples.deposit[rows], minimum_wrist_angle=minimum_wrist_angle)
+        servable[rows] = holds.any(axis=(0, 1))
+    return servable
+
+
+def _confirm(path: JointPath, arm: Arm) -> None:
+    commanded = tool_poses(path.poses, T_base_work=path.T_base_work)
+    found = arm.tool_poses(path.joints)
+    off = np.linalg.norm(found[:, :3, 3] - commanded[:, :3, 3], axis=1)
+    turned = transforms.rotation_angle(np.swapaxes(commanded[:, :3, :3], 1, 2) @ found[:, :3, :3])
+    worst = int(np.argmax(np.maximum(off / POSITION_TOLERANCE, turned / ROTATION_TOLERANCE)))
+    if off[worst] > POSITION_TOLERANCE or turned[worst] > ROTATION_TOLERANCE:
+        raise VerificationError(
+            f"run {path.poses.runs[worst] + 1}, pose {worst}: forward kinematics misses the commanded pose by "
+            f"{off[worst]:.3g} mm and {turned[worst]:.3g} rad, allowed are {POSITION_TOLERANCE:g} mm and "
+            f"{ROTATION_TOLERANCE:g} rad; please report this as a defect of geoprint.",
+            pose=worst,
+            position_mm=float(off[worst]),
+            rotation_rad=float(turned[worst]),
+        )
+
+
+def _confirm_cone(path: JointPath, poses: PoseStream, *, max_tilt: float) -> None:
+    """Refuse a lean on deposit that leaves the cone, or makes worse what the path itself has outside."""
+    excess = tilts(path.poses) - np.maximum(max_tilt, tilts(poses))
+    worst = int(np.where(laying(poses), excess, -np.inf).argmax())
+    if laying(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:
+        raise VerificationError(
+            f"run {poses.runs[worst] + 1}, pose {worst}: the nozzle leans {np.degrees(excess[worst]):.3g} degrees "
+            f"beyond the {np.degrees(max_tilt):g} allowed; please report this as a defect of geoprint.",
+            pose=worst,
+            excess_rad=float(excess[worst]),
+        )

@@ -1,0 +1,7 @@
+"""When the arm is where: TOPP-RA, the pace of the tip, slowdowns, and what is verified of them."""
+
+from geoprint.motion.timing.moments import (
+    joints_at as joints_at,
+    tips_at as tips_at,
+)
+from geoprint.motion.timing.retiming import retime as retime

@@ -1,0 +1,132 @@
+"""The poses as places on the way that is timed: one a place, with the length that is passed and its speed limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import LimitError
+from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process
+from geoprint.motion.reach import tip_ways, turns
+
+METRES_PER_MILLIMETRE = 1e-3
+
+# Turning counts as length along the path, so that a tool that turns on the spot moves on: a radian is as long as this
+# [m]. A joint at its top speed passes the length about as fast as a tip that prints.
+METRES_PER_RADIAN = 0.01
+
+# Where the tip's own way is at least this share of the length on every step of a piece that lays material, it alone is
+# the length. Then a tip at constant speed is a constant speed along the path, with no share to be off by.
+SMALLEST_TIP_SHARE = 0.01
+
+# Neighbouring poses closer than this [m] are one place, and their joints must agree to this [rad]; a larger difference
+# would show in the accelerations.
+COINCIDENT = 1e-9
+COINCIDENT_JOINTS = 1e-8
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Waypoints:
+    """The poses without those that coincide with the one before, and the steps between them.
+
+    Attributes:
+        joints: (w, 6) [rad].
+        stops: (w,) where the tool comes to rest; the first and the last one among them.
+        runs: (w,) run.
+        tips: (w, 3) [mm].
+        arcs: (w,) arc length from the start of the run or travel [mm].
+        lengths: (w,) path parameter from the first waypoint [m].
+        ceilings: (w - 1,) largest growth of the path parameter on each step [m/s].
+        tip_shares: (w - 1,) way of the tip by path parameter, in [0, 1].
+        deposit: (w - 1,) whether material is laid on the step.
+        places: (p,) waypoint of each pose.
+    """
+
+    joints: FloatArray
+    stops: BoolArray
+    runs: IntArray
+    tips: FloatArray
+    arcs: FloatArray
+    lengths: FloatArray
+    ceilings: FloatArray
+    tip_shares: FloatArray
+    deposit: BoolArray
+    places: IntArray
+
+    @property
+    def pieces(self) -> list[tuple[int, int]]:
+        """First and last waypoint of each piece from rest to rest."""
+        return list(pairwise(np.flatnonzero(self.stops).tolist()))
+
+    def knots(self, first: int, last: int) -> FloatArray:
+        """Return the path parameter of a piece's waypoints, from 0 [m]."""
+        return self.lengths[first : last + 1] - self.lengths[first]
+
+
+def waypoints(joint_path: JointPath, *, process: Process) -> Waypoints:
+    """Return the waypoints of a joint path.
+
+    The path parameter is hypot(way of the tip, turn of the tool * 10 mm per radian), so that a tool that turns on the
+    spot moves along too; on pieces that only lay material it is the way of the tip, unless the tool all but turns on
+    the spot there.
+
+    Args:
+        joint_path: p poses, p > 0.
+        process: speeds of the tip.
+
+    Raises:
+        LimitError: the joints jump where the tool stands still.
+    """
+    poses = joint_path.poses
+    ways = tip_ways(poses) * METRES_PER_MILLIMETRE
+    steps = np.hypot(ways, turns(poses) * METRES_PER_RADIAN)
+    moved = steps > COINCIDENT
+    places = np.concatenate([[0], np.cumsum(moved)])
+    first = np.flatnonzero(np.concatenate([[True], moved]))
+    _refuse_jump(joint_path, np.abs(joint_path.joints - joint_path.joints[first][places]))
+    stops = np.zeros(first.size, dtype=np.bool_)
+    np.logical_or.at(stops, places, poses.stops)
+    stops[[0, -1]] = True
+    deposit = poses.laid[moved]
+    tip_ceilings = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
+    ways, steps = ways[moved], steps[moved]
+    steps = np.where(_tip_alone(ways / steps, deposit, stops), ways, steps)
+    with np.errstate(divide="ignore"):
+        ceilings = tip_ceilings / (ways / steps)
+    return Waypoints(
+        joints=joint_path.joints[first],
+        stops=stops,
+        runs=poses.runs[first],
+        tips=poses.tips[first],
+        arcs=poses.arcs[first],
+        lengths=np.concatenate([[0.0], np.cumsum(steps)]),
+        ceilings=ceilings,
+        tip_shares=ways / steps,
+        deposit=deposit,
+        places=places,
+    )
+
+
+def _tip_alone(shares: FloatArray, deposit: BoolArray, stops: BoolArray) -> BoolArray:
+    """Return for each step whether its piece lays material all along and nowhere turns nearly on the spot."""
+    if shares.size == 0:
+        return deposit
+    starts = np.flatnonzero(stops)[:-1]
+    suited = np.minimum.reduceat(deposit & (shares >= SMALLEST_TIP_SHARE), starts)
+    return np.repeat(suited, np.diff(np.append(starts, shares.size)))
+
+
+def _refuse_jump(joint_path: JointPath, differences: FloatArray) -> None:
+    pose, joint = np.unravel_index(int(differences.argmax()), differences.shape)
+    found = float(differences[pose, joint])
+    if found > COINCIDENT_JOINTS:
+        run = int(joint_path.poses.runs[pose])
+        raise LimitError(
+            f"run {run + 1}, pose {pose}: joint {joint + 1} jumps by {found:.3g} rad where the tool stands still, "
+            f"allowed is {COINCIDENT_JOINTS:g} rad; keep the whole path on one branch.",
+            run=run, joint=int(joint) + 1, found_rad=found, allowed_rad=COINCIDENT_JOINTS,
+        )  # fmt: skip

@@ -1,0 +1,157 @@
+"""Shortest distance over a surface from points to curves: exact, or between bounds that are told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import final
+
+import numpy as np
+from numba import njit
+from scipy.spatial import KDTree
+
+from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.quality.oracle.front import ANY, Front, Goal, Pieces, empty_front
+from geoprint.quality.oracle.tracing import SurfacePath
+from geoprint.quality.oracle.triangles import ComplexArray, Mesh, Places
+from geoprint.quality.oracle.unfolding import search
+
+# Windows of one search: they suffice to see about 40 triangles far.
+WINDOWS_PER_POINT = 200_000
+# Windows of all searches of one question, about 20 s of work.
+WINDOWS_IN_ALL = 50_000_000
+# Nowhere to look first.
+NO_AIMS = np.zeros((0, 3))
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearest:
+    """What lies nearest to each of k points, over the surface.
+
+    Attributes:
+        distances: (k,) length of the shortest way that was found; infinity where there is none within the limit [mm].
+        bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
+        runs: (k,) the run it leads to, -1 for none.
+        arcs: (k,) where on that run it ends [mm]; NaN for none.
+        complete: (k,) whether the search ended by itself: the distance is exact, or nothing is within the limit.
+        windows: how many windows all searches took.
+    """
+
+    distances: FloatArray
+    bounds: FloatArray
+    runs: IntArray
+    arcs: FloatArray
+    complete: BoolArray
+    windows: int
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Ask:
+    """Which pieces of the path count for each of k points, and how far to look.
+
+    Attributes:
+        labels: (k,) only runs of this level, or `ANY`.
+        runs: (k,) pieces of this run nearer along it than `clear` to `arcs` do not count; -1 for none.
+        arcs: (k,) [mm].
+        clear: [mm].
+        limits: (k,) [mm].
+        aims: (k, 3) where to look first [mm], for any way rather than the shortest; (0, 3) for the shortest.
+    """
+
+    labels: IntArray
+    runs: IntArray
+    arcs: FloatArray
+    clear: float
+    limits: FloatArray
+    aims: FloatArray
+
+    @staticmethod
+    def level(levels: IntArray, *, aims: FloatArray = NO_AIMS) -> Ask:
+        """Ask for the nearest run of a level, however far."""
+        none = np.full(levels.size, -1)
+        return Ask(levels, none, np.zeros(levels.size), 0.0, np.full(levels.size, inf), aims)
+
+    @staticmethod
+    def anything(*, limits: FloatArray) -> Ask:
+        """Ask for the nearest run of any level within (k,) limits [mm]."""
+        none = np.full(limits.size, -1)
+        return Ask(np.full(limits.size, ANY), none, np.zeros(limits.size), 0.0, limits, NO_AIMS)
+
+    @staticmethod
+    def elsewhere(labels: IntArray, runs: IntArray, arcs: FloatArray, *, clear: float, limits: FloatArray) -> Ask:
+        """Ask for the nearest run of a level that is another one, or farther along the same one than `clear` [mm]."""
+        return Ask(labels, runs, arcs, clear, limits, NO_AIMS)
+
+
+@final
+class GeodesicDistance:
+    """Answers how far points of a surface are from a path on it, along the surface.
+
+    The distance is exact on the triangles as they are (`unfolding`), from every point of the path
+    and not only from its corners. Nothing of a backend enters.
+
+    Args:
+        mesh: m triangles, not much larger than the distance between runs.
+        path: on it.
+        windows: work that all searches of one question may take; what is left over then is not answered.
+    """
+
+    def __init__(self, mesh: Mesh, path: SurfacePath, *, windows: int = WINDOWS_IN_ALL) -> None:
+        self._mesh, self._windows = mesh, windows
+        order = np.argsort(path.faces, kind="stable")
+        lengths = np.abs(path.ends - path.starts)
+        runs = path.runs[order]
+        self._pieces = Pieces(
+            first=np.searchsorted(path.faces[order], np.arange(int(mesh.origins.shape[0]) + 1)),
+            starts=path.starts[order],
+            along=(path.ends - path.starts)[order],
+            labels=path.levels[runs],
+            runs=runs,
+            arcs=(path.arcs + 0.5 * lengths)[order],
+            loops=np.where(path.closed, path.lengths, inf)[runs],
+        )
+        self._lengths = lengths[order]
+        self._middles = KDTree(path.middles(mesh))
+
+    def __call__(self, places: Places, ask: Ask) -> Nearest:
+        """Return what is nearest to each of k places."""
+        room = min(WINDOWS_PER_POINT, self._windows)
+        front = empty_front(self._mesh, windows=room)
+        distances, bounds, found, shares, windows = search_all(
+            self._mesh, front, self._pieces, places.faces, places.flat,
+            ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, ask.aims, self._windows,
+        )  # fmt: skip
+        arcs = np.where(found < 0, np.nan, self._pieces.arcs[found] + (shares - 0.5) * self._lengths[found])
+        runs = np.where(found < 0, -1, self._pieces.runs[found])
+        complete = bounds >= np.minimum(distances, ask.limits)
+        return Nearest(distances, bounds, runs, arcs, complete, windows)
+
+    def straight(self, points: FloatArray) -> FloatArray:
+        """Return a lower bound of the straight distance from (k, 3) points to the path [mm]."""
+        away, _ = self._middles.query(points)
+        return np.maximum(away - 0.5 * self._lengths.max(), 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def search_all(
+    mesh: Mesh, front: Front, pieces: Pieces, faces: IntArray, flat: ComplexArray, labels: IntArray, runs: IntArray,
+    arcs: FloatArray, clear: float, limits: FloatArray, aims: FloatArray, windows: int,
+) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, int]:  # fmt: skip
+    """Search from every point; return distances, lower bounds, pieces, shares of them and the windows it took."""
+    distances, bounds = np.full(faces.size, inf), np.zeros(faces.size)
+    found, shares = np.full(faces.size, -1), np.zeros(faces.size)
+    spent = 0
+    for k in range(faces.size):
+        if spent >= windows:
+            break
+        aimed = aims.shape[0] > 0
+        x, y, z = (aims[k, 0], aims[k, 1], aims[k, 2]) if aimed else (0.0, 0.0, 0.0)
+        goal = Goal(labels[k], runs[k], arcs[k], clear, aimed, x, y, z)
+        bounds[k] = search(mesh, front, pieces, goal, k, faces[k], flat[k], limits[k])
+        found[k], shares[k] = front.found[0], front.best[1]
+        spent += front.counts[0]
+        if found[k] >= 0:
+            distances[k] = front.best[0]
+    return distances, bounds, found, shares, spent

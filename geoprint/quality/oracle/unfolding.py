@@ -1,0 +1,238 @@
+"""Exact shortest distance over triangles, unfolded outwards from a point: the numba kernels.
+
+From the point the surface is laid flat triangle by triangle, as far as straight lines reach: a window is an edge and
+the cone of lines that cross it [Mitchell1987]. A cone is split at the corner that it meets behind the edge and never
+merged [Chen1990]; windows are taken by rising distance [Surazhsky2005], so that the search ends as soon as none is
+nearer than what was found. Shortest paths turn at vertices with more than a full angle around them (half on the
+border), into the wedge that no straight line reaches: from there the search goes on. Whatever is found is the length
+of a path on the surface, and when the search ends by itself that of the shortest.
+"""
+
+from __future__ import annotations
+
+from cmath import phase, rect
+from math import inf, pi
+
+from numba import njit
+
+from geoprint.quality.oracle.front import ANY, Front, Goal, Pieces, add, cross, pop
+from geoprint.quality.oracle.triangles import Mesh
+
+# Lines within this angle [rad] of a cone belong to it: what lies on the line between two cones is not lost between
+# them, and the length of a path that bends by so little is the shortest to 16 digits.
+CONE_TOLERANCE = 1e-9
+# A point nearer to a corner than this share of the triangle's side starts at the corner.
+CORNER_TOLERANCE = 1e-9
+
+
+@njit(cache=True, error_model="numpy")
+def search(
+    mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, face: int, place: complex, limit: float
+) -> float:
+    """Find the nearest piece from a point.
+
+    Args:
+        mesh: m triangles.
+        front: left with what was found; nothing where best[0] is still the limit.
+        pieces: what to look for.
+        goal: which of them.
+        number: of this search, another one each time.
+        face: the point's face.
+        place: where the point is in its plane [mm].
+        limit: what lies farther is not looked for [mm].
+
+    Returns:
+        A lower bound of the distance: the distance itself, or the limit where nothing is nearer, or less where the
+        front's room did not suffice.
+    """
+    front.counts[0], front.counts[1] = 0, 0
+    front.found[0], front.found[1], front.found[2] = -1, -1, -1
+    front.best[0], front.best[1] = limit, 0.0
+    begin(mesh, front, pieces, goal, number, face, place)
+    while front.counts[1] > 0:
+        bound = front.keys[0]
+        if bound >= front.best[0]:
+            break
+        item = pop(front)
+        if front.halves[item] < 0:
+            turn(mesh, front, pieces, goal, number, item)
+        else:
+            cross_face(mesh, front, pieces, goal, number, item)
+        if front.counts[0] >= front.counts[2]:
+            return bound
+    return front.best[0]
+
+
+@njit(cache=True, error_model="numpy")
+def begin(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, face: int, place: complex) -> None:
+    """Look around in the face of the point, and through its three edges."""
+    half = 3 * face
+    longest = max(mesh.halves[half], mesh.halves[half + 1], mesh.halves[half + 2])
+    for i in range(3):
+        if abs(mesh.corners[half + i] - place) < CORNER_TOLERANCE * longest:
+            front.visited[mesh.starts[half + i]] = number
+            item = add(mesh, front, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, -1, 0.0)
+            fan(mesh, front, pieces, goal, number, first_around(mesh, half + i), 0.0, inf, 0.0, item)
+            return
+    see(front, pieces, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
+    for i in range(3):
+        corner, end = mesh.corners[half + i] - place, mesh.corners[half + (i + 1) % 3] - place
+        look(mesh, front, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, -1)
+        meet(mesh, front, goal, number, half + i, corner, end - corner, 0.0, -1)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def cross_face(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item: int) -> None:
+    """Lay the face behind a window flat, look for pieces in the cone, and through its two other edges."""
+    half, before = int(front.halves[item]), float(front.before[item])
+    start, end = complex(front.starts[item]), complex(front.ends[item])
+    right, left = complex(front.rights[item]), complex(front.lefts[item])
+    face = half // 3
+    following, last = 3 * face + (half + 1) % 3, 3 * face + (half + 2) % 3
+    apex = start + (end - start) * mesh.apexes[half]
+    scale = (end - start) / (mesh.corners[following] - mesh.corners[half])
+    see(front, pieces, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
+    from_right, from_left = cross(right, apex), cross(apex, left)
+    if from_right >= -CONE_TOLERANCE * abs(right) * abs(apex) and from_left >= -CONE_TOLERANCE * abs(left) * abs(apex):
+        meet(mesh, front, goal, number, last, apex, start - apex, before, item)
+    if from_right > 0.0:
+        look(
+            mesh, front, goal, mesh.twins[following], apex, end, right, apex if from_left > 0.0 else left, before, item
+        )
+    if from_left > 0.0:
+        look(mesh, front, goal, mesh.twins[last], start, apex, apex if from_right > 0.0 else right, left, before, item)
+
+
+@njit(cache=True, error_model="numpy")
+def turn(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item: int) -> None:
+    """Go on from a vertex into the directions that are at least a straight angle away from where the path came from."""
+    half = -1 - front.halves[item]
+    vertex = mesh.starts[half]
+    if front.visited[vertex] == number:
+        return
+    front.visited[vertex] = number
+    before = front.before[item] + abs(front.starts[item])
+    back = phase(-front.starts[item] / front.ends[item])
+    angle = min(max(back, 0.0), float(mesh.angles[half]))
+    total = float(mesh.totals[vertex])
+    first = first_around(mesh, half)
+    if mesh.twins[first] >= 0:
+        fan(mesh, front, pieces, goal, number, half, angle + pi, angle + total - pi, before, item)
+        return
+    around = first
+    while around != half:
+        angle += float(mesh.angles[around])
+        around = mesh.twins[3 * (around // 3) + (around + 2) % 3]
+    if angle >= pi:
+        fan(mesh, front, pieces, goal, number, first, 0.0, angle - pi, before, item)
+    if angle + pi <= total:
+        fan(mesh, front, pieces, goal, number, first, angle + pi, total, before, item)
+
+
+@njit(cache=True, error_model="numpy")
+def fan(
+    mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, half: int, low: float, high: float,
+    before: float, item: int,
+) -> None:  # fmt: skip
+    """Look from a vertex through the faces around it, between two angles counted leftwards from a half-edge there."""
+    first, angle = half, 0.0
+    side = 2.0 * mesh.halves[half] + 0j
+    while True:
+        width, apex = mesh.angles[half], side * mesh.apexes[half]
+        face = half // 3
+        following, last = 3 * face + (half + 1) % 3, 3 * face + (half + 2) % 3
+        if angle + width >= low:
+            right = side if low <= angle else side * rect(1.0, low - angle)
+            left = apex if high >= angle + width else side * rect(1.0, high - angle)
+            scale = side / (mesh.corners[following] - mesh.corners[half])
+            see(front, pieces, goal, face, -scale * mesh.corners[half], scale, right, left, before, item)
+            look(mesh, front, goal, mesh.twins[following], apex, side, right, left, before, item)
+            meet(mesh, front, goal, number, following, side, apex - side, before, item)
+            meet(mesh, front, goal, number, last, apex, -apex, before, item)
+        angle += width
+        half, side = mesh.twins[last], apex
+        if angle > high or half < 0 or half == first:
+            return
+
+
+@njit(cache=True, error_model="numpy")
+def first_around(mesh: Mesh, half: int) -> int:
+    """Return the rightmost half-edge that starts at the same vertex on the border, or the one given inside."""
+    around = half
+    while mesh.twins[around] >= 0:
+        twin = mesh.twins[around]
+        around = 3 * (twin // 3) + (twin + 1) % 3
+        if around == half:
+            break
+    return around
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def see(
+    front: Front, pieces: Pieces, goal: Goal, face: int, origin: complex, scale: complex,
+    right: complex, left: complex, before: float, item: int,
+) -> None:  # fmt: skip
+    """Keep the nearest piece of a face within a cone; a side of 0 does not bound it."""
+    for k in range(pieces.first[face], pieces.first[face + 1]):
+        if goal.label != ANY and pieces.labels[k] != goal.label:
+            continue
+        if pieces.runs[k] == goal.run:
+            apart = abs(pieces.arcs[k] - goal.arc)
+            if min(apart, pieces.loops[k] - apart) <= goal.clear:
+                continue
+        start, along = origin + scale * pieces.starts[k], scale * pieces.along[k]
+        low, high = within(cross(right, start), cross(right, along), 0.0, 1.0, abs(right) * (abs(start) + abs(along)))
+        low, high = within(cross(start, left), cross(along, left), low, high, abs(left) * (abs(start) + abs(along)))
+        if low > high:
+            continue
+        squared = along.real**2 + along.imag**2
+        share = low
+        if squared > 0.0:
+            share = min(max(-(start.real * along.real + start.imag * along.imag) / squared, low), high)
+        nearest = start + share * along
+        if before + abs(nearest) < front.best[0]:
+            front.best[0], front.best[1], front.seen[0] = before + abs(nearest), share, nearest
+            front.found[0], front.found[1], front.found[2] = k, item, face
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def within(value: float, slope: float, low: float, high: float, scale: float) -> tuple[float, float]:
+    """Return the part of [low, high] in which value + slope * t is not negative, up to the tolerance of cones."""
+    allowed = -CONE_TOLERANCE * scale
+    if value + slope * low < allowed and value + slope * high < allowed:
+        return 1.0, 0.0
+    if value + slope * low < allowed:
+        low = -value / slope
+    elif value + slope * high < allowed:
+        high = -value / slope
+    return low, high
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def look(
+    mesh: Mesh, front: Front, goal: Goal, half: int, start: complex, end: complex, right: complex, left: complex,
+    before: float, item: int,
+) -> None:  # fmt: skip
+    """Add the window over an edge, unless it is the border or nothing behind it can be nearer than what was found."""
+    if half < 0:
+        return
+    along = end - start
+    low, high = 0.0, 1.0
+    if cross(left, along) != 0.0:
+        low = min(max(-cross(left, start) / cross(left, along), 0.0), 1.0)
+    if cross(right, along) != 0.0:
+        high = min(max(-cross(right, start) / cross(right, along), 0.0), 1.0)
+    share = -(start.real * along.real + start.imag * along.imag) / (along.real**2 + along.imag**2)
+    nearest = start + min(max(share, min(low, high)), max(low, high)) * along
+    add(mesh, front, goal, half, start, end, right, left, before, item, abs(nearest))
+
+
+@njit(cache=True, error_model="numpy")
+def meet(
+    mesh: Mesh, front: Front, goal: Goal, number: int, half: int, place: complex, along: complex, before: float,
+    item: int,
+) -> None:  # fmt: skip
+    """Add the turn at the vertex where a half-edge starts, if paths can turn there and none did before."""
+    vertex = mesh.starts[half]
+    if mesh.turns[vertex] and front.visited[vertex] != number:
+        add(mesh, front, goal, -1 - half, place, along, 0j, 0j, before, item, abs(place))

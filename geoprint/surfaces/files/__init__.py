@@ -1,0 +1,15 @@
+"""Files become meshes: formats of meshes, archives, CAD, label volumes, point clouds."""
+
+from geoprint.surfaces.files.io import (
+    Loaded as Loaded,
+    load as load,
+    load_file as load_file,
+    ply_bytes as ply_bytes,
+    save_ply as save_ply,
+    suggested_unit as suggested_unit,
+    unit_hint as unit_hint,
+)
+from geoprint.surfaces.files.regions import (
+    LONGEST_NAME as LONGEST_NAME,
+    region_faces as region_faces,
+)

@@ -1,0 +1,80 @@
+"""Tessellating STEP and IGES files, NURBS and all, in a process of its own with limits on time and memory."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import tempfile
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.files import cad_worker
+from geoprint.surfaces.files.native import run_worker
+
+KINDS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
+# Largest distance between a face and its triangles [mm], and as a share of the part's size: the smaller counts.
+CHORD = 0.01
+CHORD_SHARE = 1 / 5000
+# Largest angle between neighbouring triangles of one face [rad].
+ANGLE = 0.2
+# A first tessellation, relative to each edge, tells the size.
+ROUGH_CHORD = 0.05
+# Parts beyond this size [mm] are refused for it by whoever asked, so that a fine tessellation is not worth its time.
+LARGEST_SIZE = 2000.0
+# cascadio writes the metres that GLB asks for from STEP, and from IGES the millimetres that its kernel works in.
+MILLIMETRES = {"step": 1000.0, "iges": 1.0}
+
+
+def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
+    """Return triangles of all faces of a STEP or IGES file, in mm.
+
+    Args:
+        data: content of the file.
+        suffix: a key of KINDS.
+        name: of the file.
+
+    Raises:
+        InputError: it is damaged or holds no face.
+        ResourceError: tessellating takes longer or more memory than allowed.
+        UsageError: cascadio is not installed.
+    """
+    if importlib.util.find_spec("cascadio") is None:
+        raise missing("cascadio", extra="cad", work="reading STEP and IGES files")
+    kind = KINDS[suffix]
+    vertices, faces = _tessellated(data, kind=kind, chord=ROUGH_CHORD, relative=True, name=name)
+    size = float(np.ptp(vertices, axis=0).max())
+    chord = min(CHORD, CHORD_SHARE * size)
+    if 0.0 < size <= LARGEST_SIZE:
+        vertices, faces = _tessellated(data, kind=kind, chord=chord, relative=False, name=name)
+    notes = (
+        ("tessellated_from", kind.upper()),
+        ("chord_mm", round(chord, 6)),
+        ("angle_deg", round(math.degrees(ANGLE), 3)),
+    )
+    return Conversion(vertices, faces, "mm", notes)
+
+
+def _tessellated(data: bytes, *, kind: str, chord: float, relative: bool, name: str) -> tuple[FloatArray, IntArray]:
+    """Return what a child process makes of a file, in mm."""
+    with tempfile.TemporaryDirectory(prefix="geoprint-cad-") as folder:
+        source, target = Path(folder) / "input", Path(folder) / "output.glb"
+        source.write_bytes(data)
+        settings = [kind, str(source), str(target), repr(chord), repr(ANGLE), "relative" if relative else "absolute"]
+        content = run_worker(Path(cad_worker.__file__), settings, output=target, work="tessellated", name=name)
+    return _triangles(content, scale=MILLIMETRES[kind], name=name)
+
+
+def _triangles(content: bytes, *, scale: float, name: str) -> tuple[FloatArray, IntArray]:
+    """Return the triangles of all parts of a GLB file, where its scene puts them."""
+    import trimesh  # here, because it takes a quarter of a second
+
+    scene = trimesh.load_scene(BytesIO(content), file_type="glb", process=False)
+    if not scene.geometry:
+        raise InputError(f"`{name}` holds no faces, only points or curves at most; export the surfaces or the solid.")
+    mesh = scene.to_mesh()
+    return np.asarray(mesh.vertices, dtype=np.float64) * scale, np.asarray(mesh.faces, dtype=np.int64)

@@ -1,0 +1,206 @@
+"""Loading a surface from a file, with its unit, and writing one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import ExportError, InputError, UsageError
+from geoprint.model import FloatArray, Surface
+from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.files.formats import read_mesh
+from geoprint.surfaces.files.regions import Regions
+from geoprint.surfaces.topology import used_vertices
+
+# Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
+UNITS = {"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001}
+# Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
+PLAUSIBLE_SIZE = (1.0, 2000.0)
+# Largest extent of most parts [mm]: among plausible units the one that gives it is suggested.
+USUAL_SIZE = (10.0, 500.0)
+# Mesh files hold single precision. Where its steps exceed this share of the part's size, vertices of a fine mesh
+# fall together: a part of 40 mm may lie up to 33 m from the origin.
+RESOLUTION_SHARE = 1e-4
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """A surface as a file has it.
+
+    Attributes:
+        surface: in mm, named after the file.
+        unit: of the file's coordinates.
+        notes: how the mesh was made, where the file holds something else.
+        regions: groups, objects, solids and labels that the file gives to faces.
+    """
+
+    surface: Surface
+    unit: str
+    notes: Notes
+    regions: Regions
+
+
+def load(path: Path, *, unit: str | None) -> Surface:
+    """Return the surface of `load_file`."""
+    return load_file(path, unit=unit).surface
+
+
+def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Loaded:
+    """Read a mesh file, or make a mesh of what it holds, and turn its coordinates into mm.
+
+    The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
+    that.
+
+    Args:
+        path: of one of `formats.SUFFIXES`.
+        unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
+            carry no unit, None is answered by an error that shows what the size would be in each.
+        label: of a label volume, which one is meant.
+
+    Returns:
+        The surface in mm, named after the file, and how it was read.
+
+    Raises:
+        UsageError: the unit is missing, unknown, or another one than the file says.
+        InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
+            implausible, or the part lies so far from the origin that single precision does not resolve it.
+    """
+    if not path.name.isprintable():
+        raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
+    if unit is not None and unit not in UNITS:
+        raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
+    file = read_mesh(path, label=label)
+    vertices, faces = file.vertices, file.faces
+    if file.unit is not None and unit not in {None, file.unit}:
+        raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
+    unit = unit or file.unit
+    # Vertices that no face uses do not belong to the part.
+    used = vertices[used_vertices(faces)]
+    extents = used.max(axis=0) - used.min(axis=0)
+    if unit is None:
+        raise UsageError(_missing_unit(path.name, extents))
+    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
+    _check_resolution(path.name, used * UNITS[unit])
+    surface = Surface(vertices=vertices * UNITS[unit], faces=faces, name=path.name)
+    return Loaded(surface, unit, file.notes, file.regions)
+
+
+def ply_bytes(surface: Surface) -> bytes:
+    """Return a surface as a binary little-endian PLY file with double coordinates [mm]; equal surfaces, equal bytes."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(surface.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(surface.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.empty(len(surface.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"] = 3
+    faces["corners"] = surface.faces
+    return header.encode("ascii") + surface.vertices.astype("<f8").tobytes() + faces.tobytes()
+
+
+def save_ply(surface: Surface, path: Path) -> None:
+    """Write a surface as `ply_bytes`.
+
+    Raises:
+        ExportError: the file cannot be written.
+    """
+    try:
+        path.write_bytes(ply_bytes(surface))
+    except OSError as error:
+        raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
+
+
+def likely_unit(size: float) -> str | None:
+    """Return the unit in which a largest extent would be that of a part, or None where none is.
+
+    Args:
+        size: largest extent in the file's unit.
+
+    Examples:
+        >>> likely_unit(62.0), likely_unit(0.062), likely_unit(2.4), likely_unit(1e9)
+        ('mm', 'm', 'in', None)
+    """
+    for smallest, largest in (USUAL_SIZE, PLAUSIBLE_SIZE):
+        for unit, scale in UNITS.items():
+            if smallest <= size * scale <= largest:
+                return unit
+    return None
+
+
+def suggested_unit(path: Path, *, label: int | None = None) -> tuple[str, bool]:
+    """Return the unit in which a file is, and whether it is only the likely one because the file carries none.
+
+    Raises:
+        InputError: as `load`.
+    """
+    file = read_mesh(path, label=label)
+    used = file.vertices[used_vertices(file.faces)]
+    likely = likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
+    return file.unit or likely, file.unit is None
+
+
+def unit_hint(surface: Surface, *, unit: str) -> str | None:
+    """Return a sentence where a part is so small or large that its unit may be wrong, else None.
+
+    Args:
+        surface: in mm.
+        unit: that its file was read in.
+    """
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    likely = likely_unit(size / UNITS[unit])
+    smallest, largest = USUAL_SIZE
+    if smallest <= size <= largest or likely in {None, unit}:
+        return None
+    return (
+        f"{surface.name} is {_in_words(size)} large in {unit}, most parts have {smallest:g} to {largest:g} mm; "
+        f"with `--unit {likely}` it would be {_in_words(size / UNITS[unit] * UNITS[str(likely)])}: check the unit."
+    )
+
+
+def _missing_unit(name: str, extents: FloatArray) -> str:
+    size = float(extents.max())
+    unit = likely_unit(size)
+    spans = " x ".join(f"{extent:.3g}" for extent in extents)
+    readings = ", ".join(f"{_in_words(size * scale)} as {key}" for key, scale in UNITS.items())
+    advice = f"run again with `--unit {unit or 'mm'}`" + ("" if unit else " once it has the size of a part")
+    return f"`{name}` has no unit; it spans {spans}: {readings}; {advice}."
+
+
+def _check_size(name: str, extents: FloatArray, *, unit: str, carried: bool) -> None:
+    size = float(extents.max())
+    smallest, largest = PLAUSIBLE_SIZE
+    if smallest <= size <= largest:
+        return
+    likely = None if carried else likely_unit(size / UNITS[unit])
+    advice = f"it would be {_in_words(size / UNITS[unit] * UNITS[likely])} with `--unit {likely}`" if likely else ""
+    raise InputError(
+        f"`{name}` is {_in_words(size)} large in {unit}, a part has {smallest:g} mm to {largest / 1000:g} m; "
+        f"{advice or 'scale it where it was made'}.",
+        size=size,
+    )
+
+
+def _check_resolution(name: str, used: FloatArray) -> None:
+    size = float((used.max(axis=0) - used.min(axis=0)).max())
+    farthest = float(np.abs(used).max())
+    step = float(np.spacing(np.float32(farthest)))
+    if step > RESOLUTION_SHARE * size:
+        raise InputError(
+            f"`{name}` is {_in_words(size)} large but lies {_in_words(farthest)} from the origin, where coordinates "
+            f"in single precision have steps of {step:.2g} mm; move it to the origin where it was made.",
+            distance=farthest,
+            step=step,
+        )
+
+
+def _in_words(length: float) -> str:
+    """Return a length [mm] with the unit that suits it."""
+    if length < 0.1:
+        return f"{length * 1000:.3g} um"
+    if length < 1000:
+        return f"{length:.3g} mm"
+    return f"{length / 1000:.3g} m" if length < 1e6 else f"{length / 1e6:,.3g} km"

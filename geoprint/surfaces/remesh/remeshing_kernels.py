@@ -1,0 +1,341 @@
+"""The steps of remeshing on half-edges: splitting, flipping and collapsing edges [Botsch2004].
+
+A mesh in work is three arrays over half-edges, numbered as in `topology`: half-edge h = 3 f + i begins at vertex
+starts[h], its other side is twins[h] (-1 on the rim), and curves[h] says whether its edge lies on a curve that is
+kept. The kernels change them in place; only `remeshing` calls them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.surfaces.remesh.creases import CORNER, INSIDE, LEAST_RIM
+
+# Faces around a vertex beyond which its edges are left alone: a good vertex has six.
+MOST_AROUND = 64
+# No face turns by more than 60 degrees in one step.
+LEAST_COSINE = 0.5
+# An edge is flipped if the cotangents opposite to it sum to less than minus this: rounding does not decide.
+COTANGENT_TOLERANCE = 1e-6
+
+
+@njit(cache=True)
+def split(
+    chosen: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, vertices: int, faces: int
+) -> IntArray:
+    """Halve edges, the first chosen first, at most one of each face.
+
+    Args:
+        chosen: half-edges, one of each edge.
+        starts: with room for two more faces behind the first `faces` for each chosen edge; and so the others.
+        twins: see there.
+        curves: see there.
+        vertices: number of vertices so far; the new ones follow.
+        faces: number of faces so far.
+
+    Returns:
+        (k,) the half-edges that were halved, in the order of the new vertices, at which they end now.
+    """
+    # New faces count as touched.
+    touched = np.ones(starts.size // 3, dtype=np.bool_)
+    touched[:faces] = False
+    done, count = np.empty(chosen.size, dtype=np.int64), 0
+    for index in range(chosen.size):
+        side = int(chosen[index])
+        other = int(twins[side])
+        if touched[side // 3] or (other >= 0 and touched[other // 3]):
+            continue
+        touched[side // 3] = True
+        middle = vertices + count
+        behind = 3 * faces
+        faces += 1
+        starts[behind], starts[behind + 1] = middle, starts[_next(side)]
+        starts[behind + 2] = starts[_previous(side)]
+        _set(behind + 1, int(twins[_next(side)]), bool(curves[_next(side)]), twins, curves)
+        starts[_next(side)] = middle
+        _set(_next(side), behind + 2, False, twins, curves)
+        _set(behind, -1, bool(curves[side]), twins, curves)
+        if other >= 0:
+            touched[other // 3] = True
+            before = 3 * faces
+            faces += 1
+            starts[before], starts[before + 1] = starts[other], middle
+            starts[before + 2] = starts[_previous(other)]
+            _set(before + 2, int(twins[_previous(other)]), bool(curves[_previous(other)]), twins, curves)
+            starts[other] = middle
+            _set(_previous(other), before + 1, False, twins, curves)
+            _set(before, behind, bool(curves[side]), twins, curves)
+        done[count] = side
+        count += 1
+    return done[:count]
+
+
+@njit(cache=True)
+def flip(starts: IntArray, twins: IntArray, curves: BoolArray, vertices: FloatArray) -> int:
+    """Flip the edges off the curves whose opposite angles sum to more than a half turn; return how many.
+
+    An edge stays where a face would turn far, or where its opposite corners are joined already.
+    """
+    count = 0
+    outgoing = _outgoing(starts, len(vertices))
+    ring = np.empty(MOST_AROUND, dtype=np.int64)
+    for side in range(starts.size):
+        other = int(twins[side])
+        if other < side or curves[side]:
+            continue
+        after, before, other_after, other_before = _next(side), _previous(side), _next(other), _previous(other)
+        a, b, c, d = int(starts[side]), int(starts[other]), int(starts[before]), int(starts[other_before])
+        around = _ring(int(outgoing[c]), twins, ring)
+        if around < 0 or not _flip_gains(vertices, a, b, c, d) or _among(d, ring[:around], starts, twins):
+            continue
+        # The outer sides move on: two within their face, two to the other face.
+        twin, curve = int(twins[after]), bool(curves[after])
+        other_twin, other_curve = int(twins[other_after]), bool(curves[other_after])
+        _set(after, int(twins[before]), bool(curves[before]), twins, curves)
+        _set(other_after, int(twins[other_before]), bool(curves[other_before]), twins, curves)
+        _set(before, other_twin, other_curve, twins, curves)
+        _set(other_before, twin, curve, twins, curves)
+        starts[side], starts[after], starts[before] = d, c, a
+        starts[other], starts[other_after], starts[other_before] = c, d, b
+        outgoing[a], outgoing[b], outgoing[c], outgoing[d] = before, other_before, after, other_after
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def collapse(
+    chosen: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, vertices: FloatArray, kinds: IntArray,
+    shortest: float, longest: float,
+) -> BoolArray:  # fmt: skip
+    """Collapse short edges onto one of their ends, the first chosen first, wherever the surface stays a manifold.
+
+    An edge goes, with the faces beside it, if its ends have no common neighbour but the corners of these faces (the
+    link condition [Dey1999]), no face turns far, and no edge that comes out is long. Curves are shortened along
+    themselves alone, and their corners stay.
+
+    Args:
+        chosen: half-edges.
+        starts: see above.
+        twins: see above.
+        curves: see above.
+        vertices: (n, 3) positions [mm].
+        kinds: (n,) as `creases` gives them.
+        shortest: an edge must be shorter to go [mm]; others may have grown meanwhile.
+        longest: edge that may come out [mm].
+
+    Returns:
+        (m,) whether each face is left.
+    """
+    left = np.ones(starts.size // 3, dtype=np.bool_)
+    outgoing = _outgoing(starts, len(vertices))
+    ring = np.empty(MOST_AROUND, dtype=np.int64)
+    for index in range(chosen.size):
+        for side in (int(chosen[index]), int(twins[chosen[index]])):
+            if side < 0 or not left[side // 3]:
+                continue
+            lost, kept = int(starts[side]), int(starts[_next(side)])
+            if _distance(vertices, lost, kept) >= shortest or kinds[lost] == CORNER:
+                continue
+            if (kinds[lost] != INSIDE and not curves[side]) or _on_small_rim(side, twins):
+                continue
+            around = _ring(side, twins, ring)
+            if (
+                around < 0
+                or not _link_holds(side, ring[:around], starts, twins, outgoing)
+                or not _stays_in_shape(ring[:around], kept, starts, vertices, longest)
+            ):
+                continue
+            _remove(side, ring[:around], starts, twins, curves, outgoing, left)
+            break
+    return left
+
+
+@njit(cache=True)
+def _next(side: int) -> int:
+    """Return the half-edge behind in the same face."""
+    return side - 2 if side % 3 == 2 else side + 1
+
+
+@njit(cache=True)
+def _previous(side: int) -> int:
+    """Return the half-edge before in the same face."""
+    return side + 2 if side % 3 == 0 else side - 1
+
+
+@njit(cache=True)
+def _set(side: int, twin: int, curve: bool, twins: IntArray, curves: BoolArray) -> None:
+    """Make two half-edges the sides of one edge, or one the rim."""
+    twins[side], curves[side] = twin, curve
+    if twin >= 0:
+        twins[twin], curves[twin] = side, curve
+
+
+@njit(cache=True)
+def _outgoing(starts: IntArray, vertices: int) -> IntArray:
+    """Return a half-edge that begins at each vertex, or -1."""
+    outgoing = np.full(vertices, -1, dtype=np.int64)
+    for side in range(starts.size):
+        outgoing[starts[side]] = side
+    return outgoing
+
+
+@njit(cache=True)
+def _ring(first: int, twins: IntArray, ring: IntArray) -> int:
+    """Put the half-edges that begin at the vertex of one of them into a buffer; return how many, -1 if too many."""
+    count, side = 0, first
+    while True:
+        if count == ring.size:
+            return -1
+        ring[count] = side
+        count += 1
+        side = twins[_previous(side)]
+        if side == first:
+            return count
+        if side < 0:
+            break
+    side = twins[first]
+    while side >= 0:
+        if count == ring.size:
+            return -1
+        ring[count] = _next(side)
+        count += 1
+        side = twins[_next(side)]
+    return count
+
+
+@njit(cache=True)
+def _on_small_rim(side: int, twins: IntArray) -> bool:
+    """Return whether an edge is on a rim of no more than LEAST_RIM edges."""
+    if twins[side] >= 0:
+        return False
+    here = side
+    for _ in range(LEAST_RIM):
+        here = _next(here)
+        while twins[here] >= 0:
+            here = _next(int(twins[here]))
+        if here == side:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _among(vertex: int, ring: IntArray, starts: IntArray, twins: IntArray) -> bool:
+    """Return whether a vertex is a neighbour of that of a ring."""
+    for side in ring:
+        before = _previous(side)
+        if starts[_next(side)] == vertex or (twins[before] < 0 and starts[before] == vertex):
+            return True
+    return False
+
+
+@njit(cache=True)
+def _link_holds(side: int, ring: IntArray, starts: IntArray, twins: IntArray, outgoing: IntArray) -> bool:
+    """Return whether collapsing an edge leaves a manifold."""
+    other_ring = np.empty(MOST_AROUND, dtype=np.int64)
+    around = _ring(int(outgoing[starts[_next(side)]]), twins, other_ring)
+    if around < 0:
+        return False
+    common = 0
+    for spoke in other_ring[:around]:
+        before = _previous(spoke)
+        if _among(starts[_next(spoke)], ring, starts, twins):
+            common += 1
+        if twins[before] < 0 and _among(starts[before], ring, starts, twins):
+            common += 1
+    if common != (1 if twins[side] < 0 else 2):
+        return False
+    for here in (side, int(twins[side])):
+        if here < 0:
+            continue
+        # The opposite corner loses a face: a fan keeps one on the rim, three inside.
+        around = _ring(_previous(here), twins, other_ring)
+        on_rim = False
+        for spoke in other_ring[: max(around, 0)]:
+            on_rim = on_rim or twins[spoke] < 0 or twins[_previous(spoke)] < 0
+        if around < (2 if on_rim else 4):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _stays_in_shape(ring: IntArray, kept: int, starts: IntArray, vertices: FloatArray, longest: float) -> bool:
+    """Return whether the faces of a ring neither turn far nor get long edges where its vertex becomes another."""
+    for side in ring:
+        lost, second, third = int(starts[side]), int(starts[_next(side)]), int(starts[_previous(side)])
+        if kept in (second, third):
+            continue
+        if _distance(vertices, kept, second) > longest or _distance(vertices, kept, third) > longest:
+            return False
+        if not _agree(_normal(vertices, lost, second, third), _normal(vertices, kept, second, third)):
+            return False
+    return True
+
+
+@njit(cache=True)
+def _remove(
+    side: int, ring: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, outgoing: IntArray, left: BoolArray
+) -> None:
+    """Collapse an edge onto its end."""
+    kept = starts[_next(side)]
+    for spoke in ring:
+        starts[spoke] = kept
+    for here in (side, int(twins[side])):
+        if here < 0:
+            continue
+        after, before = _next(here), _previous(here)
+        inner, outer = int(twins[after]), int(twins[before])
+        curve = bool(curves[after]) or bool(curves[before])
+        corner = starts[before]
+        if inner >= 0:
+            _set(inner, outer, curve, twins, curves)
+        elif outer >= 0:
+            _set(outer, -1, curve, twins, curves)
+        left[here // 3] = False
+        beyond = inner if inner >= 0 else outer
+        # One of the outer sides begins at the corner, the other at the end that is kept, whichever is left.
+        if starts[beyond] == corner:
+            outgoing[corner], outgoing[kept] = beyond, _next(beyond)
+        else:
+            outgoing[kept], outgoing[corner] = beyond, _next(beyond)
+
+
+@njit(cache=True)
+def _flip_gains(vertices: FloatArray, a: int, b: int, c: int, d: int) -> bool:
+    """Return whether edge a b opposite to c and d is better replaced by c d, and its faces then face the same way."""
+    if _cotangent(vertices, c, a, b) + _cotangent(vertices, d, a, b) >= -COTANGENT_TOLERANCE:
+        return False
+    old = _normal(vertices, a, b, c) + _normal(vertices, b, a, d)
+    return _agree(old, _normal(vertices, d, c, a)) and _agree(old, _normal(vertices, c, d, b))
+
+
+@njit(cache=True)
+def _agree(old: FloatArray, new: FloatArray) -> bool:
+    """Return whether a normal is not turned far; neither need have length 1."""
+    length = np.sqrt((new**2).sum())
+    return length > 0.0 and (old * new).sum() >= LEAST_COSINE * np.sqrt((old**2).sum()) * length
+
+
+@njit(cache=True)
+def _cotangent(vertices: FloatArray, apex: int, a: int, b: int) -> float:
+    """Return the cotangent of the angle at an apex."""
+    first, second = vertices[a] - vertices[apex], vertices[b] - vertices[apex]
+    crossed = np.cross(first, second)
+    return (first * second).sum() / max(np.sqrt((crossed**2).sum()), 1e-300)
+
+
+@njit(cache=True)
+def _normal(vertices: FloatArray, a: int, b: int, c: int) -> FloatArray:
+    """Return twice the area vector of a triangle."""
+    first, second = vertices[b] - vertices[a], vertices[c] - vertices[a]
+    normal = np.empty(3)
+    for axis in range(3):
+        after, before = (axis + 1) % 3, (axis + 2) % 3
+        normal[axis] = first[after] * second[before] - first[before] * second[after]
+    return normal
+
+
+@njit(cache=True)
+def _distance(vertices: FloatArray, a: int, b: int) -> float:
+    return float(np.sqrt(((vertices[a] - vertices[b]) ** 2).sum()))

@@ -1,0 +1,13 @@
+"""What is wrong with a mesh, and how it is mended."""
+
+from geoprint.surfaces.repair.inspection import (
+    Finding as Finding,
+    Inspection as Inspection,
+    inspect as inspect,
+)
+from geoprint.surfaces.repair.preparation import (
+    Joined as Joined,
+    PreparationReport as PreparationReport,
+    join as join,
+    prepare as prepare,
+)

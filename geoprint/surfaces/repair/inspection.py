@@ -1,0 +1,203 @@
+"""The mesh doctor: what a mesh is, what is wrong with it and where, and what preparing it would change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import MeshError
+from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.surfaces.operators import face_areas
+from geoprint.surfaces.places import triple
+from geoprint.surfaces.repair.crossings import crossings
+from geoprint.surfaces.repair.manifold import turned_faces
+from geoprint.surfaces.repair.preparation import PreparationReport, join, repair
+from geoprint.surfaces.topology import component_labels, connected_nodes, face_counts, half_edges, numbered_edges
+
+# A face whose height is below this share of its longest side is a sliver: its smallest angle is below 1.2 degrees.
+SLIVER_SHARE = 0.02
+# Places that are listed of each kind of finding.
+MOST_PLACES = 5
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """How many there are of something, and where the first of them are.
+
+    Attributes:
+        count: how many; None where it could not be counted.
+        places: of the first MOST_PLACES [mm].
+    """
+
+    count: int | None
+    places: tuple[tuple[float, ...], ...] = ()
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Rim:
+    """A connected piece of the border.
+
+    Attributes:
+        length: [mm].
+        edges: how many.
+        place: a vertex of it [mm].
+    """
+
+    length: float
+    edges: int
+    place: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Inspection:
+    """What `inspect` finds. Places and lengths are mm.
+
+    Attributes:
+        examined: the prepared surface; where preparing refuses the mesh, the mesh with coincident vertices joined. All
+            but `preparation` and `refusal` is said of it; flipped faces and non-manifold vertices also of the file.
+        components: edge-connected pieces: faces, area [mm2] and a place of each, the largest first.
+        rims: pieces of the border, the longest first; the others are holes, if there is one component.
+        genus: number of handles; None where there are several pieces or it is no manifold.
+        nonmanifold_edges: edges with more than two faces.
+        nonmanifold_vertices: vertices in which several fans of faces touch.
+        flipped_faces: faces wound against most of their piece; not counted where edges have more than two faces, or
+            there is one side only.
+        slivers: faces that are very thin.
+        crossings: pairs of faces that cross or lie on each other.
+        crossings_complete: whether all pairs were looked at.
+        preparation: what preparing changes, or None where it refuses.
+        refusal: why it refuses, or None.
+    """
+
+    examined: Surface
+    components: tuple[tuple[int, float, tuple[float, ...]], ...]
+    rims: tuple[Rim, ...]
+    genus: int | None
+    nonmanifold_edges: Finding
+    nonmanifold_vertices: Finding
+    flipped_faces: Finding
+    slivers: Finding
+    crossings: Finding
+    crossings_complete: bool
+    preparation: PreparationReport | None
+    refusal: str | None
+
+
+def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspection:
+    """Examine a mesh, and try to prepare it.
+
+    Args:
+        surface: as loaded.
+        longest_hole: as `prepare` takes it.
+
+    Returns:
+        The findings.
+
+    Raises:
+        MeshError: no face has an area.
+    """
+    joined = join(surface)
+    preparation, refusal, examined = None, None, joined.surface
+    try:
+        examined, preparation = repair(joined, longest_hole=longest_hole)
+    except MeshError as error:
+        refusal = str(error)
+    sides, side_edge = numbered_edges(examined.faces)
+    rims, crowded = _rims(examined, side_edge), np.flatnonzero(face_counts(side_edge) > 2)
+    labels = np.zeros(len(examined.faces), dtype=np.int64) if preparation is not None else component_labels(examined)
+    if preparation is not None:
+        vertices, flips = Finding(preparation.split_vertices), Finding(preparation.flipped_faces)
+        crossing, complete = Finding(0), preparation.crossings_checked
+    else:
+        vertices, flips = _touching_fans(examined, side_edge), _flips(examined)
+        crossing, complete = _crossings(examined, depth=joined.tolerance)
+    return Inspection(
+        examined=examined,
+        components=_components(examined, labels),
+        rims=rims,
+        genus=(2 - len(rims) - len(examined.vertices) + len(sides) - len(examined.faces)) // 2 if preparation else None,
+        nonmanifold_edges=_finding(examined.vertices[sides[crowded]].mean(axis=1)),
+        nonmanifold_vertices=vertices,
+        flipped_faces=flips,
+        slivers=_finding(_slivers(examined)),
+        crossings=crossing,
+        crossings_complete=complete,
+        preparation=preparation,
+        refusal=refusal,
+    )
+
+
+def _finding(places: FloatArray) -> Finding:
+    """Return a finding at (k, 3) places."""
+    return Finding(len(places), tuple(triple(place) for place in places[:MOST_PLACES]))
+
+
+def _components(surface: Surface, labels: IntArray) -> tuple[tuple[int, float, tuple[float, ...]], ...]:
+    """Return faces, area and a place of each piece, the largest first."""
+    counts, areas = np.bincount(labels), np.bincount(labels, face_areas(surface))
+    _, first = np.unique(labels, return_index=True)
+    order = np.argsort(-areas, kind="stable")
+    return tuple(
+        (int(counts[piece]), float(areas[piece]), triple(surface.vertices[surface.faces[first[piece], 0]]))
+        for piece in order
+    )
+
+
+def _rims(surface: Surface, side_edge: IntArray) -> tuple[Rim, ...]:
+    """Return the connected pieces of the border, which need not be loops."""
+    rim = half_edges(surface.faces)[face_counts(side_edge)[side_edge.ravel()] == 1]
+    if len(rim) == 0:
+        return ()
+    lengths = np.linalg.norm(surface.vertices[rim[:, 1]] - surface.vertices[rim[:, 0]], axis=1)
+    piece = connected_nodes(rim[:, 0], rim[:, 1], nodes=len(surface.vertices))[rim[:, 0]]
+    _, first, label = np.unique(piece, return_index=True, return_inverse=True)
+    counts, totals = np.bincount(label), np.bincount(label, lengths)
+    rims = [
+        Rim(float(totals[i]), int(counts[i]), triple(surface.vertices[rim[first[i], 0]])) for i in range(first.size)
+    ]
+    return tuple(sorted(rims, key=lambda found: -found.length))
+
+
+def _touching_fans(surface: Surface, side_edge: IntArray) -> Finding:
+    """Find the vertices whose faces do not hang together by edges there."""
+    flat = side_edge.ravel()
+    order = np.argsort(flat, kind="stable")
+    here, there = order[:-1], order[1:]
+    same = flat[here] == flat[there]
+    here, there = here[same], there[same]
+    corners = surface.faces.ravel()
+    ahead, beyond = 3 * (here // 3) + (here % 3 + 1) % 3, 3 * (there // 3) + (there % 3 + 1) % 3
+    agree = corners[here] == corners[there]
+    rows = np.concatenate([here, ahead])
+    columns = np.concatenate([np.where(agree, there, beyond), np.where(agree, beyond, there)])
+    fans = connected_nodes(rows, columns, nodes=corners.size)
+    _, first = np.unique(fans, return_index=True)
+    return _finding(surface.vertices[np.flatnonzero(np.bincount(corners[first]) > 1)])
+
+
+def _flips(surface: Surface) -> Finding:
+    """Find the faces wound against most of their piece, if that has a meaning."""
+    try:
+        turned = turned_faces(surface)
+    except MeshError:
+        return Finding(None)
+    return _finding(surface.vertices[surface.faces[turned]].mean(axis=1))
+
+
+def _slivers(surface: Surface) -> FloatArray:
+    """Return the (k, 3) middles of very thin faces, the thinnest first."""
+    corners = surface.vertices[surface.faces]
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    heights = 2 * face_areas(surface) / longest**2
+    thin = np.flatnonzero(heights < SLIVER_SHARE)
+    return corners[thin[np.argsort(heights[thin], kind="stable")]].mean(axis=1)
+
+
+def _crossings(surface: Surface, *, depth: float) -> tuple[Finding, bool]:
+    found = crossings(surface, depth=depth)
+    return _finding(surface.vertices[surface.faces[found.pairs[:, 0]]].mean(axis=1)), found.complete

@@ -1,0 +1,276 @@
+"""Preparing a mesh: what can be repaired without guessing is repaired and recorded; the rest is refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, final
+
+import numpy as np
+
+from geoprint.errors import MeshError
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.surfaces.operators import doubled_area_vectors, face_areas, signed_volume
+from geoprint.surfaces.places import in_words, triple
+from geoprint.surfaces.repair.crossings import crossings
+from geoprint.surfaces.repair.holes import fill_holes
+from geoprint.surfaces.repair.junctions import split_junctions
+from geoprint.surfaces.repair.manifold import check_connected, check_edges, split_vertices, turned_faces
+from geoprint.surfaces.repair.welding import weld_tolerance, welded
+from geoprint.surfaces.topology import (
+    boundary_loops,
+    component_labels,
+    half_edges,
+    kind_of,
+    loop_length,
+    turned_over,
+    used_vertices,
+)
+
+# A face whose height is below this share of its longest side has no usable normal in double precision.
+DEGENERATE_SHARE = 1e-9
+# A piece with less than this share of the area of the largest is a speck that a program left behind.
+DEBRIS_SHARE = 1e-3
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Joined:
+    """A mesh whose coincident rim vertices are one, without faces that have no area or are there twice.
+
+    Attributes:
+        surface: with all vertices of the file.
+        tolerance: distance below which vertices count as one [mm].
+        welded_vertices: as in `PreparationReport`, and so the others.
+        dropped_degenerate_faces: see there.
+        dropped_duplicate_faces: see there.
+        dropped_unreferenced_vertices: see there.
+    """
+
+    surface: Surface
+    tolerance: float
+    welded_vertices: int
+    dropped_degenerate_faces: int
+    dropped_duplicate_faces: int
+    dropped_unreferenced_vertices: int
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PreparationReport:
+    """What `prepare` changed, and what it found.
+
+    Attributes:
+        welded_vertices: vertices that were joined to another one.
+        dropped_degenerate_faces: faces without area, before or after welding.
+        dropped_duplicate_faces: faces with the same corners as an earlier one, whichever way they are wound.
+        dropped_unreferenced_vertices: vertices that no face uses.
+        dropped_debris_faces: faces of specks beside the part.
+        debris_places: a corner of each speck [mm].
+        junction_faces: faces that were added by cutting edges at vertices that lie on them.
+        flipped_faces: faces whose winding differs from the file's.
+        split_vertices: copies made where several fans of faces touched in one vertex.
+        filled_holes: the middle of each hole that was closed [mm].
+        crossings_checked: whether every pair of faces was looked at for crossing.
+        vertices: number of vertices left.
+        faces: number of faces left.
+        topology: as `topology.describe` names it.
+        boundary_lengths: length of each boundary loop [mm], the longest first.
+        area: [mm2].
+        mean_edge: mean edge length [mm].
+    """
+
+    welded_vertices: int
+    dropped_degenerate_faces: int
+    dropped_duplicate_faces: int
+    dropped_unreferenced_vertices: int
+    dropped_debris_faces: int
+    debris_places: tuple[tuple[float, ...], ...]
+    junction_faces: int
+    flipped_faces: int
+    split_vertices: int
+    filled_holes: tuple[tuple[float, ...], ...]
+    crossings_checked: bool
+    vertices: int
+    faces: int
+    topology: str
+    boundary_lengths: tuple[float, ...]
+    area: float
+    mean_edge: float
+
+    def changes(self) -> tuple[str, ...]:
+        """Return a phrase for each kind of change, with its number and where it matters its place."""
+        specks = f"faces of specks dropped, at {_places(self.debris_places)}"
+        holes = f"holes closed, at {_places(self.filled_holes)}"
+        counted = (
+            (self.welded_vertices, "vertices joined to others that coincide"),
+            (self.dropped_degenerate_faces, "faces without area dropped"),
+            (self.dropped_duplicate_faces, "duplicate faces dropped"),
+            (self.dropped_unreferenced_vertices, "vertices that no face uses dropped"),
+            (self.dropped_debris_faces, specks),
+            (self.junction_faces, "faces added where vertices lie on edges (T-junctions)"),
+            (self.flipped_faces, "faces turned for one winding"),
+            (self.split_vertices, "vertices split where fans of faces touch"),
+            (len(self.filled_holes), holes),
+        )
+        return tuple(f"{count} {what}" for count, what in counted if count)
+
+
+def prepare(surface: Surface, *, longest_hole: float | None = None) -> tuple[Surface, PreparationReport]:
+    """Make a mesh from a file one that can be planned on, or say what stands in the way.
+
+    In this order: faces without area are dropped; rim vertices that coincide are joined, exactly first and then within
+    a tolerance (vertices inside the surface or at the two ends of an edge are never joined); faces that lost their area
+    and duplicate faces are dropped; edges are cut at rim vertices that lie on them; specks beside the part are dropped;
+    the winding is made consistent, keeping that of most faces; a vertex in which several fans of faces touch is given
+    to each of them; missing triangles are put back; a closed surface is turned outward. Vertices that no face uses go.
+    It does not refine, and no vertex moves but to one it is joined to.
+
+    Args:
+        surface: as loaded.
+        longest_hole: holes whose rim is up to this long [mm] are closed too; None closes those of one triangle alone.
+
+    Returns:
+        The surface, with vertices and faces in their former order, new and cut ones last, and what was done.
+
+    Raises:
+        MeshError: nothing is left, an edge has more than two faces, the surface has one side only, several pieces
+            (those that touch in a vertex alone are separate), or passes through itself; the message says how many and
+            where.
+    """
+    return repair(join(surface), longest_hole=longest_hole)
+
+
+def join(surface: Surface) -> Joined:
+    """Join rim vertices that coincide, and drop faces without area and duplicate ones: the first steps of `prepare`.
+
+    Raises:
+        MeshError: nothing is left.
+    """
+    solid = surface.faces[~_degenerate(surface.vertices, surface.faces)]
+    joined = welded(surface.vertices, solid)
+    whole = joined[~_degenerate(surface.vertices, joined)]
+    single = whole[_first_of_each(whole)]
+    if len(single) == 0:
+        raise MeshError(f"{surface.name}: none of its {len(surface.faces)} faces has an area; export the mesh again.")
+    return Joined(
+        surface=replace(surface, faces=single),
+        tolerance=weld_tolerance(surface.vertices, single),
+        welded_vertices=int(used_vertices(solid).size - used_vertices(joined).size),
+        dropped_degenerate_faces=len(surface.faces) - len(whole),
+        dropped_duplicate_faces=len(whole) - len(single),
+        dropped_unreferenced_vertices=int(len(surface.vertices) - used_vertices(surface.faces).size),
+    )
+
+
+def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surface, PreparationReport]:
+    """Return what `prepare` returns, from its first steps on."""
+    cut, junction_faces = split_junctions(joined.surface, tolerance=joined.tolerance)
+    part, labels, debris_places = _without_debris(cut)
+    turned, fans = _wound(part, labels)
+    loops = boundary_loops(fans)
+    filled, holes = fill_holes(fans, loops, longest=longest_hole)
+    loops = boundary_loops(filled) if holes else loops
+    inverted = not loops and signed_volume(filled) < 0
+    prepared = turned_over(filled) if inverted else filled
+    sizes = _sizes(prepared, loops)
+    report = PreparationReport(
+        welded_vertices=joined.welded_vertices,
+        dropped_degenerate_faces=joined.dropped_degenerate_faces,
+        dropped_duplicate_faces=joined.dropped_duplicate_faces,
+        dropped_unreferenced_vertices=joined.dropped_unreferenced_vertices,
+        dropped_debris_faces=len(cut.faces) - len(part.faces),
+        debris_places=debris_places,
+        junction_faces=junction_faces,
+        flipped_faces=int((~turned if inverted else turned).sum()),
+        split_vertices=len(fans.vertices) - len(part.vertices),
+        filled_holes=holes,
+        crossings_checked=_check_crossings(prepared, depth=joined.tolerance),
+        vertices=len(prepared.vertices),
+        faces=len(prepared.faces),
+        topology=sizes.topology,
+        boundary_lengths=sizes.boundary_lengths,
+        area=float(face_areas(prepared).sum()),
+        mean_edge=sizes.mean_edge,
+    )
+    return prepared, report
+
+
+def _without_debris(surface: Surface) -> tuple[Surface, IntArray, tuple[tuple[float, ...], ...]]:
+    """Return the surface without specks and unused vertices, the piece of each face, and a corner of each speck."""
+    labels = component_labels(surface)
+    areas = np.bincount(labels, face_areas(surface))
+    specks = np.flatnonzero(areas < DEBRIS_SHARE * areas.max())
+    _, first = np.unique(labels, return_index=True)
+    places = tuple(triple(surface.vertices[surface.faces[first[speck], 0]]) for speck in specks)
+    kept = ~np.isin(labels, specks)
+    faces = surface.faces[kept]
+    used = used_vertices(faces)
+    names = np.zeros(len(surface.vertices), dtype=np.int64)
+    names[used] = np.arange(used.size)
+    part = Surface(vertices=surface.vertices[used], faces=names[faces], name=surface.name)
+    return part, labels[kept], places
+
+
+def _wound(surface: Surface, labels: IntArray) -> tuple[BoolArray, Surface]:
+    """Return which faces were turned for a consistent winding, and the surface so wound, each fan apart."""
+    check_edges(surface)
+    turned = turned_faces(surface)
+    check_connected(surface, labels)
+    wound = replace(surface, faces=np.where(turned[:, None], surface.faces[:, ::-1], surface.faces))
+    return turned, split_vertices(wound)
+
+
+class _Sizes(NamedTuple):
+    """What the loops of a prepared surface tell without numbering its edges again, which is slow on large ones."""
+
+    topology: str
+    boundary_lengths: tuple[float, ...]
+    mean_edge: float
+
+
+def _sizes(surface: Surface, loops: tuple[IntArray, ...]) -> _Sizes:
+    """Return the sizes of a connected manifold: each inner edge has two half-edges, each border edge one."""
+    lengths = tuple(loop_length(surface.vertices, loop) for loop in loops)
+    sides = surface.vertices[half_edges(surface.faces)]
+    edge_count = (3 * len(surface.faces) + sum(loop.size for loop in loops)) // 2
+    total = float(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum()) + sum(lengths)
+    euler = len(surface.vertices) - edge_count + len(surface.faces)
+    return _Sizes(kind_of(euler, loops=len(loops)), lengths, total / (2 * edge_count))
+
+
+def _check_crossings(surface: Surface, *, depth: float) -> bool:
+    """Refuse a surface that passes through itself; return whether all of it was looked at."""
+    found = crossings(surface, depth=depth)
+    if len(found.pairs):
+        place = surface.vertices[surface.faces[found.pairs[0, 0]]].mean(axis=0)
+        number = f"{len(found.pairs)}" if found.complete else f"at least {len(found.pairs)}"
+        raise MeshError(
+            f"{surface.name} passes through itself: pairs of faces that cross or lie on each other: {number}, the "
+            f"first at {in_words(place)}; no nozzle can follow it there, so cut or remesh the part there.",
+            pairs=len(found.pairs),
+            place=triple(place),
+        )
+    return found.complete
+
+
+def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
+    """Return (m,) whether a face has no area: a corner twice, or a height lost in rounding."""
+    corners = vertices[faces]
+    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
+    doubled = np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1)
+    return doubled <= DEGENERATE_SHARE * longest**2
+
+
+def _first_of_each(faces: IntArray) -> IntArray:
+    """Return the first of each set of faces with the same corners, ascending."""
+    low, middle, high = np.sort(faces, axis=1).T
+    order = np.lexsort((high, middle, low))
+    ordered = np.column_stack([low, middle, high])[order]
+    starts = np.concatenate([np.ones(min(len(order), 1), dtype=np.bool_), (ordered[1:] != ordered[:-1]).any(axis=1)])
+    return np.sort(order[starts])
+
+
+def _places(places: tuple[tuple[float, ...], ...]) -> str:
+    """Return the first places in words, and how many more there are."""
+    shown = ", ".join(in_words(np.array(place)) for place in places[:3])
+    return f"{shown} and {len(places) - 3} more" if len(places) > 3 else shown

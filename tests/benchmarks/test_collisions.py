@@ -1,0 +1,81 @@
+"""Planted obstacles: where the benchmark says they are, found where they collide, and not reported where they miss."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from benchmarks.collisions import BEYOND, SOLIDS, Scene, collisions, near_misses, scene_of
+from benchmarks.parts.planted import KINDS, Spot
+from benchmarks.uniformity import DATA
+from geoprint.model import Surface
+from geoprint.motion.collision.clearance import check_placements
+from tests.meshes import plate
+from tests.motion.cells import straight_cell
+from tests.motion.placements import block, line, pointing_down, run_of
+
+CELL = straight_cell()
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return scene_of(DATA / "heart_flat_patch.ply", spacing=8.0)
+
+
+def test_collisions_from_grazing_to_deep_are_found(scene: Scene):
+    planted = list(collisions(scene, count=4, random=np.random.default_rng(3)))
+
+    assert [name for name, body in planted if not scene.is_refused(body)] == []
+
+
+def test_hall_around_everything_is_found(scene: Scene):
+    *_, (name, body) = collisions(scene, count=20, random=np.random.default_rng(3))
+
+    assert name == "hall around everything"
+    assert scene.is_refused(body)
+
+
+def test_near_misses_a_tenth_of_a_millimetre_beyond_the_clearance_are_not_reported(scene: Scene):
+    planted = list(near_misses(scene, count=3, random=np.random.default_rng(5)))
+
+    wanted = scene.cell.process.clearance + BEYOND
+    assert [scene.sweep.distance(body) for _, body in planted] == [pytest.approx(wanted, abs=0.006)] * 3
+    assert [name for name, body in planted if scene.is_refused(body)] == []
+
+
+def test_tip_that_is_a_twentieth_of_a_millimetre_too_low_raises_no_alarm(scene: Scene):
+    scene.check_lowered()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_planted_obstacle_faces_its_spot_from_its_distance(kind: str):
+    spot = Spot("cone", np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+
+    found = spot.obstacle(kind, distance=0.7)
+
+    assert found.vertices[:, 2].min() == pytest.approx(3.7)
+    np.testing.assert_allclose(found.vertices[:, :2].mean(axis=0), [1.0, 2.0])
+
+
+@pytest.mark.parametrize("name", SOLIDS[::4])
+def test_obstacle_at_any_spot_is_no_farther_than_its_distance_from_what_moves(scene: Scene, name: str):
+    spot = scene.sweep.spot(name, np.random.default_rng(1))
+
+    assert np.linalg.norm(spot.outward) == pytest.approx(1.0)
+    assert spot.outward @ spot.along == pytest.approx(0.0, abs=1e-9)
+    # A quarter of a row's movement beside the sampled moments.
+    assert scene.sweep.distance(spot.obstacle("post", distance=1.0)) <= 1.0 + 0.15
+
+
+@settings(max_examples=6, deadline=None)
+@given(near=st.floats(0.7, 12.0), farther=st.floats(0.05, 8.0))
+def test_moving_a_body_farther_away_never_lowers_the_clearance(near: float, farther: float):
+    def smallest(gap: float) -> float:
+        post: Surface = block((30.0 + gap, 10.0, 30.0), (40.0 + gap, 14.0, 110.0), name="post")
+        return check_placements(
+            run_of(pointing_down(line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3)))), tool=CELL.tool, process=CELL.process,
+            standoff=0.3, part=plate(), body=post, obstacles=(), T_work_base=np.eye(4),
+        ).smallest  # fmt: skip
+
+    assert smallest(near + farther) >= smallest(near) - 0.005

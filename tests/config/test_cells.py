@@ -1,0 +1,206 @@
+"""Cell files and jobs: what comes with geoprint is right, and every wrong key is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
+from geoprint.errors import UsageError
+from geoprint.model import GoodPrint
+from tests.motion.cells import bent_cell, straight_cell
+
+# Of what the packaged cells leave out, in their order.
+EXAMPLES = (
+    "[good_print]\n# pressure_kpa = 10\n# rounds = 20",
+    "pressure_kpa = 10\n# rounds = 20",
+    'vacuum = "doVacuum"',
+    "[flood]\n# duration_s = 60\n# joints_deg",
+)
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "cell.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> None:
+    for name, wanted in zip(PACKAGED_CELLS, (bent_cell(), straight_cell()), strict=True):
+        found = load_cell(written(tmp_path, packaged_cell_text(name)))
+        np.testing.assert_allclose(found.tool.T_flange_tool, wanted.tool.T_flange_tool, atol=1e-6)
+        np.testing.assert_allclose(found.robot.limits, wanted.robot.limits)
+        np.testing.assert_allclose(found.robot.speeds, wanted.robot.speeds)
+        np.testing.assert_allclose(found.robot.accelerations, wanted.robot.accelerations, rtol=1e-4)
+        np.testing.assert_allclose(found.robot.home, wanted.robot.home)
+        np.testing.assert_allclose(found.demo_position, wanted.demo_position)
+        np.testing.assert_array_equal(found.demo_rotation, np.eye(3))
+        assert found.process == wanted.process
+        assert found.fixture is None
+
+
+LAMP = """
+[lamp]
+position_mm = [0, 45, 10]
+rpy_deg = [0, 90, 0]
+length_mm = 60
+diameter_mm = 20
+
+[work]
+"""
+
+
+def test_the_packaged_cells_leave_the_lamp_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        assert load_cell(written(tmp_path, text)).tool.lamp is None
+        first, last = text.index("# [lamp]"), text.index("[work]")
+        shown = "\n".join(line.removeprefix("# ") for line in text[first:last].splitlines())
+        lamp = load_cell(written(tmp_path, text[:first] + shown + "\n" + text[last:])).tool.lamp
+        assert lamp is not None
+        assert (lamp.length, lamp.diameter) == (60.0, 20.0)
+
+
+def test_the_lamp_points_along_the_z_axis_that_its_angles_turn(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0]).replace("\n[work]\n", LAMP, 1)
+
+    lamp = load_cell(written(tmp_path, text)).tool.lamp
+
+    assert lamp is not None
+    np.testing.assert_allclose(lamp.T_flange_lamp[:3, 3], [0.0, 45.0, 10.0])
+    np.testing.assert_allclose(lamp.T_flange_lamp[:3, 2], [1.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_a_lamp_without_size_is_refused(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0]).replace("\n[work]\n", LAMP.replace("length_mm = 60", ""), 1)
+
+    with pytest.raises(UsageError, match=r"lamp\.length_mm"):
+        load_cell(written(tmp_path, text))
+
+
+def test_the_period_of_targets_is_read_and_has_a_default(tmp_path: Path) -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0])
+
+    assert load_cell(written(tmp_path, text.replace("period_ms = 20", "period_ms = 8"))).robot.target_period == 0.008
+    assert load_cell(written(tmp_path, text.replace("target_period_ms = 20\n", ""))).robot.target_period == 0.02
+
+
+def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        assert load_cell(written(tmp_path, text)).material is None
+        first, last = text.index("# [material]"), text.index("# Until the material is measured")
+        shown = "\n".join(line.removeprefix("# ") for line in text[first:last].splitlines())
+        material = load_cell(written(tmp_path, text[:first] + shown + "\n" + text[last:])).material
+        assert material is not None
+        assert (material.density, material.fluid.consistency, material.fluid.index) == (1.1, 20.0, 0.6)
+        assert (material.irradiance, material.spot_diameter, material.dose) == (500.0, 6.0, 100.0)
+
+
+def test_the_packaged_cells_show_what_else_a_cell_may_have_and_their_examples_are_right(tmp_path: Path) -> None:
+    for name in PACKAGED_CELLS:
+        text = packaged_cell_text(name)
+        plain = load_cell(written(tmp_path, text))
+        assert (plain.good_print, plain.flood, plain.signals.vacuum) == (None, None, None)
+        assert (plain.process.pressure, plain.process.rounds) == (None, None)
+        for shown in EXAMPLES:
+            assert f"# {shown}" in text
+            text = text.replace(f"# {shown}", shown.replace("\n# ", "\n"), 1)
+        cell = load_cell(written(tmp_path, text))
+        assert cell.good_print == GoodPrint(10e3, 20)
+        assert (cell.process.pressure, cell.process.rounds, cell.signals.vacuum) == (10e3, 20, "doVacuum")
+        assert cell.flood is not None
+        assert cell.flood.duration == 60.0
+        assert cell.flood.joints is not None
+        assert np.degrees(cell.flood.joints[1]) == pytest.approx(28.0)
+
+
+def test_half_a_lamp_spot_is_refused(tmp_path: Path) -> None:
+    table = (
+        "[material]\ndensity_g_cm3 = 1\nconsistency_pa_sn = 1\nflow_index = 1\nyield_stress_pa = 0\nuv_spot_mm = 6\n"
+    )
+    text = packaged_cell_text(PACKAGED_CELLS[0]) + "\n" + table
+
+    with pytest.raises(UsageError, match="material: uv_irradiance_mw_cm2 and uv_spot_mm describe one spot"):
+        load_cell(written(tmp_path, text))
+
+
+def test_no_cell_file_means_the_first_packaged_cell() -> None:
+    assert load_cell(None).name == "irb120-bent45.toml"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("speed_mm_s = 20", "speed_mm_s = nan", r"process\.speed_mm_s: .*found nan"),
+        ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than or equal to 0.1"),
+        ("speed_mm_s = 20", 'speed_mm_s = "fast"', r"process\.speed_mm_s: .*found 'fast'"),
+        ("speed_mm_s = 20", "speed_mm_min = 20", r"process\.(speed_mm_s|speed_mm_min): .*1 more"),
+        ("tcp_mm = [84.8528137, 0, 124.8528137]", "tcp_mm = [1, 2]", r"tool\.tcp_mm: .*3 items"),
+        ('dispenser = "doValve"', 'dispenser = "do Valve; Stop"', r"signals\.dispenser"),
+        ("outer_diameter_mm = 1.3", "outer_diameter_mm = 0.5", "inner_diameter_mm must be smaller"),
+        ("barrel_top_mm = 120", "barrel_top_mm = 60", "leaves no barrel"),
+        ("barrel_diameter_mm = 20", "barrel_diameter_mm = 1", "must be larger"),
+        ('source = "demo"', 'source = "calibrated"', "needs the points that were touched"),
+        ('source = "demo"', 'source = "demo"\nmodel_mm = [[0, 0, 0]]', "must be pairs"),
+        ('source = "demo"', 'source = "demo"\nnoise_mm = 0', r"work\.noise_mm: .*greater than 0"),
+        ("joints_deg = [0, 28, 20, 0, 87, 180]", "joints_deg = [0, 28, 80, 0, 87, 180]", "joint 3 at 80"),
+        ("retract_mm = 5", "retract_mm = 0.9", r"process: retract_mm is 0\.9.*at least .* = 1 mm"),
+        ("travel_speed_mm_s = 60", "travel_speed_mm_s = 60000", r"process\.travel_speed_mm_s: .*250"),
+        ("mass_kg = 0.6", "mass_kg = 0", r"tool\.mass_kg: .*greater than 0"),
+        ("mass_kg = 0.6", "", r"tool\.mass_kg: .*required"),
+        ("cog_mm = [25, 0, 65]", "", r"tool\.cog_mm: .*required"),
+        ("inertia_kg_m2 = [0.002, 0.002, 0.0005]", "", r"tool\.inertia_kg_m2: .*required"),
+        ("inertia_kg_m2 = [0.002", "inertia_kg_m2 = [-0.002", r"tool\.inertia_kg_m2\.1: .*greater than 0"),
+        ('model = "irb120"', "", "robot: give either model"),
+        ('model = "irb120"', 'model = "irb120"\nurdf = "own.urdf"', "robot: give either model"),
+        ("payload_kg = 3", "", "robot: payload_kg and wrist_inertia_kg_m2.*give both"),
+        ('model = "irb120"', 'urdf = "own.urdf"', r"robot\.urdf: .*own\.urdf cannot be read"),
+        ('uv_lamp = "doUV"', 'uv_lamp = "DOVALVE"', "same output"),
+        ("target_period_ms = 20", "target_period_ms = 0", r"robot\.target_period_ms: .*greater than or equal to 1"),
+        ("[robot]", "[robot", "not valid TOML"),
+    ],
+)
+def test_a_wrong_key_is_named_with_what_was_found(tmp_path: Path, old: str, new: str, complaint: str) -> None:
+    text = packaged_cell_text("irb120-bent45")
+    assert old in text
+    with pytest.raises(UsageError, match=complaint):
+        load_cell(written(tmp_path, text.replace(old, new, 1)))
+
+
+def test_a_calibrated_cell_keeps_its_touched_points(tmp_path: Path) -> None:
+    corners = "[[-50, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]]"
+    touched = "[[250, 50, 0], [350, 50, 0], [350, -50, 0], [250, -50, 0]]"
+    text = packaged_cell_text("irb120-bent45").replace(
+        'source = "demo"',
+        f'source = "calibrated"\nmodel_mm = {corners}\ntouched_mm = {touched}\npart_mm = [0, 0, 5]\n',
+    )
+    fixture = load_cell(written(tmp_path, text)).fixture
+    assert fixture is not None
+    assert fixture.touched.shape == (4, 3)
+    assert fixture.T_fixture_work is not None
+    assert fixture.T_fixture_work[2, 3] == 5.0
+
+
+def test_a_missing_cell_file_says_how_to_get_one(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="geoprint init"):
+        load_cell(tmp_path / "nowhere.toml")
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"spacing": 1.0, "rounds": 10}, "not both"),
+        ({"spacing": 0.0}, "spacing: .*greater than or equal to 0"),
+        ({"spacing": float("nan")}, "spacing: .*finite|spacing: .*greater"),
+        ({"rounds": 0}, "rounds"),
+        ({"unit": "furlong"}, "unit: .*'mm'"),
+        ({"place": "somewhere"}, "place"),
+        ({"colour": "red"}, "colour: extra"),
+    ],
+)
+def test_a_meaningless_job_is_refused(values: dict[str, object], complaint: str) -> None:
+    with pytest.raises(UsageError, match=complaint):
+        job_of(surface=Path("part.stl"), **values)

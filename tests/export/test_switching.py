@@ -1,0 +1,249 @@
+"""When valve, material and lamp are on: placed by the writer, simulated from what was read back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from geoprint.errors import UsageError, VerificationError
+from geoprint.export import Event, Orders, Setup, TipsAt
+from geoprint.export.rapid import Timeline, check_timeline, rapid_program, read_back, timeline
+from geoprint.export.setup_file import read_setup, setup_file
+from geoprint.export.switching import switching_events
+from geoprint.export.tables import poses_table, read_poses_table
+from geoprint.export.targets_table import read_orders, targets_table
+from geoprint.model import Cell, Purge, Signals
+from tests.export.export_cases import CELL, DEMONSTRATION, EXTENT, PLACEMENT, orders, stream, tips_of
+
+POSES = stream(runs=3, points=30)
+ORDERS = orders(POSES)
+TIPS = tips_of(POSES)
+
+
+def signals(**lags: float) -> Signals:
+    return replace(CELL.signals, **lags)  # pyright: ignore[reportArgumentType]
+
+
+def simulated(lags: Signals, *, real: Signals | None = None) -> Timeline:
+    """Write a program for the lags, read it back, and simulate it with these or other lags."""
+    cell = replace(CELL, signals=lags)
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+    )
+    return timeline(read_back(program.modules), ORDERS, signals=real or lags, tips_at=TIPS)
+
+
+def test_without_lags_outputs_switch_at_the_ends_of_the_deposits() -> None:
+    events = switching_events(ORDERS, signals=signals(), tips_at=TIPS)
+    first, last = ORDERS.deposits[0]
+    assert events[:4] == (
+        Event(first + 1, 0.0, from_start=True, output="dispenser", on=True),
+        Event(first + 1, 0.0, from_start=True, output="uv_lamp", on=True),
+        Event(last, 0.0, from_start=False, output="dispenser", on=False),
+        Event(last, 0.0, from_start=False, output="uv_lamp", on=False),
+    )
+    assert len(events) == 4 * len(ORDERS.deposits)
+
+
+def test_a_valve_that_opens_late_is_told_on_the_way_down_and_one_that_shuts_late_before_the_end() -> None:
+    events = switching_events(ORDERS, signals=signals(valve_open=0.05, valve_close=0.05), tips_at=TIPS)
+    first, last = ORDERS.deposits[0]
+    opens, shuts = (next(event for event in events if event.on == on and event.output == "dispenser") for on in (1, 0))
+    assert (opens.target, opens.from_start) == (first, False)
+    assert opens.distance == pytest.approx(60.0 * 0.05, abs=1e-3)
+    assert shuts.target == last
+    assert shuts.distance == pytest.approx(20.0 * 0.05, abs=1e-3)
+
+
+def test_a_moment_before_the_last_move_is_placed_on_the_move_it_falls_on() -> None:
+    events = switching_events(ORDERS, signals=signals(valve_close=0.15), tips_at=TIPS)
+    _, last = ORDERS.deposits[0]
+    shuts = next(event for event in events if not event.on and event.output == "dispenser")
+    moves = np.linalg.norm(np.diff(ORDERS.tips[last - 2 : last + 1], axis=0), axis=1)
+    assert shuts.target == last - 1
+    assert shuts.distance == pytest.approx(20.0 * 0.15 - moves[1], abs=0.02)
+
+
+def test_a_lamp_that_trails_into_the_lead_of_the_next_run_stays_on() -> None:
+    long = signals(uv_lead=0.08, uv_tail=0.08)
+    travel = [ORDERS.times[start] - ORDERS.times[end] for (_, end), (start, _) in zip(
+        ORDERS.deposits, ORDERS.deposits[1:], strict=False)]  # fmt: skip
+    assert max(travel) < 0.25
+    lamps = [event for event in switching_events(ORDERS, signals=long, tips_at=TIPS) if event.output == "uv_lamp"]
+    assert len(lamps) == 6
+    merged = switching_events(ORDERS, signals=signals(uv_lead=0.08, uv_tail=0.0), tips_at=TIPS)
+    assert len(merged) == 12
+    found = simulated(long)
+    assert len(found.lamp) == 3
+    assert found.lamp_alone == pytest.approx(0.0, abs=1e-3)
+
+
+def unhurried() -> tuple[Orders, TipsAt]:
+    """Return orders whose first approach and last lift take half a second longer, and the motion of their tip."""
+    times = ORDERS.times.copy()
+    times[0] -= 0.5
+    times[-1] += 0.5
+    slow = replace(ORDERS, times=times, duration=ORDERS.duration + 0.5)
+    return slow, lambda moments: np.array([np.interp(moments, times, ORDERS.tips[:, axis]) for axis in range(3)]).T
+
+
+@pytest.mark.parametrize(("lead", "tail"), [(0.0, 0.05), (0.1, 0.1), (0.15, 0.3), (0.3, 0.1), (0.5, 0.5)])
+def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lead: float, tail: float) -> None:
+    slow, tips = unhurried()
+    lags = signals(uv_lead=lead, uv_tail=tail)
+    lamps = [event for event in switching_events(slow, signals=lags, tips_at=tips) if event.output == "uv_lamp"]
+    assert [slow.runs[event.target] for event in lamps if event.on] == [0, 1, 2]
+    program = rapid_program(
+        slow, cell=replace(CELL, signals=lags), placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x",
+        spacing=1.0,
+    )  # fmt: skip
+    found = timeline(read_back(program.modules), slow, signals=lags, tips_at=tips)
+    assert len(found.lamp) == (3 if lead + tail < 0.18 else 1)
+    np.testing.assert_allclose(
+        found.lamp[[0, -1], [0, 1]], [slow.times[1] - lead, found.deposits[-1, 1] + tail], atol=2e-3
+    )
+    check_timeline(found)
+
+
+def test_a_valve_that_would_be_told_to_open_in_the_run_before_is_refused() -> None:
+    slow, tips = unhurried()
+    with pytest.raises(UsageError, match=r"valve_open_s is 0\.4 s, longer than the way to a run at 4\.4 s"):
+        switching_events(slow, signals=signals(valve_open=0.4, valve_close=0.3), tips_at=tips)
+
+
+@given(
+    st.floats(0.0, 0.08), st.floats(0.0, 0.3), st.floats(0.0, 0.08), st.floats(0.0, 0.08)
+)  # fmt: skip
+@settings(max_examples=25, deadline=None)
+def test_whatever_the_lags_material_flows_on_exactly_the_deposits_and_the_lamp_never_alone(
+    opening: float, closing: float, lead: float, tail: float
+) -> None:
+    found = simulated(signals(valve_open=opening, valve_close=closing, uv_lead=lead, uv_tail=tail))
+    np.testing.assert_allclose(found.material, found.deposits, atol=2e-3)
+    assert found.errors.max() < 0.05
+    assert found.lamp_alone < 2e-3
+    check_timeline(found)
+
+
+def test_a_vacuum_draws_from_each_closing_to_the_next_opening_and_to_the_end_of_the_last_lift() -> None:
+    lags = replace(signals(valve_open=0.03, valve_close=0.08), vacuum="doVacuum")
+    found = simulated(lags)
+    np.testing.assert_allclose(found.vacuum[:, 0], found.material[:, 1] - 0.08, atol=2e-3)
+    np.testing.assert_allclose(found.vacuum[:-1, 1], found.material[1:, 0] - 0.03, atol=2e-3)
+    assert found.vacuum[-1, 1] == pytest.approx(ORDERS.times[-1], abs=1e-6)
+    check_timeline(found)
+    assert simulated(signals()).vacuum.size == 0
+    with pytest.raises(VerificationError, match=r"the vacuum draws for 0\.080 s while the valve is open"):
+        check_timeline(replace(found, vacuum_against=0.08))
+
+
+def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
+    cell = replace(CELL, signals=replace(CELL.signals, vacuum="doVacuum"))
+    program = rapid_program(
+        ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0, surface_within=None
+    )
+    swapped = tuple(
+        (name, text.replace("doVacuum,0", "doSwap,0").replace("doValve,0", "doVacuum,0").replace("doSwap", "doValve"))
+        for name, text in program.modules
+    )
+    with pytest.raises(VerificationError, match="switched"):
+        timeline(read_back(swapped), ORDERS, signals=cell.signals, tips_at=TIPS)
+    found = timeline(read_back(program.modules), ORDERS, signals=cell.signals, tips_at=TIPS)
+    assert found.vacuum_against < 1e-3
+
+
+def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
+    found = simulated(signals(), real=signals(valve_open=0.1))
+    assert found.errors[:, 0] == pytest.approx(2.0, abs=0.02)
+    with pytest.raises(VerificationError, match=r"run 1: the material begins \d\.\d\d mm from where it should"):
+        check_timeline(found)
+    with pytest.raises(VerificationError, match=r"the lamp is on for 0\.200 s without material"):
+        check_timeline(simulated(signals(uv_tail=0.08), real=signals(uv_tail=-0.12)))
+
+
+@pytest.mark.parametrize(
+    ("lags", "reason"),
+    [
+        ({"valve_close": 5.0}, "would close before it opens"),
+        ({"valve_open": 0.3}, "longer than the way to a run"),
+        ({"uv_lead": 0.2}, "shorten them"),
+        ({"uv_tail": 0.2}, "shorten them"),
+    ],
+)
+def test_lags_longer_than_the_way_that_is_there_for_them_are_refused(lags: dict[str, float], reason: str) -> None:
+    with pytest.raises(UsageError, match=reason):
+        switching_events(ORDERS, signals=signals(**lags), tips_at=TIPS)
+
+
+def test_an_output_that_is_switched_on_twice_or_never_off_is_no_timeline() -> None:
+    program = rapid_program(
+        ORDERS, cell=CELL, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+    )
+    steps = read_back(program.modules)
+    ends = {last for _, last in ORDERS.deposits}
+    without_ends = tuple(replace(step, triggers=()) if index in ends else step for index, step in enumerate(steps))
+    with pytest.raises(VerificationError, match="switched on although it is so already"):
+        timeline(without_ends, ORDERS, signals=CELL.signals, tips_at=TIPS)
+    last = max(ends)
+    open_end = (*steps[:last], replace(steps[last], triggers=()), *steps[last + 1 :])
+    with pytest.raises(VerificationError, match="never switched off"):
+        timeline(open_end, ORDERS, signals=CELL.signals, tips_at=TIPS)
+    nothing = tuple(replace(step, triggers=()) for step in steps)
+    with pytest.raises(VerificationError, match="the valve opens 0 times"):
+        timeline(nothing, ORDERS, signals=CELL.signals, tips_at=TIPS)
+
+
+def test_orders_read_back_from_their_tables(tmp_path: Path) -> None:
+    (tmp_path / "targets.csv").write_bytes(targets_table(ORDERS))
+    (tmp_path / "poses.csv").write_bytes(poses_table(POSES))
+    found = read_orders(
+        tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), standoff=POSES.standoff,
+        start=ORDERS.start, aloft=ORDERS.aloft, extent=ORDERS.extent, duration=ORDERS.duration,
+    )  # fmt: skip
+    for name in ("poses", "configuration", "aloft_configuration", "runs", "laid", "times"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(ORDERS, name))
+    for name in ("tips", "quaternions", "zones", "speeds", "flow"):
+        np.testing.assert_allclose(getattr(found, name), getattr(ORDERS, name), atol=2e-6)
+    assert found.deposits == ORDERS.deposits
+    assert (found.there, found.back) == (ORDERS.there, ORDERS.back)
+
+
+def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "targets.csv").write_bytes(targets_table(ORDERS))
+    (tmp_path / "poses.csv").write_bytes(poses_table(stream()))
+    with pytest.raises(VerificationError, match="do not rise from 0 to 17"):
+        read_orders(
+            tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), standoff=0.3, start=ORDERS.start,
+            aloft=ORDERS.aloft, extent=ORDERS.extent, duration=ORDERS.duration,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("cell", "surface_within"),
+    [
+        (CELL, None),
+        (replace(CELL, purge=Purge(joints=np.full(6, 0.123456789), duration=2.0), signals=signals(uv_lead=0.1)), 1 / 7),
+    ],
+)
+def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | None, tmp_path: Path) -> None:
+    written = Setup(
+        cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6), extent=EXTENT
+    )
+    path = tmp_path / "setup.json"
+    path.write_bytes(setup_file(written))
+    found = read_setup(path)
+    assert setup_file(found) == setup_file(written)
+    np.testing.assert_array_equal(found.cell.robot.home, cell.robot.home)
+    np.testing.assert_array_equal(found.placement.T_base_fixture, DEMONSTRATION.T_base_fixture)
+    assert found.cell.signals == cell.signals
+    assert (found.cell.purge is None) == (cell.purge is None)
+    assert found.surface_within == surface_within
+
+
+def test_a_setup_that_is_missing_is_named(tmp_path: Path) -> None:
+    with pytest.raises(VerificationError, match="cannot be read"):
+        read_setup(tmp_path / "setup.json")

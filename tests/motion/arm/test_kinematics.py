@@ -1,0 +1,166 @@
+"""The arm's forward kinematics and its eight inverse solutions."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.errors import UsageError
+from geoprint.model import Cell, FloatArray, Robot
+from geoprint.motion.arm.kinematics import Arm
+from geoprint.motion.arm.urdf import read_urdf
+from tests.motion.arms import closed_form
+from tests.motion.cells import bent_cell, straight_cell
+
+ANGLES = st.lists(st.floats(-3.0, 3.0), min_size=6, max_size=6)
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    cell = bent_cell()
+    return Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+
+
+def reference_flange_pose(angles: FloatArray) -> FloatArray:
+    """Multiply the six joints of the IRB 120 one by one, lengths as published [mm]."""
+    origins = np.array([[0, 0, 0], [0, 0, 290], [0, 0, 270], [0, 0, 70], [302, 0, 0], [72, 0, 0]], dtype=float)
+    pose = np.eye(4)
+    for axis, origin, angle in zip("zyyxyx", origins, angles, strict=True):
+        pose = pose @ transforms.rigid(Rotation.from_euler(axis, angle).as_matrix(), origin)
+    return pose @ transforms.rigid(Rotation.from_euler("y", 90, degrees=True).as_matrix(), np.zeros(3))
+
+
+def test_flange_of_the_arm_at_zero_points_ahead_at_the_published_place(arm: Arm) -> None:
+    pose = arm.flange_poses(np.zeros((1, 6)))[0]
+    np.testing.assert_allclose(pose[:3, 3], [374.0, 0.0, 630.0], atol=1e-9)
+    np.testing.assert_allclose(pose[:3, 2], [1.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_lengths_are_those_of_the_data_sheet(arm: Arm) -> None:
+    lengths = closed_form(arm).lengths
+    found = [lengths.a1, lengths.a2, lengths.b, lengths.c1, lengths.c2, lengths.c3, lengths.c4]
+    np.testing.assert_allclose(found, [0.0, -70.0, 0.0, 290.0, 270.0, 302.0, 72.0], atol=1e-9)
+
+
+@pytest.mark.parametrize(("cell", "above"), [(bent_cell(), (300, 0, 150)), (straight_cell(), (350, 0, 300))])
+def test_home_holds_the_nozzle_straight_down_above_the_part(cell: Cell, above: tuple[float, float, float]) -> None:
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    pose = arm.tool_poses(cell.robot.home[None])[0]
+    np.testing.assert_allclose(pose[:3, 2], [0.0, 0.0, -1.0], atol=1e-12)
+    np.testing.assert_allclose(pose[:3, 3], above, atol=3.0)
+
+
+@settings(max_examples=50, deadline=None)
+@given(ANGLES)
+def test_pinocchio_agrees_with_the_product_of_single_joints(arm: Arm, angles: list[float]) -> None:
+    found = arm.flange_poses(np.array([angles]))[0]
+    np.testing.assert_allclose(found, reference_flange_pose(np.array(angles)), atol=1e-9)
+
+
+def test_tool_follows_the_flange(arm: Arm) -> None:
+    joints = np.array([[0.3, -0.2, 0.1, 0.5, 0.9, -1.0], [0.0, 0.4, 0.2, -1.5, 0.3, 2.0]])
+    np.testing.assert_allclose(arm.tool_poses(joints), arm.flange_poses(joints) @ arm.T_flange_tool, atol=1e-9)
+
+
+@settings(max_examples=50, deadline=None)
+@given(ANGLES)
+def test_every_solution_leads_back_to_its_pose(arm: Arm, angles: list[float]) -> None:
+    pose = arm.tool_poses(np.array([angles]))
+    solutions = arm.solutions(pose)[0]
+    exist = np.isfinite(solutions).all(axis=1)
+    assert exist.any()
+    assert (solutions[exist] > -np.pi).all()
+    assert (solutions[exist] <= np.pi).all()
+    np.testing.assert_allclose(arm.tool_poses(solutions[exist]), np.broadcast_to(pose, (exist.sum(), 4, 4)), atol=1e-5)
+
+
+def test_branch_that_does_not_exist_is_nan(arm: Arm) -> None:
+    pose = arm.tool_poses(np.zeros((1, 6)))
+    pose[0, 0, 3] += 1000.0
+    solutions = arm.solutions(pose)
+    assert solutions.shape == (1, 8, 6)
+    assert np.isnan(solutions).all()
+
+
+def test_no_poses_have_no_solutions(arm: Arm) -> None:
+    assert arm.solutions(np.empty((0, 4, 4))).shape == (0, 8, 6)
+    assert arm.tool_poses(np.empty((0, 6))).shape == (0, 4, 4)
+
+
+def test_tool_frame_of_an_arm_cannot_be_changed_from_outside() -> None:
+    cell = straight_cell()
+    T_flange_tool = cell.tool.T_flange_tool.copy()
+    arm = Arm(cell.robot, T_flange_tool=T_flange_tool)
+    T_flange_tool[2, 3] = 0.0
+    assert arm.T_flange_tool[2, 3] == 160.0
+    with pytest.raises(ValueError, match="read-only"):
+        arm.T_flange_tool[2, 3] = 0.0
+
+
+def test_the_skeleton_goes_from_the_base_to_the_flange_in_links_of_constant_length() -> None:
+    arm = Arm(straight_cell().robot, T_flange_tool=np.eye(4))
+    joints = np.random.default_rng(1).uniform(-1.0, 1.0, size=(20, 6))
+    places = arm.joint_places(joints)
+    np.testing.assert_array_equal(places[:, 0], 0.0)
+    np.testing.assert_allclose(places[:, -1], arm.flange_poses(joints)[:, :3, 3], atol=1e-9)
+    lengths = np.linalg.norm(np.diff(places, axis=1), axis=2)
+    np.testing.assert_allclose(lengths, np.tile([0.0, 290.0, 270.0, 70.0, 302.0, 72.0, 0.0], (20, 1)), atol=1e-9)
+
+
+def test_unknown_arm_is_refused_with_the_known_ones() -> None:
+    cell = straight_cell()
+    robot = Robot(
+        model="../irb120",
+        limits=cell.robot.limits,
+        speeds=cell.robot.speeds,
+        accelerations=cell.robot.accelerations,
+        home=cell.robot.home,
+    )
+    with pytest.raises(UsageError, match=r"\.\./irb120.*known are: irb120"):
+        Arm(robot, T_flange_tool=np.eye(4))
+
+
+@pytest.mark.parametrize("wider", ["limits", "speeds"])
+def test_a_cell_that_allows_the_arm_more_than_its_maker_is_refused(wider: str) -> None:
+    robot = straight_cell().robot
+    altered = {
+        "limits": replace(robot, limits=1.01 * robot.limits),
+        "speeds": replace(robot, speeds=1.01 * robot.speeds),
+    }
+    with pytest.raises(UsageError, match=r"allows joint 1 .* the maker of the irb120 \[-165.0, 165.0\] at 250.0"):
+        Arm(altered[wider], T_flange_tool=np.eye(4))
+
+
+def test_missing_package_is_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    with pytest.raises(UsageError, match=r"needs pinocchio.*pip install"):
+        Arm(straight_cell().robot, T_flange_tool=np.eye(4))
+
+
+@pytest.mark.parametrize(
+    ("part", "instead", "reason"),
+    [
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', "axes 1 and 2 are not at right.*cannot move its flange in all"),
+        ('<link name="tool0"/>', '<link name="hand"/>', "no link 'tool0' for the flange"),
+        ('name="joint_6" type="revolute"', 'name="joint_6" type="fixed"', "by 5 joints"),
+    ],
+)
+def test_arm_that_cannot_be_moved_is_refused(part: str, instead: str, reason: str) -> None:
+    text = read_urdf("irb120")
+    assert part in text
+    robot = replace(straight_cell().robot, urdf=text.replace(part, instead))
+    with pytest.raises(UsageError, match=reason):
+        Arm(robot, T_flange_tool=np.eye(4))
+
+
+def test_importing_the_module_does_not_load_pinocchio() -> None:
+    code = "import sys, geoprint.motion.arm.kinematics; print({'pinocchio'} & set(sys.modules))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "set()"

@@ -1,0 +1,131 @@
+"""Corners of runs: arcs of known radius and distance, splits, seams, and that nothing is laid at rest."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from geoprint.backends.heat import Heat
+from geoprint.model import FloatArray, SurfacePoints
+from geoprint.paths import arrange, poses
+from geoprint.paths.corners import CORNER_ANGLE, FILLET_ERROR_SHARE, Rounded, round_corners
+from geoprint.surfaces import PolylineDistance, boundary_seed, closest, positions
+from tests.meshes import plate
+from tests.motion.cells import straight_cell
+
+SURFACE = plate((40.0, 30.0), (20, 15))
+SPACING, SPEED = 1.0, 20.0
+STEP = 0.25
+
+
+def line_through(*corners: tuple[float, float]) -> FloatArray:
+    """Return samples along a polyline in the plate's plane, its corners among them [mm]."""
+    pieces = [
+        np.linspace(start, end, round(float(np.hypot(*np.subtract(end, start))) / STEP) + 1)[:-1]
+        for start, end in pairwise(corners)
+    ]
+    flat = np.vstack([*pieces, [corners[-1]]])
+    return np.column_stack([flat, np.zeros(len(flat))])
+
+
+def bend(angle: float) -> FloatArray:
+    """Return two legs of 5 mm that meet at (10, 10) under a change of direction [rad]."""
+    end = (10.0 + 5.0 * np.cos(angle), 10.0 + 5.0 * np.sin(angle))
+    return line_through((5.0, 10.0), (10.0, 10.0), end)
+
+
+def rounded(places: FloatArray, *, closed: bool = False, speed: float = SPEED) -> Rounded:
+    points, _ = closest(SURFACE, places)
+    return round_corners(SURFACE, [points], closed=[closed], spacing=SPACING, speed=speed)
+
+
+def places_of(points: SurfacePoints) -> FloatArray:
+    return positions(SURFACE, points)
+
+
+def turns(places: FloatArray) -> FloatArray:
+    along = np.diff(places, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    return np.arccos(np.clip(np.einsum("ij,ij->i", along[1:], along[:-1]), -1.0, 1.0))
+
+
+def test_a_right_angle_becomes_an_arc_a_twentieth_of_the_spacing_away() -> None:
+    found = rounded(bend(np.pi / 2.0))
+    assert len(found.pieces) == 1
+    np.testing.assert_allclose(found.fillets, [[10.0, 10.0, 0.0]], atol=1e-9)
+    places = places_of(found.pieces[0].points)
+    missed = np.linalg.norm(places - [10.0, 10.0, 0.0], axis=1).min()
+    assert missed == pytest.approx(FILLET_ERROR_SHARE * SPACING, rel=0.02)
+    radius = FILLET_ERROR_SHARE * SPACING / (np.sqrt(2.0) - 1.0)
+    centre = np.array([10.0 - radius, 10.0 + radius, 0.0])
+    near = np.linalg.norm(places - [10.0, 10.0, 0.0], axis=1) < 0.9 * radius
+    np.testing.assert_allclose(np.linalg.norm(places[near] - centre, axis=1), radius, rtol=0.01)
+    assert turns(places).max() < np.radians(15.0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.6, 1.65))
+def test_an_arc_keeps_its_distance_and_joins_the_legs_without_a_bend(angle: float) -> None:
+    original = bend(angle)
+    found = rounded(original)
+    places = places_of(found.pieces[0].points)
+    assert len(found.fillets) == 1
+    assert PolylineDistance([original], step=0.2)(places).max() <= 1.1 * FILLET_ERROR_SHARE * SPACING
+    assert PolylineDistance([places], step=0.2)(original).max() <= 1.1 * FILLET_ERROR_SHARE * SPACING
+    assert turns(places).max() < CORNER_ANGLE
+    np.testing.assert_allclose(places[[0, -1]], original[[0, -1]], atol=1e-9)
+
+
+def test_a_gentle_bend_stays_as_it_is() -> None:
+    found = rounded(bend(0.4))
+    assert len(found.fillets) == len(found.splits) == 0
+    np.testing.assert_allclose(places_of(found.pieces[0].points), bend(0.4), atol=1e-9)
+
+
+def test_a_hairpin_is_split_and_both_runs_end_at_it() -> None:
+    found = rounded(bend(2.8))
+    assert [piece.closed for piece in found.pieces] == [False, False]
+    np.testing.assert_allclose(found.splits, [[10.0, 10.0, 0.0]], atol=1e-9)
+    before, after = (places_of(piece.points) for piece in found.pieces)
+    np.testing.assert_allclose([before[-1], after[0]], [[10.0, 10.0, 0.0]] * 2, atol=1e-9)
+
+
+def test_what_is_split_at_speed_is_rounded_where_the_tip_is_slow() -> None:
+    assert len(rounded(bend(2.3), speed=20.0).splits) == 1
+    slow = rounded(bend(2.3), speed=5.0)
+    assert (len(slow.fillets), len(slow.splits)) == (1, 0)
+
+
+def test_a_closed_run_with_a_corner_at_its_seam_stays_closed_and_starts_there() -> None:
+    square = [(10.0, 10.0), (20.0, 10.0), (20.0, 20.0), (10.0, 20.0)]
+    ring = line_through((10.2, 10.0), *square[1:], square[0], (10.2, 10.0))
+    found = rounded(ring, closed=True)
+    assert [piece.closed for piece in found.pieces] == [True]
+    assert len(found.fillets) == 3
+    places = places_of(found.pieces[0].points)
+    np.testing.assert_allclose(places[[0, -1]], [[10.0, 10.0, 0.0]] * 2, atol=1e-9)
+
+
+def test_a_closed_run_with_two_hairpins_becomes_two_open_ones() -> None:
+    needle = line_through((15.0, 10.0), (25.0, 10.2), (15.0, 10.4), (5.0, 10.2), (15.0, 10.0))
+    found = rounded(needle, closed=True)
+    assert [piece.closed for piece in found.pieces] == [False, False]
+    ends = np.array([places_of(piece.points)[[0, -1]] for piece in found.pieces])
+    np.testing.assert_allclose(ends[0], ends[1, ::-1], atol=1e-9)
+    assert sorted(ends[0, :, 0].round(6).tolist()) == [5.0, 25.0]
+
+
+def test_nothing_is_laid_at_rest_on_a_plate_and_every_corner_is_told() -> None:
+    surface = plate((40.0, 30.0), (80, 60))
+    toolpath = arrange(Heat(surface).contours(boundary_seed(surface), spacing=4.0), surface, speed=SPEED)
+    stream = poses(
+        toolpath, surface, R_base_work=np.eye(3), standoff=0.3, retract=5.0, layer_height=0.5, max_tilt=0.2,
+        tool=straight_cell().tool, body=None,
+    )  # fmt: skip
+    assert stream.stops_while_laying == 0
+    assert len(toolpath.splits) == 0
+    # Four rectangles; one corner of each may be its seam.
+    assert 12 <= len(toolpath.fillets) <= 16

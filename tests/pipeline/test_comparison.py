@@ -1,0 +1,162 @@
+"""Comparisons of several parts: what is said of them, what is written, and what a reader sees."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.backends import BACKENDS
+from geoprint.config import job_of, packaged_cell_text
+from geoprint.errors import InputError
+from geoprint.model import PoseStream, Surface
+from geoprint.pipeline import (
+    Comparison,
+    FailedPart,
+    Refused,
+    compare,
+    compare_parts,
+    comparison_summary,
+    comparison_table,
+    plan,
+    save_comparisons,
+    verdict,
+)
+from geoprint.quality import agreement
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate, spherical_cap
+from tests.quality.deposits import deposited, straight_line
+from tests.report.browser import opened_browser
+
+SCHEMA_KEYS = {"part", "input", "settings", "surface", "verdict", "backends", "path_distances_mm"}
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Comparison | FailedPart, ...]:
+    """Return a flat part, one that cannot be read, and a strongly curved one of the same file name as the first."""
+    folder = tmp_path_factory.mktemp("parts")
+    (folder / "other").mkdir()
+    save_ply(plate((30.0, 24.0), (20, 16), jitter_seed=1), folder / "part.ply")
+    (folder / "broken.ply").write_text("ply")
+    save_ply(spherical_cap(radius=15.0, angle=1.2, rings=16, jitter_seed=1), folder / "other" / "part.ply")
+    jobs = [
+        job_of(surface=folder / name, unit="mm", spacing=1.5, robot=False)
+        for name in ("part.ply", "broken.ply", "other/part.ply")
+    ]
+    return compare_parts(jobs, backends=["lscm", "heat"])
+
+
+def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compared(
+    parts: tuple[Comparison | FailedPart, ...],
+) -> None:
+    assert [type(part) for part in parts] == [Comparison, FailedPart, Comparison]
+    table = comparison_table(parts)
+    assert table.startswith("3 parts, paths 1.5 mm apart")
+    assert table.count("part.ply   ") == 4
+    assert "failed" in table
+    assert "broken.ply: `broken.ply`" in table
+
+
+def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its_schema(
+    parts: tuple[Comparison | FailedPart, ...], tmp_path: Path
+) -> None:
+    save_comparisons(parts, tmp_path / "out")
+    found = json.loads((tmp_path / "out" / "compare.json").read_text())
+    assert found["schema"] == 1
+    assert [part["part"] for part in found["parts"]] == ["part.ply", "broken.ply", "part.ply"]
+    assert set(found["parts"][0]) == SCHEMA_KEYS
+    assert set(found["parts"][1]) == {"part", "failed"}
+    apart = found["parts"][0]["path_distances_mm"]
+    assert apart["backends"] == ["lscm", "heat"]
+    assert apart["hausdorff"][0][1] == apart["hausdorff"][1][0] >= apart["mean"][0][1] > 0.0
+    folders = sorted(path.name for path in (tmp_path / "out").iterdir() if path.is_dir())
+    assert folders == ["part", "part-2"]
+    assert (tmp_path / "out" / "part-2" / "heat" / "poses.csv").is_file()
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "geoprint compare: 3 parts" in page
+    assert "broken.ply" in page
+    assert "travel speed [mm/s]" in page
+
+
+def test_where_not_one_part_can_be_compared_the_reason_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "a.ply").write_text("ply")
+    with pytest.raises(InputError, match=r"a\.ply"):
+        compare_parts([job_of(surface=tmp_path / "a.ply", unit="mm", spacing=1.0, robot=False)] * 2)
+
+
+def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison | FailedPart, ...]) -> None:
+    flat, _, curved = parts
+    assert isinstance(flat, Comparison)
+    assert isinstance(curved, Comparison)
+    assert "even enough to print" in verdict(flat)[0] or "equally evenly" in verdict(flat)[0]
+    assert verdict(curved)[0].startswith("heat covers part.ply most evenly")
+    assert "even enough" not in verdict(curved)[0]
+    assert any("lscm leaves" in sentence for sentence in verdict(curved))
+    assert any("number of levels differs" in sentence for sentence in verdict(curved))
+    assert "Whether the robot can print them was not asked." in verdict(flat)
+
+
+def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparison | FailedPart, ...]) -> None:
+    flat = parts[0]
+    assert isinstance(flat, Comparison)
+    twice = replace(flat, outcomes=(("lscm", flat.planned[1][1]), ("heat", flat.planned[1][1])))
+    assert verdict(twice)[0].startswith("lscm and heat cover part.ply equally evenly: the spacing of lscm varies")
+    alone = replace(flat, outcomes=flat.outcomes[1:])
+    assert verdict(alone)[0].startswith("heat covers part.ply; its spacing varies")
+    refused = replace(alone, outcomes=(("lscm", Refused("too curved.")), *alone.outcomes))
+    assert verdict(refused)[0].startswith("Only heat covers part.ply")
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_renumbering_a_part_leaves_its_evenness_as_it_is(backend: str, tmp_path: Path) -> None:
+    cap = spherical_cap(radius=25.0, angle=0.9, rings=12, jitter_seed=7)
+    x, y, z = cap.vertices.T
+    part = Surface(np.column_stack([1.3 * x + 0.004 * x**2, y + 0.03 * x, z]), cap.faces)
+    rng = np.random.default_rng(0)
+    order = rng.permutation(len(part.vertices))
+    renumbered = Surface(part.vertices[order], rng.permutation(np.argsort(order)[part.faces]))
+    cvs: list[float] = []
+    for name, surface in (("part", part), ("renumbered", renumbered)):
+        save_ply(surface, tmp_path / f"{name}.ply")
+        planned = plan(job_of(surface=tmp_path / f"{name}.ply", unit="mm", spacing=2.0, robot=False, backend=backend))
+        assert planned.uniformity is not None
+        cvs.append(planned.uniformity.cv)
+    assert cvs[1] == pytest.approx(cvs[0], abs=1e-4)
+
+
+def test_paths_that_lie_apart_by_a_known_distance_are_measured_so() -> None:
+    def shifted(by: float) -> PoseStream:
+        return deposited([straight_line((0.0, y + by), (40.0, y + by)) for y in (0.0, 2.0)], [0, 1])
+
+    found = agreement([shifted(0.0), shifted(0.3), shifted(0.0)], spacing=2.0)
+    np.testing.assert_allclose(found.hausdorff, [[0.0, 0.3, 0.0], [0.3, 0.0, 0.3], [0.0, 0.3, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(found.mean, found.hausdorff, atol=1e-9)
+
+
+def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Path) -> None:
+    save_ply(spherical_cap(radius=30.0, angle=0.5, rings=10, jitter_seed=1), tmp_path / "cap.ply")
+    compared = compare(job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=2.0, place="demo"))
+    save_comparisons([compared], tmp_path / "out")
+    with opened_browser() as page:
+        page.open(tmp_path / "out" / "report.html")
+        assert page.errors() == []
+        assert all(address.startswith("file:") for address in page.requests())
+        words = str(page.run("document.body.innerText"))
+    assert "PLACEMENT NOT KNOWN" in words
+    assert "exact geodesic distance" in words
+
+
+def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_loses(tmp_path: Path) -> None:
+    part, cell = tmp_path / "part.ply", tmp_path / "far.toml"
+    save_ply(plate((30.0, 24.0), (20, 16), jitter_seed=1), part)
+    near = "demo_position_mm = [300, 0, 50]"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace(near, "demo_position_mm = [900, 0, 50]"))
+    found = compare(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"), backends=["heat"])
+    (row,) = json.loads(json.dumps(comparison_summary([found])))["parts"][0]["backends"]
+    assert row["printable"] is False
+    assert row["not_reached"] == {"out_of_reach": 1.0}
+    assert "loses 100 % of the deposited length (out of reach 100 %" in row["not_printable"]
+    assert row["uniformity"]["samples"] > 0

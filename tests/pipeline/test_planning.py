@@ -1,0 +1,485 @@
+"""The whole chain on real parts: what a plan promises, measured on what it leaves behind."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.config import job_of, load_cell, packaged_cell_text
+from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, UsageError, VerificationError
+from geoprint.export import read_poses_table, read_trajectory_table
+from geoprint.model import Slowdown, Surface
+from geoprint.motion.arm import Arm
+from geoprint.pipeline import (
+    Plan,
+    RobotPlan,
+    compare,
+    comparison_table,
+    outcome_text,
+    plan,
+    save_comparisons,
+    save_plan,
+    summary,
+)
+from geoprint.pipeline.comparison import Planned
+from geoprint.pipeline.saving import verify_files
+from geoprint.surfaces import edge_lengths
+from geoprint.surfaces.files import load, save_ply
+from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
+from tests.meshes import cylinder_patch, plate, sphere, spherical_cap, torus
+from tests.shared_data import shared
+
+LIMITS_DEG = np.array([[-165, 165], [-110, 110], [-110, 70], [-160, 160], [-120, 120], [-400, 400]])
+
+
+def saved(tmp_path: Path, surface: Surface) -> Path:
+    path = tmp_path / f"{surface.name}.ply"
+    save_ply(surface, path)
+    return path
+
+
+def robot_of(planned: Plan) -> RobotPlan:
+    assert planned.robot is not None
+    return planned.robot
+
+
+@pytest.fixture(scope="module")
+def cap_plan(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    path = saved(tmp_path_factory.mktemp("cap"), spherical_cap(radius=30.0, angle=0.5, rings=10, jitter_seed=1))
+    return plan(job_of(surface=path, unit="mm", spacing=1.5, place="demo"))
+
+
+def test_forward_kinematics_return_every_commanded_pose(cap_plan: Plan) -> None:
+    robot, cell = robot_of(cap_plan), cap_plan.workpiece.cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    commanded = robot.placement.T_base_work @ rigid(rotation_of(cap_plan.poses.quaternions), cap_plan.poses.tips)
+    found = arm.tool_poses(robot.joint_path.joints)
+    assert np.linalg.norm(found[:, :3, 3] - commanded[:, :3, 3], axis=1).max() < 1e-3
+    assert rotation_angle(inverse(found)[:, :3, :3] @ commanded[:, :3, :3]).max() < 1e-5
+
+
+def test_the_written_trajectory_keeps_speeds_and_accelerations_and_goes_from_home_to_home(
+    cap_plan: Plan, tmp_path: Path
+) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    table = read_trajectory_table(tmp_path / "out" / "trajectory.csv")
+    robot = cap_plan.workpiece.cell.robot
+    np.testing.assert_allclose(np.diff(table.times), 0.001, atol=1e-9)
+    speeds = np.diff(table.joints, axis=0) / 0.001
+    accelerations = np.diff(speeds, axis=0) / 0.001
+    assert (np.abs(speeds).max(axis=0) <= 1.01 * robot.speeds).all()
+    assert (np.abs(accelerations).max(axis=0) <= 1.01 * robot.accelerations).all()
+    assert (np.degrees(table.joints) >= LIMITS_DEG[:, 0]).all()
+    assert (np.degrees(table.joints) <= LIMITS_DEG[:, 1]).all()
+    np.testing.assert_allclose(table.joints[[0, -1]], np.tile(robot.home, (2, 1)), atol=1e-8)
+
+
+def test_the_tip_keeps_the_set_speed_on_deposit(cap_plan: Plan) -> None:
+    trajectory, cell = robot_of(cap_plan).trajectory, cap_plan.workpiece.cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    rows = slice(2000, 6000)
+    tips = arm.tool_poses(trajectory.joints[rows])[:, :3, 3]
+    speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / 0.001
+    laid = trajectory.deposit[rows][:-1]
+    assert speeds[laid].max() <= 1.01 * cell.process.speed
+    assert np.median(speeds[laid]) == pytest.approx(cell.process.speed, rel=0.01)
+
+
+def test_poses_csv_holds_surface_points_normals_and_closed_runs(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    table = read_poses_table(tmp_path / "out" / "poses.csv")
+    laid = table.deposit
+    radii = np.linalg.norm(table.points, axis=1)
+    assert np.abs(radii[laid] - 30.0).max() < 0.2
+    outward = table.points[laid] / radii[laid, None]
+    assert np.einsum("ij,ij->i", outward, table.normals[laid]).min() > np.cos(np.radians(3.0))
+    for run in np.unique(table.runs[laid]):
+        rows = laid & (table.runs == run)
+        np.testing.assert_allclose(table.points[rows][0], table.points[rows][-1], atol=1e-5)
+
+
+def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    found = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert found["settings"]["spacing_mm"] == 1.5
+    assert found["settings"]["backend"] == "heat"
+    assert found["surface"]["topology"] == "disc"
+    assert found["paths"]["runs"] == cap_plan.toolpath.curves.count
+    assert found["clearance"]["not_checked"]
+    periods = np.diff(robot_of(cap_plan).trajectory.pose_times[robot_of(cap_plan).targets.poses])
+    assert found["motion"]["targets"]["period_ms"] == 20.0
+    assert found["motion"]["targets"]["closer"] == (periods < 0.02 - 1e-9).sum()
+    assert found["motion"]["targets"]["shortest_ms"] == pytest.approx(1e3 * periods.min(), abs=1e-5)
+    assert any("than the controller digests" in warning for warning in found["warnings"])
+    assert cap_plan.uniformity is not None
+    assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
+    assert any("PLACEMENT NOT KNOWN" in warning for warning in found["warnings"])
+    assert len(found["input"]["sha256"]) == 64
+
+
+def test_a_cell_with_switched_signals_lays_a_constant_flow_and_both_layers_are_told(cap_plan: Plan) -> None:
+    assert cap_plan.laid is not None
+    laid = cap_plan.poses.deposit
+    np.testing.assert_allclose(cap_plan.poses.flow[laid], 1.5 * 0.5)
+    found = summary(cap_plan)["deposition"]
+    assert isinstance(found, dict)
+    assert found["flow"] == "constant"
+    assert cap_plan.laid.following.cv is not None
+    assert cap_plan.laid.following.cv < 0.005
+
+
+def test_a_cell_with_an_analog_signal_lays_a_flow_that_follows_the_width(tmp_path: Path) -> None:
+    cell = tmp_path / "analog.toml"
+    analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog), encoding="utf-8")
+    part = saved(tmp_path, spherical_cap(radius=20.0, angle=1.0, rings=10, jitter_seed=1))
+    planned = plan(job_of(surface=part, unit="mm", spacing=2.0, backend="lscm", cell=cell, robot=False))
+    assert planned.laid is not None
+    np.testing.assert_array_equal(planned.poses.flow, planned.laid.following_flow)
+    constant, following = planned.laid.constant.cv, planned.laid.following.cv
+    assert constant is not None
+    assert following is not None
+    assert following < constant / 4
+    save_plan(planned, tmp_path / "out")
+    np.testing.assert_allclose(read_poses_table(tmp_path / "out" / "poses.csv").flow, planned.poses.flow, atol=1e-9)
+
+
+def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, tmp_path: Path) -> None:
+    again = plan(cap_plan.job)
+    for name, planned in (("a", cap_plan), ("b", again)):
+        save_plan(planned, tmp_path / name)
+    files = sorted(path.relative_to(tmp_path / "a") for path in (tmp_path / "a").rglob("*") if path.is_file())
+    assert len(files) >= 6
+    for file in files:
+        if file.name not in {"plan.json", "manifest.json"}:
+            assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes(), file
+
+
+def test_a_bundle_that_was_changed_does_not_verify(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(cap_plan, tmp_path / "out")
+    verify_files(cap_plan, tmp_path / "out")
+    module = tmp_path / "out" / "rapid" / "GeoPrint.mod"
+    text = module.read_text()
+    start = text.index("MoveL [[") + len("MoveL [[")
+    module.write_text(text[:start] + "9" + text[start:])
+    with pytest.raises(VerificationError, match=r"GeoPrint\.mod"):
+        verify_files(cap_plan, tmp_path / "out")
+
+
+def test_rounds_divide_the_largest_distance(tmp_path: Path) -> None:
+    path = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
+    planned = plan(job_of(surface=path, unit="mm", rounds=10, robot=False))
+    assert int(planned.contours.levels.max()) + 1 == 10
+    assert planned.contours.spacing == pytest.approx(planned.contours.distance.maximum / 10)
+
+
+def test_a_cell_names_the_rounds_of_a_job_that_names_none(tmp_path: Path) -> None:
+    path = saved(tmp_path, plate((20.0, 16.0), (10, 8)))
+    cell = tmp_path / "cell.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace(
+        "# pressure_kpa = 10\n# rounds = 20\n\n# What the choice", "rounds = 4\n\n# What the choice"))  # fmt: skip
+    asked = {"surface": path, "unit": "mm", "robot": False, "cell": cell}
+    assert plan(job_of(**asked)).contours.spacing == pytest.approx(8.0 / 4, rel=0.01)
+    assert plan(job_of(**asked, rounds=2)).contours.spacing == pytest.approx(8.0 / 2, rel=0.01)
+    assert plan(job_of(**asked, spacing=3.0)).contours.spacing == 3.0
+
+
+def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> None:
+    path = saved(tmp_path, plate((20.0, 16.0), (20, 16), jitter_seed=1))
+    cell = tmp_path / "cell.toml"
+    analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog))
+    planned = plan(job_of(surface=path, unit="mm", spacing=7.0, robot=False, cell=cell))
+    laid = planned.laid
+    assert planned.uniformity is None
+    assert laid is not None
+    # One rectangle 3.5 mm inside has to fill the whole plate, which is more than its length times the spacing.
+    assert laid.constant.mean < 0.47
+    assert laid.following.mean == pytest.approx(0.5, rel=0.01)
+    assert np.array_equal(planned.poses.flow, laid.following_flow)
+    assert "fronts meet all over this part" in outcome_text(planned)
+
+
+def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
+    path = saved(tmp_path, sphere(radius=15.0, subdivisions=3))
+    planned = plan(job_of(surface=path, unit="mm", spacing=3.0, seed=[0.0, 0.0, 15.0], robot=False))
+    lowest = planned.poses.surface_points[planned.poses.deposit][0]
+    assert np.linalg.norm(lowest - [0.0, 0.0, 15.0]) == pytest.approx(1.5, abs=0.3)
+
+
+def plate_beside_a_wall(tmp_path: Path) -> tuple[Path, Path]:
+    """A plate, and a wall 60 mm high 2 mm beside it: the barrel is 10 mm thick and starts 78 mm up, a cone below it."""
+    wall = plate((60.0, 30.0), (2, 2))
+    x, y, _ = wall.vertices.T
+    body = saved(tmp_path, Surface(np.column_stack([np.full(x.size, 42.0), y, x]), wall.faces, name="wall"))
+    return saved(tmp_path, plate((40.0, 30.0), (20, 15))), body
+
+
+def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_and_depth(tmp_path: Path) -> None:
+    part, body = plate_beside_a_wall(tmp_path)
+    with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the \w+ reaches \d+\.\d\d mm into the body"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo", max_tilt=0.0))
+
+
+def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Path) -> None:
+    part, body = plate_beside_a_wall(tmp_path)
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
+    motion = json.loads(json.dumps(summary(planned)))["motion"]
+    assert 3.0 < motion["tilt"]["largest_deg"] <= 15.0
+    assert 0.0 < motion["tilt"]["mean_deg"] < motion["tilt"]["largest_deg"]
+    assert 0.0 < motion["lean"]["deposit_share"] < 1.0
+    assert max(place["place_mm"][0] for place in motion["lean"]["places"]) > 30.0
+    assert not motion["rotation"]["axial_nozzle"]
+    assert "leans in" in outcome_text(planned)
+
+
+def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    cell = tmp_path / "far.toml"
+    cell.write_text(
+        packaged_cell_text("irb120-bent45").replace(
+            "demo_position_mm = [300, 0, 50]", "demo_position_mm = [900, 0, 50]"
+        )
+    )
+    with pytest.raises(ReachError, match=r"run \d+ at \(.*move"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"))
+
+
+def test_without_a_calibrated_cell_or_a_demonstration_nothing_is_planned(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate())
+    with pytest.raises(UsageError, match=r"not calibrated.*--place demo"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0))
+
+
+def test_a_body_far_from_the_part_is_refused_because_it_checks_nothing(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate())
+    far = plate()
+    body = saved(tmp_path, Surface(far.vertices + 500.0, far.faces, name="elsewhere"))
+    with pytest.raises(InputError, match=r"is \d+ mm away from plate"):
+        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
+
+
+def test_the_hash_in_plan_json_is_that_of_the_file_as_it_was_read(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate())
+    wanted = hashlib.sha256(part.read_bytes()).hexdigest()
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False))
+    part.unlink()
+    save_plan(planned, tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "plan.json").read_text())["input"]["sha256"] == wanted
+
+
+def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_path: Path) -> None:
+    text = packaged_cell_text("irb120-bent45")
+    for old, new, reason in (
+        ('mode = "io"', 'mode = "analog"', "needs flow, the analog output"),
+        ("cog_mm = [25, 0, 65]", "cog_mm = [0, 0, 0]", "refuses a load"),
+        ('dispenser = "doValve"', 'dispenser = "geoValve"', "is a word of RAPID"),
+    ):
+        assert old in text
+        (tmp_path / "cell.toml").write_text(text.replace(old, new))
+        with pytest.raises(UsageError, match=reason):
+            plan(job_of(surface="absent.ply", unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"))
+
+
+def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_placed(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate(divisions=(40, 30)))
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False))
+    paths = summary(planned)["paths"]
+    assert isinstance(paths, dict)
+    assert paths["stops_while_laying"] == 0
+    # Five rectangles turn four corners each, one of them perhaps at the seam.
+    assert 12 <= len(planned.toolpath.fillets) <= 20
+    assert paths["corners_rounded"] == len(planned.toolpath.fillets)
+    assert paths["corners_split_mm"] == []
+    split = replace(planned, toolpath=replace(planned.toolpath, splits=np.zeros((2, 3))))
+    assert "split at 2 corners" in outcome_text(split)
+
+
+def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate(divisions=(40, 30)))
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, place="demo"))
+    assert planned.robot is not None
+    assert "% of the deposit within 1 % of the set speed" in outcome_text(planned)
+    slow = Slowdown(
+        run=3, kind="dip", place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
+        limit="acceleration",
+    )  # fmt: skip
+    trajectory = replace(planned.robot.trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
+    slower = replace(planned, robot=replace(planned.robot, trajectory=trajectory))
+    assert "run 4 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 more by less" in outcome_text(
+        slower
+    )
+    motion = summary(slower)["motion"]
+    assert isinstance(motion, dict)
+    listed = motion["slowdowns"]
+    assert isinstance(listed, list)
+    assert listed[1] == {
+        "run": 3, "kind": "dip", "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,
+        "held_mm_s": 7.25, "joint": 5, "limit": "acceleration",
+    }  # fmt: skip
+
+
+def test_a_misspelt_backend_is_refused_before_the_others_plan(tmp_path: Path) -> None:
+    seen: list[str] = []
+    part = saved(tmp_path, plate())
+    with pytest.raises(UsageError, match="no backend named 'haet'"):
+        compare(job_of(surface=part, unit="mm", spacing=3.0), backends=["lscm", "haet"], observe=seen.append)
+    assert seen == []
+
+
+def test_names_with_dollar_signs_are_drawn_and_backends_named_twice_count_once(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.4, rings=6)
+    part = saved(tmp_path, Surface(cap.vertices, cap.faces, name="a$_$b$"))
+    compared = compare(job_of(surface=part, unit="mm", spacing=3.0, robot=False), backends=["heat", "heat"])
+    assert [name for name, _ in compared.outcomes] == ["heat"]
+    save_comparisons([compared], tmp_path / "out")
+    assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_neither_spacing_nor_rounds_says_what_both_would_be_on_this_part(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    with pytest.raises(UsageError, match=r"10 rounds are about 1\.5 mm, 20 about 0\.7\d mm"):
+        plan(job_of(surface=part, unit="mm", robot=False))
+
+
+def test_a_calibrated_cell_writes_a_program_that_may_deposit(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    cell = tmp_path / "calibrated.toml"
+    cell.write_text(
+        packaged_cell_text("irb120-bent45").replace(
+            'source = "demo"',
+            'source = "calibrated"\nmodel_mm = [[-50, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]]\n'
+            "touched_mm = [[250, 50, 30], [350, 50, 30], [350, -50, 30], [250, -50, 30]]\npart_mm = [-20, -15, 20]\n",
+        )
+    )
+    planned = plan(job_of(surface=part, unit="mm", spacing=3.0, cell=cell))
+    robot = robot_of(planned)
+    assert robot.placement.calibrated
+    assert not robot.program.dry_run
+    np.testing.assert_allclose(robot.placement.T_base_work[:3, 3], [280.0, -15.0, 50.0], atol=1e-9)
+    assert "NOT KNOWN" not in "".join(text for _, text in robot.program.modules)
+
+
+def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -> None:
+    for surface in (
+        plate((30.0, 24.0), (20, 16), jitter_seed=1),
+        cylinder_patch(angle=0.8, length=24.0, jitter_seed=1),
+    ):
+        compared = compare(job_of(surface=saved(tmp_path, surface), unit="mm", spacing=2.0, place="demo"))
+        table = comparison_table([compared])
+        assert table.count("yes") == 2, table
+        for _, outcome in compared.outcomes:
+            assert isinstance(outcome, Planned)
+            assert outcome.uniformity.cv < 0.03
+            assert outcome.uniformity.mean == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_part_is_refined_as_its_backend_asks_and_plan_json_says_how(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=5, jitter_seed=1)
+    part, eighth = saved(tmp_path, cap), float(edge_lengths(cap).mean()) / 8
+    faces: dict[str, int] = {}
+    for backend, wanted in (("heat", 0.25), ("fast-marching", eighth)):
+        planned = plan(job_of(surface=part, unit="mm", spacing=1.0, backend=backend, robot=False))
+        save_plan(planned, tmp_path / backend)
+        refinement = json.loads((tmp_path / backend / "plan.json").read_text())["field"]["refinement"]
+        assert refinement["edge_length_mm"] == pytest.approx(wanted, abs=1e-6)
+        assert refinement["faces_before"] == 150
+        assert refinement["faces_after"] == len(planned.workpiece.surface.faces)
+        faces[backend] = refinement["faces_after"]
+    assert faces["fast-marching"] < faces["heat"] / 2
+
+
+def test_compared_backends_share_the_finest_surface_that_any_of_them_asks_for(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=5, jitter_seed=1)
+    part, eighth = saved(tmp_path, cap), float(edge_lengths(cap).mean()) / 8
+    job = job_of(surface=part, unit="mm", spacing=1.0, robot=False)
+    for backends, wanted in ((["fast-marching", "heat"], 0.25), (["fast-marching"], eighth)):
+        compared = compare(job, backends=backends)
+        assert compared.workpiece.edge_length == pytest.approx(wanted, abs=1e-6)
+        for _, outcome in compared.outcomes:
+            assert isinstance(outcome, Planned)
+            assert outcome.plan.workpiece is compared.workpiece
+
+
+def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
+    closed = torus(major=12.0, minor=5.0)
+    part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
+    compared = compare(job_of(surface=part, unit="mm", spacing=2.0, robot=False))
+    table = comparison_table([compared])
+    assert "lscm could not plan on this part: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
+    assert "not asked" in table
+    save_comparisons([compared], tmp_path / "out")
+    rows = json.loads((tmp_path / "out" / "compare.json").read_text())["parts"][0]["backends"]
+    assert [row["backend"] for row in rows] == ["lscm", "heat"]
+    assert "refused" in rows[0]
+    assert rows[1]["uniformity"]["spacing"]["cv"] < 0.05
+    assert (tmp_path / "out" / "heat" / "poses.csv").is_file()
+    assert not (tmp_path / "out" / "lscm").exists()
+    assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
+    job = job_of(surface=part, unit="mm", spacing=3.0, robot=False, resolution=200)
+    save_comparisons([compare(job, backends=["lscm", "heat"])], tmp_path / "out")
+    found = {name: json.loads((tmp_path / "out" / name / "plan.json").read_text()) for name in ("lscm", "heat")}
+    assert found["lscm"]["settings"]["resolution"] == found["lscm"]["chart"]["resolution"] == 200
+    assert found["lscm"]["chart"]["pixel_mm"] == pytest.approx(50.0 / 200, rel=1e-3)
+    assert found["lscm"]["chart"]["area_scale"]["p99"] == pytest.approx(1.0, abs=1e-6)
+    predicted = found["lscm"]["chart"]["predicted_spacing"]
+    assert [row["level"] for row in predicted] == [0, 1, 2, 3, 4]
+    assert [row["mean"] for row in predicted] == pytest.approx([1.0] * 5, abs=1e-6)
+    assert found["heat"]["settings"]["resolution"] is None
+    assert "chart" not in found["heat"]
+    assert (tmp_path / "out" / "lscm" / "chart.png").read_bytes().startswith(b"\x89PNG")
+    assert not (tmp_path / "out" / "heat" / "chart.png").exists()
+    with pytest.raises(UsageError, match=r"--resolution 200.*heat, fast-marching has none"):
+        compare(job, backends=["heat", "fast-marching"])
+
+
+def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
+    job = job_of(surface=part, unit="mm", spacing=20.0, robot=False)
+    assert plan(job).uniformity is None
+    with pytest.raises(FieldError, match="but one level"):
+        compare(job)
+
+
+def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
+    part = saved(tmp_path, spherical_cap(radius=20.0, angle=2.2, rings=16))
+    compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
+    table = comparison_table([compared])
+    assert "heat cannot be printed: cap.ply has no demonstration placement" in table
+    assert load_cell(None).name in str(compared.workpiece.cell.name)
+
+
+@pytest.mark.parametrize(
+    "name", ["lv_anterior_disc_r30", "lv_lateral_disc_r15", "lv_lateral_disc_r20_jagged", "lv_lateral_rect_40x30"]
+)
+def test_heart_patches_are_planned_on_one_branch_away_from_the_wrist_singularity(name: str) -> None:
+    path = shared(f"patches/{name}.ply")
+    planned = plan(job_of(surface=path, unit="mm", spacing=2.0, place="demo"))
+    assert np.degrees(robot_of(planned).joint_path.smallest_wrist_angle) > 15.0
+
+
+def test_a_needle_too_short_for_the_groove_of_a_whole_heart_is_refused(tmp_path: Path) -> None:
+    cell = tmp_path / "short.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45").replace("needle_length_mm = 25.4", "needle_length_mm = 4"))
+    job = job_of(
+        surface=shared("patches/interventricular_groove_disc_r20.ply"), unit="mm", spacing=2.0, cell=cell,
+        body=shared("hearts/rodero01_heart_walls_closed.ply"), place="demo",
+    )  # fmt: skip
+    with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the (cone|barrel|needle)"):
+        plan(job)
+
+
+def test_the_surface_that_was_planned_on_is_written_with_the_plan(cap_plan: Plan, tmp_path: Path) -> None:
+    save_plan(replace(cap_plan, robot=None), tmp_path / "out")
+    found = load(tmp_path / "out" / "surface.ply", unit="mm")
+    np.testing.assert_array_equal(found.vertices, cap_plan.workpiece.surface.vertices)
+    assert not (tmp_path / "out" / "trajectory.csv").exists()

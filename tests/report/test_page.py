@@ -1,0 +1,202 @@
+"""report.html is one file that asks for nothing, escapes everything and says what it was given."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from geoprint.report import Picture, html_report
+from geoprint.report.histogram import BINS, spacing_shares
+from geoprint.report.markup import Markup, element, joined, script_data
+from geoprint.report.scene import MOST_SAMPLES, scene_data
+from tests.report.report_cases import backend, circles, dome, part, replay
+
+HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
+
+
+class Reader(HTMLParser):
+    """Collects elements, and the text that a person sees."""
+
+    def __init__(self, page: bytes) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.scripts: list[str] = []
+        self.text = ""
+        self._inside = ""
+        self.feed(page.decode("utf-8"))
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+        self._inside = tag
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002 - the base class says so
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside == "script":
+            self.scripts[-1] += data
+        elif self._inside != "style":
+            self.text += data
+
+    def values(self, name: str) -> list[str]:
+        return [value for _, attributes in self.elements if (value := attributes.get(name)) is not None]
+
+
+@pytest.fixture(scope="module")
+def page() -> bytes:
+    return html_report([part()], title="A title")
+
+
+@pytest.fixture(scope="module")
+def read(page: bytes) -> Reader:
+    return Reader(page)
+
+
+def test_nothing_in_the_page_refers_outside_it(read: Reader) -> None:
+    assert not [tag for tag, _ in read.elements if tag in {"iframe", "object", "embed", "base", "form"}]
+    for name in ("src", "href", "srcset", "action", "data"):
+        assert all(value.startswith(("data:", "#")) for value in read.values(name))
+
+
+def test_the_policy_lets_only_the_pages_own_scripts_run(read: Reader) -> None:
+    policy = next(value for value in read.values("content") if "default-src" in value)
+    assert policy.startswith("default-src 'none'")
+    assert "unsafe-inline" not in policy.split("style-src")[0]
+    assert "unsafe-eval" not in policy
+    code = [script for script in read.scripts if not script.startswith("{")]
+    assert len(code) == 2
+    for script in code:
+        assert base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() in policy
+
+
+def test_the_page_says_its_language_title_and_width(page: bytes, read: Reader) -> None:
+    assert page.startswith(b'<!DOCTYPE html>\n<html lang="en">')
+    assert b"<title>A title</title>" in page
+    assert "width=device-width, initial-scale=1" in read.values("content")
+
+
+def test_the_page_says_what_it_was_given(read: Reader) -> None:
+    whole = part()
+    given = [*whole.verdict, *whole.cautions, "third", "the surface has no border.", "spacing CV", "0% is even"]
+    given += ["0.200", "0.100", "the chart", "2 mm", 64 * "0", "first, in words", "print time [s]"]
+    for text in given:
+        assert text in read.text
+
+
+def test_ids_are_unique_and_every_control_has_a_label() -> None:
+    read = Reader(html_report([part(), part("other.ply")], title="Two"))
+    names = read.values("id")
+    assert len(names) == len(set(names))
+    labelled = re.findall(r"<label>[^<]*<(?:input|select)", html_report([part()], title="One").decode())
+    assert len(labelled) + 1 == sum(
+        tag in {"input", "select"} for tag, _ in Reader(html_report([part()], title="")).elements
+    )
+
+
+def test_several_parts_are_listed_first_with_links() -> None:
+    read = Reader(html_report([part("a.ply"), part("b.ply")], title="Two"))
+    assert {"#part0", "#part1"} <= set(read.values("href"))
+    assert read.text.index("most even") < read.text.index("PLACEMENT")
+    assert not Reader(html_report([part("a.ply")], title="One")).values("href")[1:]
+
+
+def test_hostile_names_stay_text_everywhere() -> None:
+    shown = part(HOSTILE, names=(HOSTILE, "second"))
+    shown = replace(
+        shown, verdict=(HOSTILE,), cautions=(HOSTILE,), refused=((HOSTILE, HOSTILE),), settings=((HOSTILE, HOSTILE),),
+        pictures=(Picture(HOSTILE, "svg", f"<svg>{HOSTILE}</svg>".encode()),), overview=((HOSTILE, HOSTILE),),
+    )  # fmt: skip
+    read = Reader(html_report([shown, shown], title=HOSTILE))
+    assert read.text.count(HOSTILE) > 10
+    assert len(read.scripts) == 4
+    assert not read.values("onerror")
+    assert [json.loads(script)["backends"][0]["name"] for script in read.scripts[:2]] == [HOSTILE, HOSTILE]
+
+
+def test_the_same_input_gives_the_same_bytes(page: bytes) -> None:
+    assert html_report([part()], title="A title") == page
+
+
+def test_the_largest_part_with_three_backends_stays_below_15_megabytes() -> None:
+    surface = dome(rings=129)
+    assert 99_000 < len(surface.faces) <= 100_000
+    places, offsets = circles(list(np.linspace(1.0, 19.0, 99)), points=MOST_SAMPLES // 99)
+    noise, png = np.random.default_rng(0).integers(0, 256, size=(500, 500, 3), dtype=np.uint8), io.BytesIO()
+    Image.fromarray(noise).save(png, format="png")
+    assert len(png.getvalue()) > 700_000
+    views = tuple(
+        replace(
+            backend(name, surface=surface, error=0.1), places=places, offsets=offsets, ratios=np.ones(len(places)),
+            replay=replace(
+                replay(frames=600), bead=places, bead_offsets=offsets, bead_times=np.linspace(0.0, 40.0, len(places))
+            ),
+            still=Picture("still", "png", png.getvalue()),
+        )
+        for name in ("one", "two", "three")
+    )  # fmt: skip
+    whole = replace(part(surface=surface, names=("one", "two", "three")), backends=views)
+    assert len(html_report([whole], title="Large")) < 15e6
+
+
+def decoded(array: object) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+    assert isinstance(array, dict)
+    return np.frombuffer(base64.b64decode(str(array["bdata"])), dtype=str(array["dtype"]))  # pyright: ignore[reportUnknownArgumentType]
+
+
+def test_the_scene_is_upright_and_around_its_middle_wherever_the_part_lies() -> None:
+    turn = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    plain = part()
+    away = replace(
+        plain,
+        surface=replace(plain.surface, vertices=plain.surface.vertices @ turn + [1000.0, 200.0, -3000.0]),
+        R_view_work=turn,
+    )
+    here, there = scene_data(plain), scene_data(away)
+    assert isinstance(here, dict)
+    assert isinstance(there, dict)
+    vertices = decoded(here["vertices"]).reshape(3, -1)
+    np.testing.assert_allclose(vertices.max(axis=1) + vertices.min(axis=1), 0.0, atol=1e-5)
+    np.testing.assert_allclose(decoded(there["vertices"]), decoded(here["vertices"]), atol=1e-3)
+
+
+def test_paths_break_off_between_stretches_and_long_ones_are_thinned() -> None:
+    places, offsets = circles(list(np.linspace(1.0, 19.0, 50)), points=MOST_SAMPLES // 20)
+    view = replace(
+        backend("long", surface=dome(), error=0.0), places=places, offsets=offsets, ratios=np.ones(len(places))
+    )
+    data = scene_data(replace(part(names=("long",)), backends=(view,)))
+    assert isinstance(data, dict)
+    assert isinstance(data["backends"], list)
+    assert isinstance(data["backends"][0], dict)
+    path = decoded(data["backends"][0]["path"]).reshape(3, -1)
+    assert np.isnan(path[0]).sum() == 49
+    assert MOST_SAMPLES / 3 < path.shape[1] <= MOST_SAMPLES + 100
+    # Every circle is still closed.
+    breaks = np.flatnonzero(np.isnan(path[0]))
+    np.testing.assert_allclose(path[:, breaks[:-1] + 1], path[:, breaks[1:] - 1], atol=1e-4)
+
+
+def test_shares_of_a_histogram_count_what_lies_beyond_its_ends() -> None:
+    shares = spacing_shares(np.array([0.1, 0.999, 1.001, 9.0, np.nan]))
+    assert shares.size == BINS
+    np.testing.assert_allclose(shares[[0, BINS // 2, -1]], [0.25, 0.5, 0.25])
+    assert spacing_shares(np.array([np.nan])).sum() == 0.0
+
+
+def test_markup_is_escaped_once() -> None:
+    assert joined("<", Markup("<b>"), "&") == "&lt;<b>&amp;"
+    assert element("p", element("i", "a&b"), title='"') == '<p title="&quot;"><i>a&amp;b</i></p>'
+    assert json.loads(script_data({"a": "<!-- & \u2028"})) == {"a": "<!-- & \u2028"}
+    assert "<" not in script_data("<!--")

@@ -1,0 +1,123 @@
+"""STEP and IGES: the right size whatever the unit, near the exact surface, one welded surface, limits kept."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.errors import InputError, ResourceError, UsageError
+from geoprint.surfaces import closest, describe, face_areas, signed_volume
+from geoprint.surfaces.files import load, load_file, native
+from geoprint.surfaces.repair import prepare
+from tests.shared_data import shared
+
+pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, reason="geoprint[cad] is not installed")
+
+# Flag and name of a length unit in the header of an IGES file, and its millimetres.
+UNITS = {"MM": (2, 1.0), "IN": (1, 25.4), "M": (6, 1000.0), "CM": (10, 10.0)}
+
+
+def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0)) -> str:
+    """Return an IGES file with one face: a B-spline of degree 1, a rectangle of that size in the unit."""
+    flag, _ = UNITS[unit]
+    settings = f",,4Htest,4Htest,4Htest,4Htest,32,38,6,308,15,4Htest,1.0,{flag},{len(unit)}H{unit},1,0.01,"
+    settings += "15H20260101.000000,1E-06,100.0,4Hnone,4Hnone,11,0,15H20260101.000000;"
+    x, y = size
+    values = f"128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,{x},0.,0.,0.,{y},0.,{x},{y},0.,"
+    values += "0.,1.,0.,1.;"
+    parameters = [values[start : start + 64] for start in range(0, len(values), 64)]
+    header = [settings[start : start + 72] for start in range(0, len(settings), 72)]
+    entry = [
+        f"{128:8d}{1:8d}{0:8d}{1:8d}{0:8d}{0:8d}{0:8d}{0:8d}{'00000000':>8}",
+        f"{128:8d}{0:8d}{0:8d}{len(parameters):8d}{0:8d}{'':8}{'':8}{'FACE':>8}{0:8d}",
+    ]
+    sections = {
+        "S": ["a plate"],
+        "G": header,
+        "D": entry,
+        "P": [f"{text:<64}{1:8d}" for text in parameters],
+        "T": [
+            "".join(f"{key}{count:7d}" for key, count in zip("SGDP", (1, len(header), 2, len(parameters)), strict=True))
+        ],
+    }
+    return "".join(
+        f"{line:<72}{key}{number:7d}\n" for key, lines in sections.items() for number, line in enumerate(lines, 1)
+    )
+
+
+@pytest.mark.parametrize("unit", list(UNITS))
+def test_an_iges_file_has_the_size_that_its_unit_says(tmp_path: Path, unit: str) -> None:
+    millimetres = UNITS[unit][1]
+    size = (40.0 / millimetres, 30.0 / millimetres)
+    (tmp_path / "plate.igs").write_text(iges_plate(unit, size=size))
+    loaded = load_file(tmp_path / "plate.igs", unit=None)
+    assert np.ptp(loaded.surface.vertices, axis=0) == pytest.approx([40.0, 30.0, 0.0], abs=1e-4)
+    assert loaded.unit == "mm"
+    assert dict(loaded.notes)["tessellated_from"] == "IGES"
+    assert dict(loaded.notes)["chord_mm"] == pytest.approx(0.008)
+    with pytest.raises(UsageError, match="says that its unit is mm, not in"):
+        load_file(tmp_path / "plate.igs", unit="in")
+
+
+@pytest.mark.parametrize(
+    ("name", "mesh"),
+    [("heart_lv_anterior_nurbs", "lv_anterior_disc_r30"), ("heart_lv_apex_nurbs", "lv_apex_disc_r20")],
+)
+def test_a_heart_patch_is_the_same_from_step_and_iges_and_near_its_mesh(name: str, mesh: str) -> None:
+    came_from = load(shared(f"patches/{mesh}.ply"), unit="mm")
+    step, iges = (load(shared(f"cad/{name}.{suffix}"), unit=None) for suffix in ("step", "igs"))
+    for surface in (step, iges):
+        assert closest(came_from, surface.vertices)[1].max() < 0.1
+        assert describe(prepare(surface)[0]) == "disc"
+    assert np.ptp(step.vertices, axis=0) == pytest.approx(np.ptp(iges.vertices, axis=0), abs=1e-3)
+    assert face_areas(step).sum() == pytest.approx(face_areas(iges).sum(), rel=1e-3)
+
+
+def test_the_faces_of_a_solid_become_one_closed_surface_that_faces_out() -> None:
+    solid, report = prepare(load(shared("cad/screw.step"), unit=None))
+    assert report.topology == "closed, genus 0"
+    assert report.welded_vertices > 0
+    assert signed_volume(solid) > 0.0
+
+
+def test_a_part_as_large_as_a_house_is_refused_without_tessellating_it_finely() -> None:
+    with pytest.raises(InputError, match=r"is 38.4 m large in mm, a part has 1 mm to 2 m; scale it"):
+        load(shared("cad/hammer.iges"), unit=None)
+
+
+@pytest.mark.parametrize("name", ["damaged.step", "damaged.iges", "empty.stp"])
+def test_a_damaged_file_is_refused_by_name(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=NOTHING(" * 3)
+    with pytest.raises(InputError, match=f"`{name}` cannot be tessellated"):
+        load(tmp_path / name, unit=None)
+
+
+def test_a_file_cut_off_before_its_faces_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "cut.igs").write_text(iges_plate("MM")[:400])
+    with pytest.raises(InputError, match=r"`cut.igs`"):
+        load(tmp_path / "cut.igs", unit=None)
+
+
+def test_time_and_memory_of_the_tessellator_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "plate.igs").write_text(iges_plate("MM"))
+    with monkeypatch.context() as limited:
+        limited.setattr(native, "LONGEST", 0.01)
+        with pytest.raises(ResourceError, match="could not be tessellated within"):
+            load(tmp_path / "plate.igs", unit=None)
+    monkeypatch.setattr(native, "MEMORY", 60 << 20)
+    with pytest.raises((ResourceError, InputError), match=r"`plate.igs` c"):
+        load(tmp_path / "plate.igs", unit=None)
+
+
+def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "plate.igs").write_text(iges_plate("MM"))
+
+    def nothing(name: str) -> None:
+        assert name == "cascadio"
+
+    monkeypatch.setattr(importlib.util, "find_spec", nothing)
+    with pytest.raises(UsageError, match=r"pip install 'geoprint\[cad\]'"):
+        load(tmp_path / "plate.igs", unit=None)

@@ -1,0 +1,224 @@
+"""Label volumes: the surface has the volume, place and smoothness that were meant, and files may not lie."""
+
+from __future__ import annotations
+
+import builtins
+import gzip
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint.errors import GeoprintError, InputError, UsageError
+from geoprint.model import Surface
+from geoprint.pipeline import inspect_file, inspection_text
+from geoprint.surfaces import describe, face_normals, signed_volume
+from geoprint.surfaces.files import load_file
+from geoprint.surfaces.repair import prepare
+from tests.shared_data import shared
+from tests.surfaces.files.volumes import CENTRE, RADIUS, affine, ball_labels, save_nifti
+
+pytestmark = pytest.mark.skipif(
+    any(find_spec(package) is None for package in ("nibabel", "nrrd", "skimage")),
+    reason="geoprint[medical] is not installed",
+)
+BALL = 4 / 3 * np.pi * RADIUS**3
+CUBES, SLABS = (1.0, 1.0, 1.0), (0.8, 0.8, 3.0)
+
+
+def lean(surface: Surface) -> float:
+    """Return the 90th percentile of the angle between faces and the ball below them [degrees]."""
+    out = surface.vertices[surface.faces].mean(axis=1) - CENTRE
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    return float(np.degrees(np.quantile(np.arccos(np.einsum("mx,mx->m", out, face_normals(surface))), 0.9)))
+
+
+@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
+@pytest.mark.parametrize(
+    ("sides", "angle", "hand"),
+    [(CUBES, 0.0, "right"), (CUBES, 0.4, "left"), (SLABS, 0.4, "right"), (SLABS, 0.3, "left")],
+)
+def test_a_ball_is_a_ball_however_its_grid_lies(
+    tmp_path: Path, suffix: str, sides: tuple[float, float, float], angle: float, hand: str
+) -> None:
+    grid = affine(sides, angle=angle, mirrored=hand == "left")
+    labels = ball_labels(grid, sides)
+    save_nifti(tmp_path / f"ball{suffix}", labels, grid)
+    loaded = load_file(tmp_path / f"ball{suffix}", unit=None, label=7)
+    voxels = float((labels == 7).sum() * abs(np.linalg.det(grid[:3, :3])))
+    assert signed_volume(loaded.surface) == pytest.approx(voxels, rel=2e-3)
+    assert voxels == pytest.approx(BALL, rel=2e-2)
+    off = np.linalg.norm(loaded.surface.vertices - CENTRE, axis=1) - RADIUS
+    assert np.abs(off).max() < 0.5 * max(sides)
+    assert lean(loaded.surface) < (8.0 if sides == CUBES else 18.0)
+    assert describe(prepare(loaded.surface)[0]) == "closed, genus 0"
+    assert loaded.unit == "mm"
+    assert dict(loaded.notes)["label"] == 7
+
+
+def test_the_terraces_of_the_voxels_are_gone(tmp_path: Path) -> None:
+    grid = affine(CUBES)
+    save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
+    # Faces of voxels lean up to 55 degrees from a ball; marching cubes of them still a fifth of a right angle.
+    assert lean(load_file(tmp_path / "ball.nii", unit="mm", label=7).surface) < 7.0
+
+
+def test_a_label_that_touches_the_end_of_its_volume_is_closed(tmp_path: Path) -> None:
+    labels = np.ones((12, 14, 16), dtype=np.int16)
+    save_nifti(tmp_path / "block.nii", labels, np.eye(4))
+    surface = load_file(tmp_path / "block.nii", unit=None).surface
+    assert describe(prepare(surface)[0]) == "closed, genus 0"
+    assert signed_volume(surface) == pytest.approx(12 * 14 * 16, rel=2e-3)
+
+
+def test_a_volume_without_a_unit_asks_for_it(tmp_path: Path) -> None:
+    grid = affine(CUBES)
+    save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid, unit=0)
+    with pytest.raises(UsageError, match="has no unit"):
+        load_file(tmp_path / "ball.nii", unit=None, label=7)
+    assert load_file(tmp_path / "ball.nii", unit="mm", label=7).unit == "mm"
+
+
+@pytest.mark.parametrize("encoding", ["raw", "gzip"])
+@pytest.mark.parametrize("space", ["left-posterior-superior", "RAS"])
+def test_nrrd_gives_the_surface_of_the_same_nifti(tmp_path: Path, encoding: str, space: str) -> None:
+    grid = affine(SLABS, angle=0.3)
+    labels = ball_labels(grid, SLABS)
+    save_nifti(tmp_path / "ball.nii", labels, grid)
+    flip = np.array([-1.0, -1.0, 1.0]) if space.startswith("left") else np.ones(3)
+    header = {
+        "space": space,
+        "space directions": (grid[:3, :3] * flip[:, None]).T,
+        "space origin": grid[:3, 3] * flip,
+        "space units": ["mm", "mm", "mm"],
+        "encoding": encoding,
+    }
+    import nrrd
+
+    nrrd.write(str(tmp_path / "ball.nrrd"), labels, header)
+    one, other = (load_file(tmp_path / name, unit=None, label=7).surface for name in ("ball.nii", "ball.nrrd"))
+    # NIfTI keeps its affine in single precision.
+    assert np.abs(one.vertices - other.vertices).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("label", "error", "sentence"),
+    [
+        (None, UsageError, r"holds the labels 3 \(1 voxels\), 7 \(\d+ voxels\); choose one with `--label N`"),
+        (5, UsageError, "has no label 5; it holds 3"),
+        (3, InputError, "about as thin as its voxels"),
+    ],
+)
+def test_a_label_is_chosen_among_those_there(
+    tmp_path: Path, label: int | None, error: type[GeoprintError], sentence: str
+) -> None:
+    grid = affine(CUBES)
+    save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
+    with pytest.raises(error, match=sentence):
+        load_file(tmp_path / "ball.nii", unit=None, label=label)
+
+
+def test_a_label_is_inspected_in_the_unit_that_the_volume_says(tmp_path: Path) -> None:
+    grid = affine(CUBES)
+    save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
+    text = inspection_text(inspect_file(tmp_path / "ball.nii", label=7))
+    assert "read in mm\n" in text
+    assert "border: none" in text
+    with pytest.raises(UsageError, match="choose one with `--label N`"):
+        inspect_file(tmp_path / "ball.nii")
+
+
+def test_an_empty_volume_and_a_wall_thinner_than_voxels_are_refused(tmp_path: Path) -> None:
+    labels = np.zeros((20, 20, 20), dtype=np.uint8)
+    save_nifti(tmp_path / "empty.nii", labels, np.eye(4))
+    with pytest.raises(InputError, match="holds no label"):
+        load_file(tmp_path / "empty.nii", unit=None)
+    labels[3:17, 3:17, 9] = 1
+    save_nifti(tmp_path / "sheet.nii", labels, np.eye(4))
+    with pytest.raises(InputError, match="about as thin as its voxels of 1 x 1 x 1"):
+        load_file(tmp_path / "sheet.nii", unit=None)
+
+
+def test_a_file_that_promises_more_than_it_holds_is_refused(tmp_path: Path) -> None:
+    grid = affine(CUBES)
+    content = save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
+    for name, damaged in (("cut.nii", content[:-100]), ("cut.nii.gz", gzip.compress(content[:-100]))):
+        (tmp_path / name).write_bytes(damaged)
+        with pytest.raises(InputError, match="it is cut off"):
+            load_file(tmp_path / name, unit=None, label=7)
+    (tmp_path / "packed.nii.gz").write_bytes(gzip.compress(content)[:-200])
+    with pytest.raises(InputError, match="cannot be unpacked"):
+        load_file(tmp_path / "packed.nii.gz", unit=None, label=7)
+
+
+def test_a_header_cannot_take_memory_that_the_file_does_not_explain(tmp_path: Path) -> None:
+    grid = affine(CUBES)
+    content = bytearray(save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid))
+    content[42:48] = np.array([4000, 4000, 4000], dtype="<i2").tobytes()
+    (tmp_path / "huge.nii").write_bytes(content)
+    with pytest.raises(InputError, match="at most 1024 MiB are read"):
+        load_file(tmp_path / "huge.nii", unit=None, label=7)
+    content[42:48] = np.array([900, 900, 900], dtype="<i2").tobytes()
+    (tmp_path / "short.nii").write_bytes(content)
+    with pytest.raises(InputError, match="promises 900 x 900 x 900 voxels"):
+        load_file(tmp_path / "short.nii", unit=None, label=7)
+
+
+@pytest.mark.parametrize(
+    ("content", "name", "sentence"),
+    [
+        (b"not a volume at all" * 40, "a.nii", "does not begin with a NIfTI header"),
+        (gzip.compress(b"no" * 400, mtime=0), "a.nii.gz", "does not begin with a NIfTI header"),
+        (b"not a volume", "a.nrrd", "does not begin with a NRRD header"),
+        (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: /etc/passwd\n\n", "a.nrrd",
+         "keeps its data in another file"),
+        (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: bzip2\n\n", "a.nrrd", "packed as bzip2"),
+        (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\nabcdefgh", "a.nrrd", "no `space dir"),
+    ],
+)  # fmt: skip
+def test_what_is_no_volume_is_refused_by_name(tmp_path: Path, content: bytes, name: str, sentence: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        load_file(tmp_path / name, unit="mm")
+
+
+def test_a_flat_affine_and_a_series_of_volumes_are_refused(tmp_path: Path) -> None:
+    labels = np.ones((8, 8, 8), dtype=np.uint8)
+    save_nifti(tmp_path / "flat.nii", labels, np.diag([1.0, 1.0, 1e-12, 1.0]))
+    with pytest.raises(InputError, match="voxels of 1 x 1 x 1e-12; one side may be 20 times"):
+        load_file(tmp_path / "flat.nii", unit="mm")
+    squeezed = np.eye(4)
+    squeezed[:3, 2] = squeezed[:3, 1]
+    save_nifti(tmp_path / "squeezed.nii", labels, squeezed)
+    with pytest.raises(InputError, match="squeezes its voxels flat"):
+        load_file(tmp_path / "squeezed.nii", unit="mm")
+    save_nifti(tmp_path / "series.nii", np.ones((8, 8, 8, 3), dtype=np.uint8), np.eye(4))
+    with pytest.raises(InputError, match="volume of 8 x 8 x 8 x 3"):
+        load_file(tmp_path / "series.nii", unit="mm")
+
+
+def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = affine(CUBES)
+    save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
+    real = builtins.__import__
+
+    def without(name: str, *rest: object) -> object:
+        if name == "nibabel":
+            raise ImportError(name)
+        return real(name, *rest)  # pyright: ignore[reportArgumentType]
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(UsageError, match=r"pip install 'geoprint\[medical\]'"):
+        load_file(tmp_path / "ball.nii", unit=None, label=7)
+
+
+def test_a_label_for_a_mesh_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="has no labels"):
+        load_file(tmp_path / "a.ply", unit="mm", label=1)
+
+
+@pytest.mark.parametrize("name", ["rodero01_labels_1mm_ras", "rodero01_labels_sax_oblique_1.25x1.25x6mm"])
+def test_the_blood_pool_of_a_heart_has_the_volume_of_its_mesh(name: str) -> None:
+    loaded = load_file(shared(f"labels/{name}.nii.gz"), unit=None, label=11)
+    assert signed_volume(loaded.surface) == pytest.approx(120_616.0, rel=0.015)
