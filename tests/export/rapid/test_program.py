@@ -44,7 +44,7 @@ ANALOG = replace(
         mode="analog", dispenser="doValve", uv_lamp="doUV", flow="aoFlow", flow_per_mm3_s=0.1, flow_lag=0.04
     ),
 )
-GOLDEN = Path(__file__).parents[2] / "golden"
+GOLDEN = Path(__file__).parents[2] / "golden" / "two_runs"
 
 
 def write(
