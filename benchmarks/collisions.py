@@ -33,7 +33,8 @@ from geoprint.motion.collision import clearance
 from geoprint.motion.controller import controller_path, written_targets
 from geoprint.motion.reach import reach
 from geoprint.motion.timing import retime
-from geoprint.pipeline import Plan, plan
+from geoprint.pipeline import plan
+from geoprint.results import Plan
 
 PARTS = (DATA / "heart_flat_patch.ply", DATA / "heart_apex_patch.ply", DATA / "plate.ply")
 SPACING = 3.0

@@ -18,7 +18,8 @@ import numpy as np
 from benchmarks.uniformity import DATA
 from geoprint.backends.heat import Heat
 from geoprint.config import job_of
-from geoprint.pipeline import Plan, plan
+from geoprint.pipeline import plan
+from geoprint.results import Plan
 from geoprint.surfaces import boundary_loops
 
 PART = "heart_flat_patch.ply"

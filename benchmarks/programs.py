@@ -26,7 +26,8 @@ from geoprint.export.rapid.text import SwitchAt
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
-from geoprint.pipeline import Plan, RobotPlan, check_bundle, plan, save_plan
+from geoprint.pipeline import check_bundle, plan, save_plan
+from geoprint.results import Plan, RobotPlan
 
 BACKENDS = ("heat", "lscm")
 SPACING = 2.0

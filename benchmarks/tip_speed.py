@@ -17,9 +17,10 @@ from geoprint.motion.reach import reach
 from geoprint.motion.timing import retime
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
-from geoprint.pipeline.planning import Plan, cover
+from geoprint.pipeline.planning import cover
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
+from geoprint.results import Plan
 
 PATCH_FOLDER = Path(__file__).parents[2] / "shared" / "data" / "patches"
 PATCHES = ("lv_lateral_disc_r15", "lv_anterior_disc_r30")

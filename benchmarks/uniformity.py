@@ -23,7 +23,8 @@ from benchmarks.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from geoprint.backends.lscm import distortion
 from geoprint.config import job_of
-from geoprint.pipeline import COMPARED, Comparison, compare, comparison_picture
+from geoprint.pipeline import COMPARED, compare, comparison_picture
+from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 
 DATA = Path(__file__).parents[1] / "data"

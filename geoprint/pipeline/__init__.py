@@ -20,10 +20,6 @@ from geoprint.pipeline.checking import (
 )
 from geoprint.pipeline.comparison import (
     COMPARED as COMPARED,
-    Comparison as Comparison,
-    FailedPart as FailedPart,
-    Planned as Planned,
-    Refused as Refused,
     compare as compare,
     compare_parts as compare_parts,
 )
@@ -47,7 +43,6 @@ from geoprint.pipeline.inspecting import (
     inspection_text as inspection_text,
 )
 from geoprint.pipeline.patches import (
-    Patch as Patch,
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,
     patch_summary as patch_summary,
@@ -58,8 +53,6 @@ from geoprint.pipeline.placing import (
     propose_placement as propose_placement,
 )
 from geoprint.pipeline.planning import (
-    Plan as Plan,
-    RobotPlan as RobotPlan,
     plan as plan,
 )
 from geoprint.pipeline.proposal_text import (
@@ -85,4 +78,3 @@ from geoprint.pipeline.summary import (
 )
 from geoprint.pipeline.table import comparison_table as comparison_table
 from geoprint.pipeline.verdict import verdict as verdict
-from geoprint.pipeline.workpiece import Workpiece as Workpiece

@@ -6,9 +6,8 @@ import numpy as np
 
 from geoprint.backends.lscm import chart_images, distortion, locate
 from geoprint.model import Seed
-from geoprint.pipeline.planning import Plan
-from geoprint.pipeline.workpiece import upright
 from geoprint.report import FlattenedPart, chart_figure
+from geoprint.results import Plan
 from geoprint.surfaces import pieces, positions
 
 # Pixels across the chart in the picture: what a panel shows, whatever the raster of the plan.
@@ -58,7 +57,7 @@ def _picture(plan: Plan, index: int) -> bytes:
     return chart_figure(
         part,
         flattened,
-        R_view_work=upright(workpiece),
+        R_view_work=workpiece.upright,
         spacing=contours.spacing,
         title=f"{plan.job.surface.name}{which}, flattened by the least squares conformal map (lscm)",
     )

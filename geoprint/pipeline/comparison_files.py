@@ -12,7 +12,6 @@ import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export import Json, json_bytes, write_bundle
-from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
 from geoprint.pipeline.coverage_picture import coverage_picture, paper_files
 from geoprint.pipeline.part_report import part_report
 from geoprint.pipeline.saving import plan_files, verify_files
@@ -21,6 +20,7 @@ from geoprint.pipeline.summary import settings_summary, summary, uniformity_summ
 from geoprint.pipeline.verdict import verdict
 from geoprint.quality import agreement
 from geoprint.report import html_report
+from geoprint.results import Comparison, FailedPart, Planned, Refused
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
 SCHEMA = 1

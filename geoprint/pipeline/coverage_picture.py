@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geoprint.pipeline.comparison import Planned
-from geoprint.pipeline.workpiece import Workpiece, upright
 from geoprint.report import Coverage, coverage_figure, paper_figures
+from geoprint.results import Planned, Workpiece
 
 
 def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str) -> bytes:
@@ -22,7 +21,7 @@ def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]
     return coverage_figure(
         workpiece.part,
         [coverage_panel(name, outcome) for name, outcome in planned],
-        R_view_work=upright(workpiece),
+        R_view_work=workpiece.upright,
         spacing=planned[0][1].plan.contours.spacing,
         title=title,
     )
@@ -38,7 +37,7 @@ def paper_files(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) ->
     return paper_figures(
         workpiece.part,
         [coverage_panel(name, outcome) for name, outcome in planned],
-        R_view_work=upright(workpiece),
+        R_view_work=workpiece.upright,
         spacing=planned[0][1].plan.contours.spacing,
     )
 

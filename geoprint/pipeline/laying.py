@@ -6,35 +6,14 @@ The cell's signals decide which one a plan carries: 'io' can only open and shut 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
-from typing import final
+from dataclasses import asdict, replace
 
-from geoprint.deposition import Exposure, exposure, following_flow
+from geoprint.deposition import exposure, following_flow
 from geoprint.export import Json
-from geoprint.model import FloatArray, PoseStream, SignalMode
+from geoprint.model import FloatArray, PoseStream
 from geoprint.pipeline.rounding import rounded
-from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import LevelledLayer, Thickness
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Laid:
-    """Both flows along the paths of a plan, and the layers that they leave.
-
-    Attributes:
-        mode: of the cell's signals: 'io' lays the constant flow, 'analog' the one that follows.
-        light: what the lamp gives at the set speed, or None where nobody has measured its spot.
-        constant: thickness of the layer with constant flow.
-        following: thickness of the layer with the flow that follows.
-        following_flow: (p,) that flow [mm3/mm].
-    """
-
-    mode: SignalMode
-    light: Exposure | None
-    constant: Thickness
-    following: Thickness
-    following_flow: FloatArray
+from geoprint.results import Laid, Workpiece
 
 
 def lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:

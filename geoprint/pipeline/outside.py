@@ -2,37 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import final
-
 import numpy as np
 
 from geoprint.errors import MeshError
 from geoprint.model import Surface
+from geoprint.results import Side
 from geoprint.surfaces import boundary_half_edges, closest, face_areas, face_normals, turned_over
 from geoprint.surfaces.repair import prepare
 
 # The body tells the side where at least this share of the part's area agrees; between, it tells nothing.
 TELLING_SHARE = 0.9
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Side:
-    """How the printed side was found.
-
-    Attributes:
-        source: 'closed' (outward), 'winding' (the file's), 'flip' (turned on request) or 'body' (found from it).
-        turned: whether the file's winding was turned.
-        agreeing: share of the part's area that faces the same way as the body below it; None where no closed body
-            was given.
-        sentence: for the person who prints.
-    """
-
-    source: str
-    turned: bool
-    agreeing: float | None
-    sentence: str
 
 
 def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Surface, Side]:

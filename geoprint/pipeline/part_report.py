@@ -12,14 +12,11 @@ from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.arm import Arm
 from geoprint.pipeline.chart_picture import chart_pictures
-from geoprint.pipeline.comparison import Comparison, Planned
 from geoprint.pipeline.coverage_picture import coverage_panel, coverage_picture
-from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.report_table import report_table
 from geoprint.pipeline.robot_summary import placement_warnings
 from geoprint.pipeline.summary import settings_summary
 from geoprint.pipeline.verdict import verdict
-from geoprint.pipeline.workpiece import upright
 from geoprint.quality import agreement
 from geoprint.report import (
     COVERED,
@@ -35,6 +32,7 @@ from geoprint.report import (
     switching_figure,
     view_surface,
 )
+from geoprint.results import Comparison, Plan, Planned, RobotPlan
 from geoprint.transforms import apply, inverse
 
 # What each backend is, in a few words.
@@ -68,7 +66,7 @@ def part_report(comparison: Comparison, *, faces: int) -> PartReport:
         cautions=_cautions(comparison),
         overview=_overview(comparison),
         surface=view.surface,
-        R_view_work=upright(workpiece),
+        R_view_work=workpiece.upright,
         spacing=spacing,
         backends=tuple(_view(name, outcome, view) for name, outcome in planned),
         refused=comparison.refused,

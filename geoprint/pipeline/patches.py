@@ -14,6 +14,7 @@ from geoprint.export import Json
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
 from geoprint.pipeline.rounding import all_rounded, rounded
+from geoprint.results import Patch
 from geoprint.surfaces import (
     boundary_half_edges,
     clipped,
@@ -63,28 +64,6 @@ class PatchChoice:
     cone: float | None
     curve: FloatArray | None = None
     region: IntArray | None = None
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Patch:
-    """A patch cut from a body.
-
-    Attributes:
-        surface: the patch, as prepared.
-        preparation: what joining the body and preparing the surroundings and the patch changed, and the patch.
-        body: the whole surface it was cut from, joined and facing outward where it is closed.
-        outside: how it is known which side is outside.
-        missed: how far the given points lie off the body at most [mm], or None without a point.
-        inside: what a drawn curve encloses and which side of it was taken, or None without one.
-    """
-
-    surface: Surface
-    preparation: PreparationReport
-    body: Surface
-    outside: str
-    missed: float | None
-    inside: str | None
 
 
 def choice_of(region: PatchRegion, body: Loaded) -> PatchChoice:

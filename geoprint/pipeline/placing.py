@@ -16,9 +16,10 @@ from geoprint.model import FloatArray, Placement, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.placing import Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import Margin, ReachMap, reach_map, reach_margin
-from geoprint.pipeline.planning import Plan, RobotPlan, cover, pose_stream, with_robot
+from geoprint.pipeline.planning import cover, pose_stream, with_robot
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import Workpiece, prepare_workpiece, with_rounds
+from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
+from geoprint.results import Plan, RobotPlan, Workpiece
 from geoprint.transforms import apply
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Literal, final
+from typing import Literal
 
 import numpy as np
 
 from geoprint.backends import Piecewise
-from geoprint.backends.lscm import Flattening, Lscm
+from geoprint.backends.lscm import Lscm
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, ReachError, naming
-from geoprint.export import Orders, orders_of
-from geoprint.export.rapid import Timeline, check_timeline, rapid_program, read_back, timeline
+from geoprint.export import orders_of
+from geoprint.export.rapid import check_timeline, rapid_program, read_back, timeline
 from geoprint.model import (
     Cell,
     Clearance,
-    Contours,
     ControllerPath,
     FloatArray,
     JointPath,
     Placement,
     PoseStream,
-    Program,
     Surface,
-    Targets,
     Toolpath,
-    Trajectory,
 )
 from geoprint.motion.arm import Arm, check_load
 from geoprint.motion.collision import clearance
@@ -43,78 +39,11 @@ from geoprint.motion.controller import (
 from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
-from geoprint.pipeline.laying import Laid, lay
+from geoprint.pipeline.laying import lay
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import (
-    Workpiece,
-    backend_factory,
-    prepare_workpiece,
-    require_raster,
-    upright,
-    with_rounds,
-)
-from geoprint.quality import Uniformity, uniformity, widths_at_poses
-from geoprint.surfaces import united
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class RobotPlan:
-    """The robot's part of a plan; it exists only where every check was passed.
-
-    Attributes:
-        placement: where the part stands.
-        joint_path: poses, joints and configurations.
-        trajectory: when the arm is where.
-        targets: poses that the program names.
-        controller_path: the motion as the controller interpolates it.
-        clearance: what the collision check of that motion found.
-        dry_clearance: what that of the dry run found.
-        orders: what the program carries out.
-        program: its text.
-        switching: what flows when, simulated from that text.
-    """
-
-    placement: Placement
-    joint_path: JointPath
-    trajectory: Trajectory
-    targets: Targets
-    controller_path: ControllerPath
-    clearance: Clearance
-    dry_clearance: Clearance
-    orders: Orders
-    program: Program
-    switching: Timeline
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan:
-    """Everything from the mesh to the program.
-
-    Attributes:
-        job: what was asked for.
-        workpiece: what was planned on.
-        contours: level curves of the backend.
-        toolpath: runs in printing order.
-        poses: tool poses, in the work frame; with a robot as the robot is commanded.
-        uniformity: how even the paths are, or None where there is but one level.
-        robot: the robot's part, or None where it was left out.
-        timings: seconds each stage took, in order.
-        flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
-        laid: the layer that the paths leave, or None before the flow is chosen.
-    """
-
-    job: Job
-    workpiece: Workpiece
-    contours: Contours
-    toolpath: Toolpath
-    poses: PoseStream
-    uniformity: Uniformity | None
-    robot: RobotPlan | None
-    timings: tuple[tuple[str, float], ...]
-    flattenings: tuple[Flattening, ...]
-    laid: Laid | None = None
+from geoprint.pipeline.workpiece import backend_factory, prepare_workpiece, require_raster, with_rounds
+from geoprint.quality import uniformity, widths_at_poses
+from geoprint.results import Plan, RobotPlan, Workpiece
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -136,11 +65,6 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     paths = plan_paths(job, workpiece, stage)
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
-
-
-def flat_surface(plan: Plan) -> Surface:
-    """Return the charts of a plan in the plane as one surface with the faces of the one that was flattened."""
-    return united([flattening.chart.flat for flattening in plan.flattenings])
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
@@ -185,7 +109,7 @@ def pose_stream(
     return poses(
         toolpath,
         workpiece.surface,
-        R_base_work=upright(workpiece),
+        R_base_work=workpiece.upright,
         standoff=process.standoff,
         retract=process.retract,
         layer_height=process.layer_height,

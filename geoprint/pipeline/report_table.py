@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geoprint.backends.lscm import distortion, predicted_spacing
-from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.patch_figures import evenness, patch_figures
-from geoprint.pipeline.planning import flat_surface
 from geoprint.report import Row
+from geoprint.results import Planned
 from geoprint.surfaces import in_words
 
 
@@ -109,14 +108,14 @@ def _chart(outcomes: Sequence[Planned]) -> list[Row]:
         plan = outcome.plan
         if not plan.flattenings:
             return "-"
-        found = distortion(plan.workpiece.surface, flat_surface(plan))
+        found = distortion(plan.workpiece.surface, plan.flat_surface)
         return f"{found.scale_percentile(1):.2f} - {found.scale_percentile(99):.2f}"
 
     def predicted(outcome: Planned) -> str:
         plan = outcome.plan
         if not plan.flattenings:
             return "-"
-        found = predicted_spacing(plan.workpiece.surface, flat_surface(plan), plan.contours.curves.points)
+        found = predicted_spacing(plan.workpiece.surface, plan.flat_surface, plan.contours.curves.points)
         low, high = np.percentile(found, [5, 95]).tolist()
         return f"{low:.3f} - {high:.3f}"
 

@@ -9,10 +9,10 @@ from geoprint.model import Placement, Slowdown
 from geoprint.motion.controller import LIFT
 from geoprint.motion.placing import Uncertainty
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
-from geoprint.pipeline.planning import Plan, RobotPlan
 from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.pipeline.target_report import targets_summary
+from geoprint.results import Plan, RobotPlan
 
 
 def robot_summary(plan: Plan, robot: RobotPlan) -> dict[str, Json]:

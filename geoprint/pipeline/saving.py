@@ -21,8 +21,8 @@ from geoprint.export import (
 )
 from geoprint.pipeline.chart_picture import chart_pictures
 from geoprint.pipeline.checking import RAPID_FOLDER, check_program
-from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.summary import summary
+from geoprint.results import Plan
 from geoprint.surfaces.files import load, ply_bytes
 
 

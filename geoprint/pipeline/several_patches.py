@@ -12,7 +12,8 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.errors import InputError, naming
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline.patches import Patch, choice_of, cut_patch
+from geoprint.pipeline.patches import choice_of, cut_patch
+from geoprint.results import Patch
 from geoprint.surfaces import PolylineDistance, boundary_loops, closest, edge_lengths, face_areas, in_words, united
 from geoprint.surfaces.files import Loaded
 from geoprint.surfaces.remesh import refine

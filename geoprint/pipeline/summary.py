@@ -18,13 +18,11 @@ from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patch_figures import patches_summary, patches_text
-from geoprint.pipeline.patches import Patch
-from geoprint.pipeline.planning import Plan, flat_surface
 from geoprint.pipeline.robot_summary import placement_warnings, robot_summary, robot_text
 from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.target_report import targets_warnings
-from geoprint.pipeline.workpiece import Workpiece
 from geoprint.quality import Uniformity
+from geoprint.results import Patch, Plan, Workpiece
 from geoprint.surfaces import describe, edge_lengths, face_areas
 from geoprint.surfaces.files import unit_hint
 
@@ -221,7 +219,7 @@ def _field(plan: Plan) -> dict[str, Json]:
 
 def _chart(plan: Plan) -> dict[str, Json]:
     """Return what the chart does to lengths and areas; of several patches over all, with the coarsest raster."""
-    surface, contours, flat = plan.workpiece.surface, plan.contours, flat_surface(plan)
+    surface, contours, flat = plan.workpiece.surface, plan.contours, plan.flat_surface
     coarsest = max(plan.flattenings, key=lambda flattening: flattening.largest_pixel)
     found = distortion(surface, flat)
     predicted = predicted_spacing(surface, flat, contours.curves.points)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 
-from geoprint.pipeline.comparison import Comparison, FailedPart, Planned, Refused
 from geoprint.pipeline.robot_summary import placement_warnings
 from geoprint.pipeline.verdict import verdict
+from geoprint.results import Comparison, FailedPart, Planned, Refused
 
 # Wider than any table of figures, so that no cell is cut; a narrower terminal wraps whole lines.
 WIDTH = 1000

@@ -6,8 +6,8 @@ import numpy as np
 
 from geoprint.export import Json
 from geoprint.motion.controller import close_targets
-from geoprint.pipeline.planning import Plan
 from geoprint.pipeline.rounding import rounded
+from geoprint.results import Plan
 
 
 def targets_summary(plan: Plan) -> dict[str, Json]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geoprint.pipeline.comparison import Comparison, Planned
+from geoprint.results import Comparison, Planned
 
 # Spacing that varies by less than this is even enough for any bead: its width varies by no more.
 EVEN_ENOUGH = 0.02

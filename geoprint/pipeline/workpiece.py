@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import final
 
 import numpy as np
 
@@ -14,7 +12,7 @@ from geoprint.backends import BACKENDS, BackendFactory, Piecewise
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
-from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, TouchedPoints
+from geoprint.model import Cell, Placement, Seed, Surface, TouchedPoints
 from geoprint.motion.arm import Arm, check_load, require_abb_conventions
 from geoprint.motion.placing import (
     FixtureCalibration,
@@ -24,15 +22,13 @@ from geoprint.motion.placing import (
     normal_uncertainty,
     refuse_uncertain,
 )
-from geoprint.pipeline.outside import Side, printed_side
-from geoprint.pipeline.patches import Patch
+from geoprint.pipeline.outside import printed_side
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.stages import Stages
+from geoprint.results import Workpiece
 from geoprint.surfaces import (
-    Notes,
     boundary_seed,
     closest,
-    mean_normal,
     pieces,
     point_seed,
     turned_over,
@@ -41,8 +37,7 @@ from geoprint.surfaces import (
 )
 from geoprint.surfaces.files import load_file
 from geoprint.surfaces.remesh import refine
-from geoprint.surfaces.repair import PreparationReport
-from geoprint.transforms import apply, smallest_rotation
+from geoprint.transforms import apply
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
@@ -50,50 +45,6 @@ TRIANGLES_ACROSS = 60
 RASTERED = ("lscm",)
 # A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
 SEED_TOLERANCE = 1.0
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Workpiece:
-    """What every backend of a job starts from.
-
-    Attributes:
-        cell: the machine.
-        part: the surface as prepared, before refinement.
-        notes: how the part's mesh was made, where its file holds something else.
-        side: which side of the part is printed on, and how that was found.
-        body: what the part lies on, which is what it was cut from where the job names no other; or None.
-        digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read; and
-        units: of these files.
-        patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
-        preparations: what preparing changed, patch by patch.
-        edge_length: that the part was refined to [mm], the shortest of all patches.
-        surface: the refined surface to plan on, in as many pieces.
-        seed: where distance is zero.
-        placement: where the part stands, or None where the job leaves the robot out.
-        uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
-            stated the part's place on the fixture, or the robot is left out.
-    """
-
-    cell: Cell
-    part: Surface
-    notes: Notes
-    side: Side
-    body: Surface | None
-    digests: tuple[str, ...]
-    units: tuple[str, ...]
-    patches: tuple[Patch, ...]
-    preparations: tuple[PreparationReport, ...]
-    edge_length: float
-    surface: Surface
-    seed: Seed
-    placement: Placement | None
-    uncertainty: Uncertainty | None
-
-    @property
-    def surface_within(self) -> float | None:
-        """What the surface is known within along its normal, in 95 of 100 calibrations [mm]; None as `uncertainty`."""
-        return None if self.uncertainty is None else self.uncertainty.bound
 
 
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
@@ -172,17 +123,6 @@ def require_raster(job: Job, backends: Sequence[str]) -> None:
             f"`--resolution {job.resolution}` sets the raster of {', '.join(RASTERED)}, but {', '.join(backends)} has "
             f"none: leave it out, or choose the backend {RASTERED[0]}."
         )
-
-
-def upright(workpiece: Workpiece) -> FloatArray:
-    """Return how the part stands; where nobody places it its mean normal is up, or its own z axis without one."""
-    if workpiece.placement is not None:
-        return workpiece.placement.T_base_work[:3, :3]
-    mean = mean_normal(workpiece.part)
-    length = float(np.linalg.norm(mean))
-    if length < np.finfo(np.float64).eps:
-        return np.eye(3)
-    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
 
 
 def _require_placement(job: Job, cell: Cell) -> None:

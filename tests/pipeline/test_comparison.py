@@ -14,9 +14,6 @@ from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError
 from geoprint.model import PoseStream, Surface
 from geoprint.pipeline import (
-    Comparison,
-    FailedPart,
-    Refused,
     compare,
     compare_parts,
     comparison_summary,
@@ -26,6 +23,7 @@ from geoprint.pipeline import (
     verdict,
 )
 from geoprint.quality import agreement
+from geoprint.results import Comparison, FailedPart, Refused
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate, spherical_cap
 from tests.quality.deposits import deposited, straight_line

@@ -13,8 +13,9 @@ from geoprint.cli.application import app
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import Patch, PatchChoice, cut_patch, patch_text, plan, read_curve
+from geoprint.pipeline import PatchChoice, cut_patch, patch_text, plan, read_curve
 from geoprint.pipeline.summary import outcome_text
+from geoprint.results import Patch
 from geoprint.surfaces import boundary_loops, face_areas, face_normals
 from geoprint.surfaces.files import load, save_ply
 from tests.meshes import plate, sphere, torus

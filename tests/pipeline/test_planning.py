@@ -15,19 +15,9 @@ from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, 
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import Slowdown, Surface
 from geoprint.motion.arm import Arm
-from geoprint.pipeline import (
-    Plan,
-    RobotPlan,
-    compare,
-    comparison_table,
-    outcome_text,
-    plan,
-    save_comparisons,
-    save_plan,
-    summary,
-)
-from geoprint.pipeline.comparison import Planned
+from geoprint.pipeline import compare, comparison_table, outcome_text, plan, save_comparisons, save_plan, summary
 from geoprint.pipeline.saving import verify_files
+from geoprint.results import Plan, Planned, RobotPlan
 from geoprint.surfaces import edge_lengths
 from geoprint.surfaces.files import load, save_ply
 from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of

@@ -16,7 +16,6 @@ from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, Re
 from geoprint.model import Surface
 from geoprint.paths import arrange
 from geoprint.pipeline import (
-    Plan,
     check_bundle,
     compare,
     comparison_summary,
@@ -31,6 +30,7 @@ from geoprint.pipeline.patch_figures import patch_figures
 from geoprint.pipeline.report_table import report_table
 from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
+from geoprint.results import Plan
 from geoprint.surfaces import boundary_seed, united
 from geoprint.surfaces.files import Loaded, load, load_file, save_ply
 from geoprint.surfaces.remesh import refine

@@ -1,0 +1,18 @@
+"""What pipeline hands on: frozen values that hold every intermediate one of a plan or a comparison; no stages."""
+
+from geoprint.results.comparison import (
+    Comparison as Comparison,
+    FailedPart as FailedPart,
+    Planned as Planned,
+    Refused as Refused,
+)
+from geoprint.results.plan import (
+    Laid as Laid,
+    Plan as Plan,
+    RobotPlan as RobotPlan,
+)
+from geoprint.results.workpiece import (
+    Patch as Patch,
+    Side as Side,
+    Workpiece as Workpiece,
+)

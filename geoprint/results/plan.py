@@ -1,0 +1,115 @@
+"""Everything from the mesh to the program: the values that the stages of a plan made, in their order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from geoprint.backends.lscm import Flattening
+from geoprint.config import Job
+from geoprint.deposition import Exposure
+from geoprint.export import Orders
+from geoprint.export.rapid import Timeline
+from geoprint.model import (
+    Clearance,
+    Contours,
+    ControllerPath,
+    FloatArray,
+    JointPath,
+    Placement,
+    PoseStream,
+    Program,
+    SignalMode,
+    Surface,
+    Targets,
+    Toolpath,
+    Trajectory,
+)
+from geoprint.quality import Thickness, Uniformity
+from geoprint.results.workpiece import Workpiece
+from geoprint.surfaces import united
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Laid:
+    """Both flows along the paths of a plan, and the layers that they leave.
+
+    Attributes:
+        mode: of the cell's signals: 'io' lays the constant flow, 'analog' the one that follows.
+        light: what the lamp gives at the set speed, or None where nobody has measured its spot.
+        constant: thickness of the layer with constant flow.
+        following: thickness of the layer with the flow that follows.
+        following_flow: (p,) that flow [mm3/mm].
+    """
+
+    mode: SignalMode
+    light: Exposure | None
+    constant: Thickness
+    following: Thickness
+    following_flow: FloatArray
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class RobotPlan:
+    """The robot's part of a plan; it exists only where every check was passed.
+
+    Attributes:
+        placement: where the part stands.
+        joint_path: poses, joints and configurations.
+        trajectory: when the arm is where.
+        targets: poses that the program names.
+        controller_path: the motion as the controller interpolates it.
+        clearance: what the collision check of that motion found.
+        dry_clearance: what that of the dry run found.
+        orders: what the program carries out.
+        program: its text.
+        switching: what flows when, simulated from that text.
+    """
+
+    placement: Placement
+    joint_path: JointPath
+    trajectory: Trajectory
+    targets: Targets
+    controller_path: ControllerPath
+    clearance: Clearance
+    dry_clearance: Clearance
+    orders: Orders
+    program: Program
+    switching: Timeline
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """Everything from the mesh to the program.
+
+    Attributes:
+        job: what was asked for.
+        workpiece: what was planned on.
+        contours: level curves of the backend.
+        toolpath: runs in printing order.
+        poses: tool poses, in the work frame; with a robot as the robot is commanded.
+        uniformity: how even the paths are, or None where there is but one level.
+        robot: the robot's part, or None where it was left out.
+        timings: seconds each stage took, in order.
+        flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
+        laid: the layer that the paths leave, or None before the flow is chosen.
+    """
+
+    job: Job
+    workpiece: Workpiece
+    contours: Contours
+    toolpath: Toolpath
+    poses: PoseStream
+    uniformity: Uniformity | None
+    robot: RobotPlan | None
+    timings: tuple[tuple[str, float], ...]
+    flattenings: tuple[Flattening, ...]
+    laid: Laid | None = None
+
+    @property
+    def flat_surface(self) -> Surface:
+        """The charts in the plane as one surface with the faces of the one that was flattened."""
+        return united([flattening.chart.flat for flattening in self.flattenings])

@@ -1,0 +1,110 @@
+"""What was planned on: the part as read, prepared and refined, where it was cut from and where it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
+from geoprint.motion.placing import Uncertainty
+from geoprint.surfaces import Notes, mean_normal
+from geoprint.surfaces.repair import PreparationReport
+from geoprint.transforms import smallest_rotation
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Side:
+    """How the printed side was found.
+
+    Attributes:
+        source: 'closed' (outward), 'winding' (the file's), 'flip' (turned on request) or 'body' (found from it).
+        turned: whether the file's winding was turned.
+        agreeing: share of the part's area that faces the same way as the body below it; None where no closed body
+            was given.
+        sentence: for the person who prints.
+    """
+
+    source: str
+    turned: bool
+    agreeing: float | None
+    sentence: str
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Patch:
+    """A patch cut from a body.
+
+    Attributes:
+        surface: the patch, as prepared.
+        preparation: what joining the body and preparing the surroundings and the patch changed, and the patch.
+        body: the whole surface it was cut from, joined and facing outward where it is closed.
+        outside: how it is known which side is outside.
+        missed: how far the given points lie off the body at most [mm], or None without a point.
+        inside: what a drawn curve encloses and which side of it was taken, or None without one.
+    """
+
+    surface: Surface
+    preparation: PreparationReport
+    body: Surface
+    outside: str
+    missed: float | None
+    inside: str | None
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Workpiece:
+    """What every backend of a job starts from.
+
+    Attributes:
+        cell: the machine.
+        part: the surface as prepared, before refinement.
+        notes: how the part's mesh was made, where its file holds something else.
+        side: which side of the part is printed on, and how that was found.
+        body: what the part lies on, which is what it was cut from where the job names no other; or None.
+        digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read; and
+        units: of these files.
+        patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
+        preparations: what preparing changed, patch by patch.
+        edge_length: that the part was refined to [mm], the shortest of all patches.
+        surface: the refined surface to plan on, in as many pieces.
+        seed: where distance is zero.
+        placement: where the part stands, or None where the job leaves the robot out.
+        uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
+            stated the part's place on the fixture, or the robot is left out.
+    """
+
+    cell: Cell
+    part: Surface
+    notes: Notes
+    side: Side
+    body: Surface | None
+    digests: tuple[str, ...]
+    units: tuple[str, ...]
+    patches: tuple[Patch, ...]
+    preparations: tuple[PreparationReport, ...]
+    edge_length: float
+    surface: Surface
+    seed: Seed
+    placement: Placement | None
+    uncertainty: Uncertainty | None
+
+    @property
+    def surface_within(self) -> float | None:
+        """What the surface is known within along its normal, in 95 of 100 calibrations [mm]; None as `uncertainty`."""
+        return None if self.uncertainty is None else self.uncertainty.bound
+
+    @property
+    def upright(self) -> FloatArray:
+        """How the part stands; where nobody places it its mean normal is up, or its own z axis without one."""
+        if self.placement is not None:
+            return self.placement.T_base_work[:3, :3]
+        mean = mean_normal(self.part)
+        length = float(np.linalg.norm(mean))
+        if length < np.finfo(np.float64).eps:
+            return np.eye(3)
+        return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
