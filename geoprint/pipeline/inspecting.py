@@ -8,11 +8,11 @@ from typing import final
 
 import numpy as np
 
+from geoprint.account.rounding import all_rounded, rounded
 from geoprint.backends import BACKENDS
 from geoprint.errors import GeoprintError
 from geoprint.export import Json
 from geoprint.model import Seed, Surface
-from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
 from geoprint.surfaces.files import LONGEST_NAME, load_file, suggested_unit, unit_hint
 from geoprint.surfaces.repair import Finding, Inspection, inspect
