@@ -19,7 +19,6 @@ from geoprint.pipeline.checking import (
     check_bundle as check_bundle,
 )
 from geoprint.pipeline.comparison import (
-    COMPARED as COMPARED,
     Comparison as Comparison,
     FailedPart as FailedPart,
     Planned as Planned,

@@ -8,6 +8,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.backends import backend
 from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.arm import Arm
@@ -37,12 +38,6 @@ from geoprint.report import (
 )
 from geoprint.transforms import apply, inverse
 
-# What each backend is, in a few words.
-TITLES = {
-    "lscm": "flattened, planned in 2D",
-    "heat": "heat method on the mesh",
-    "fast-marching": "fast marching on the mesh",
-}
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -118,7 +113,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
     )
     return BackendView(
         name=name,
-        title=TITLES[name],
+        title=backend(name).factory.title,
         distance=plan.contours.distance.values[view.vertices],
         spacing_ratios=panel.ratios[np.asarray(nearest)],
         coverage=marks[np.asarray(judged)],

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from geoprint.backends.lscm import distortion, predicted_spacing
+from geoprint.backends import distortion, predicted_spacing
 from geoprint.pipeline.comparison import Planned
 from geoprint.pipeline.patch_figures import evenness, patch_figures
 from geoprint.pipeline.planning import flat_surface
