@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Targets, Trajectory
-from geoprint.motion.reach import tip_ways, turns
+from geoprint.motion.reach import tip_lengths, turns
 from geoprint.transforms import same_sign
 
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
@@ -127,7 +127,7 @@ def required_poses(poses: PoseStream) -> IntArray:
 def _repeated(poses: PoseStream) -> BoolArray:
     """Tell which poses but the first one a stop or switch repeats right after it, so that a move would go nowhere."""
     switches = _switches(poses)
-    same = (tip_ways(poses) < SHORTEST_MOVE) & (turns(poses) < SMALLEST_TURN)
+    same = (tip_lengths(poses) < SHORTEST_MOVE) & (turns(poses) < SMALLEST_TURN)
     repeated = np.append(same & (poses.stops | switches)[1:], np.False_) & ~switches
     repeated[0] = False
     return repeated
@@ -237,7 +237,7 @@ def _zones(poses: PoseStream, chosen: IntArray) -> FloatArray:
 
 def _speeds(poses: PoseStream, chosen: IntArray, times: FloatArray, *, process: Process) -> FloatArray:
     """Return the speed on the way to each target [mm/s]."""
-    passed = np.append([0.0], np.cumsum(tip_ways(poses)))
+    passed = np.append([0.0], np.cumsum(tip_lengths(poses)))
     ways, durations = np.diff(passed[chosen]), np.diff(times[chosen])
     planned = np.where(poses.laid[chosen[:-1]], process.speed, process.travel_speed)
     turning = (ways < COINCIDENT) | (durations <= 0.0)

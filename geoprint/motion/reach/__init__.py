@@ -16,7 +16,7 @@ from geoprint.motion.reach.pose_samples import (
     PoseSamples as PoseSamples,
     keyframes as keyframes,
     sample_poses as sample_poses,
-    tip_ways as tip_ways,
+    tip_lengths as tip_lengths,
     tool_poses as tool_poses,
     turns as turns,
 )

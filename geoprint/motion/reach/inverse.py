@@ -22,7 +22,7 @@ from geoprint.motion.reach.following import Followed, follow
 from geoprint.motion.reach.ladder import cost_terms
 from geoprint.motion.reach.lean_room import Leaning, laying
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
-from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_ways, tool_poses
+from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_lengths, tool_poses
 from geoprint.motion.reach.reach_map import ReachMap, mapped
 
 # What is counted where the cell says nothing.
@@ -251,7 +251,7 @@ def _lacking(way: _Way, leaning: Leaning, *, T_base_work: FloatArray) -> int:
 
 
 def _mapped(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
-    steps = np.where(way.poses.laid, tip_ways(way.poses), 0.0) / 2.0
+    steps = np.where(way.poses.laid, tip_lengths(way.poses), 0.0) / 2.0
     return mapped(
         way.followed.failures,
         way.samples,
