@@ -35,7 +35,7 @@ class Lengths:
     Attributes:
         a1: from axis 1 to axis 2, ahead [mm].
         a2: from the forearm's axis 4 up to axis 3 [mm]; negative where axis 4 runs above axis 3.
-        b: sideways offset of the wrist centre [mm].
+        b: lateral offset of the wrist centre [mm].
         c1: height of axis 2 [mm].
         c2: length of the lower arm, axis 2 to axis 3 [mm].
         c3: length of the forearm, axis 3 to the wrist centre along axis 4 [mm].

@@ -290,8 +290,8 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
 def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
     """Return the smallest room under the needle's rim on deposit.
 
-    The circle is widened so that those about two neighbouring placements hold the needle on the way between them, and
-    where a corner is rounded; the tip may be as much lower there.
+    The circle is widened so that those about two neighbouring placements hold the needle between them, and where a
+    corner is rounded; the tip may be as much lower there.
     """
     laying = placements.deposit.copy()
     laying[1:] |= placements.deposit[:-1]

@@ -1,4 +1,4 @@
-"""Keyframes along a stream, and the smooth way of a value between them.
+"""Keyframes along a stream, and the smooth course of a value between them.
 
 Every pose has a *place* on a scale on which keyframe i stands at i. The scale grows with the path, faster where
 keyframes shall be denser. Values between keyframes are a uniform cubic B-spline [DeBoor1978] whose coefficients are
