@@ -159,16 +159,8 @@ def ortho_parallel(screws: Screws) -> OrthoParallel:
     turned = directions[4] * (-1.0 if directions[4] @ side < -ANGLE_ROUNDING else 1.0)
     out = _outwards(screws, wrist)
     second = _angle(up, lower - (lower @ side) * side, about=side)
-    offsets = np.array(
-        [
-            0.0,
-            second,
-            _angle(ahead, along, about=side) - second,
-            _angle(side, turned, about=along),
-            _angle(along, out, about=turned),
-            0.0,
-        ]
-    )
+    third, fourth = _angle(ahead, along, about=side) - second, _angle(side, turned, about=along)
+    offsets = np.array([0.0, second, third, fourth, _angle(along, out, about=turned), 0.0])
     end = np.array([np.cross(turned, out), turned, out]).T
     height = float((screws.T_base_flange[:3, 3] - wrist) @ out)
     T_base_end = transforms.rigid(end, wrist + height * out)

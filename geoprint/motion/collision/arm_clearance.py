@@ -150,19 +150,12 @@ def check_arm(
     """
     placements = motion.tool
     inflated = [_inflated(link.solids, kept=kept) for link in links]
-    in_work: list[tuple[CollisionWorld, Placements]] = []
-    for link in links:
-        world = CollisionWorld(inflated[link.joint], targets=targets if link.joint > 1 else base_targets)
-        in_work.append((world, motion.link_placements(link)))
+    in_work = [
+        (CollisionWorld(solids, targets=targets if link.joint > 1 else base_targets), motion.link_placements(link))
+        for link, solids in zip(links, inflated, strict=True)
+    ]
     carried_solids = _with_whole_needle(tool)
-    carried_inflated = _inflated(carried_solids, kept=kept)
-    carried: list[tuple[CollisionWorld, Placements]] = []
-    for link in links[:LINKS_APART_FROM_TOOL]:
-        world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
-        carried.append((world, motion.tool_placements(link)))
-    for first, second in _pairs(links):
-        world = CollisionWorld(inflated[second.joint], targets=tuple(solid_target(solid) for solid in first.solids))
-        carried.append((world, motion.pair_placements(first, second)))
+    carried = _as_links_see(motion, links, inflated=inflated, tool=_inflated(carried_solids, kept=kept))
     _refuse_inside(in_work)
     for world, moving in (*in_work, *carried):
         hits = find_hits(world, moving, largest_step=LARGEST_ARM_STEP)
@@ -175,6 +168,23 @@ def check_arm(
         f"{closest.solid} to {closest.target}",
         checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*in_work, *carried])),
     )
+
+
+def _as_links_see(
+    motion: ArmMotion, links: tuple[Link, ...], *, inflated: list[InflatedSolids], tool: InflatedSolids
+) -> list[tuple[CollisionWorld, Placements]]:
+    """Return where the tool, and links, move past the links that they must not touch, as those see it."""
+    solids = [tuple(solid_target(solid) for solid in link.solids) for link in links]
+    return [
+        *(
+            (CollisionWorld(tool, targets=solids[link.joint]), motion.tool_placements(link))
+            for link in links[:LINKS_APART_FROM_TOOL]
+        ),
+        *(
+            (CollisionWorld(inflated[second.joint], targets=solids[first.joint]), motion.pair_placements(first, second))
+            for first, second in _pairs(links)
+        ),
+    ]
 
 
 def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:

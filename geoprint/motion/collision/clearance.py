@@ -84,25 +84,15 @@ def clearance(
     links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
     motion = arm_motion(path, arm, tool=tool_solids(tool), links=links, T_work_base=T_work_base)
     scene = _scene(
-        tool,
-        placements=motion.tool,
-        process=process,
-        part=part,
-        body=body,
-        obstacles=obstacles,
+        tool, placements=motion.tool, process=process, part=part, body=body, obstacles=obstacles,
         T_work_base=T_work_base,
-    )
+    )  # fmt: skip
     standoff = poses.standoff if poses.deposit.any() else None
     found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
     arm_found = check_arm(
-        motion,
-        links=links,
-        tool=scene.tool.solids,
-        kept=process.clearance,
-        targets=scene.targets,
-        base_targets=scene.base_targets,
-        trees=scene.trees,
-    )
+        motion, links=links, tool=scene.tool.solids, kept=process.clearance,
+        targets=scene.targets, base_targets=scene.base_targets, trees=scene.trees,
+    )  # fmt: skip
     return _with_arm(found, arm_found)
 
 
@@ -138,13 +128,7 @@ def check_placements(
         VerificationError: as `clearance`.
     """
     scene = _scene(
-        tool,
-        placements=placements,
-        process=process,
-        part=part,
-        body=body,
-        obstacles=obstacles,
-        T_work_base=T_work_base,
+        tool, placements=placements, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base
     )
     return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
 

@@ -86,9 +86,8 @@ def written_targets(
         raise UsageError(
             f"targets need a positive tolerance and period, found {tolerance:g} mm and {period:g} s; the usual values "
             "are 0.01 mm and 0.02 s.",
-            tolerance_mm=tolerance,
-            period_s=period,
-        )
+            tolerance_mm=tolerance, period_s=period,
+        )  # fmt: skip
     poses = joint_path.poses
     chosen = _thinned(poses, trajectory.pose_times, tolerance=tolerance, period=period)
     return Targets(

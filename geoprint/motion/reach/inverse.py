@@ -83,16 +83,7 @@ def reach(
     )
     if not motion.followed.complete:
         raise _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
-    joints = motion.followed.joints[motion.samples.starts]
-    path = JointPath(
-        poses=motion.poses,
-        joints=joints,
-        configuration=configuration_data(joints, arm=arm),
-        branch=motion.followed.branch,
-        rotations=motion.attitudes.rotations,
-        leans=motion.attitudes.leans,
-        T_base_work=T_base_work,
-    )
+    path = _joint_path(motion, arm, T_base_work=T_base_work)
     _confirm(path, arm)
     if leaning is not None:
         _confirm_cone(path, poses, max_tilt=leaning.max_tilt)
@@ -245,6 +236,19 @@ def _followed(
         samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])
     followed = follow(samples, arm, branch=attitudes.branch, minimum_wrist_angle=minimum_wrist_angle)
     return _StreamMotion(attitudes, commanded, samples, followed)
+
+
+def _joint_path(motion: _StreamMotion, arm: Arm, *, T_base_work: FloatArray) -> JointPath:
+    joints = motion.followed.joints[motion.samples.starts]
+    return JointPath(
+        poses=motion.poses,
+        joints=joints,
+        configuration=configuration_data(joints, arm=arm),
+        branch=motion.followed.branch,
+        rotations=motion.attitudes.rotations,
+        leans=motion.attitudes.leans,
+        T_base_work=T_base_work,
+    )
 
 
 def _lacking(motion: _StreamMotion, leaning: Leaning, *, T_base_work: FloatArray) -> int:

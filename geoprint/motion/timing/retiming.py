@@ -70,17 +70,13 @@ def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown
     times, joints = _sampled(motions, starts, home=robot.home)
     runs, deposit = _labels(joint_path.poses, pose_times, times)
     trajectory = Trajectory(
-        times=times,
-        joints=joints,
-        runs=runs,
-        deposit=deposit,
-        pose_times=pose_times,
+        times=times, joints=joints, runs=runs, deposit=deposit, pose_times=pose_times,
         stretched=len({int(knots.runs[last]) for (_, last), leg in zip(rows, legs, strict=True) if leg.stretched}),
         slowest_deposit=found.slowest,
         slowdowns=tuple(sorted([*slower, *found.dips], key=lambda slowdown: (slowdown.run, slowdown.arc))),
         share_at_speed=found.share_at_speed,
         share_on_ramps=found.share_on_ramps,
-    )
+    )  # fmt: skip
     verify(trajectory, joint_path, robot=robot, process=process)
     return trajectory
 
