@@ -183,7 +183,7 @@ class Page:
 
 @contextmanager
 def opened_browser() -> Generator[Page]:
-    """Start a browser; skips where there is none, see `required_browser`."""
+    """Start a browser; where there is none the test is skipped, or fails if it is required."""
     chromium, path = required_browser()
     options = ChromeOptions()
     options.binary_location = chromium

@@ -88,11 +88,11 @@ def program_findings(
 
     Args:
         modules: name and text of each file.
-        orders: as in `verify_program`.
-        cell: as in `verify_program`.
-        placement: as in `verify_program`.
-        surface_within: as in `verify_program`.
-        events: as in `verify_program`.
+        orders: the targets.
+        cell: tool, home and outputs.
+        placement: where the part stands.
+        surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
+        events: where the outputs switch.
     """
     texts = dict(modules)
     paths = tuple((name, text) for name, text in modules if name not in {GUARD, _LIST})

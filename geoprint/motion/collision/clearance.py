@@ -123,9 +123,9 @@ def check_placements(
         What was found, and what was not checked.
 
     Raises:
-        ClearanceError: as `clearance`.
-        InputError: as `clearance`.
-        VerificationError: as `clearance`.
+        ClearanceError: the tool touches something, comes too close, or is inside a closed surface.
+        InputError: a placement is not a rigid transform, or tool, process or an obstacle is impossible.
+        VerificationError: the check fails on what is known, or part and placements do not belong together.
     """
     scene = _scene(
         tool, placements=placements, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base

@@ -20,7 +20,7 @@ from geoprint.motion.collision.contact import CollisionWorld
 from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import Hits, Placements
 from geoprint.motion.collision.tool_distance import (
-    Nearest,
+    NearestPoint,
     Revolution,
     circumscribed,
     nearest,
@@ -232,7 +232,7 @@ def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int) -
     enough = max(float(signed_distances(shape, local[::stride]).min()), 0.0) + radii[:, None]
     low, high = shape.bounds
     near = ((local >= low - enough) & (local <= high + enough)).all(axis=1)
-    found: Nearest = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3])
+    found: NearestPoint = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3])
     solid = shape.solid_at(found.point).name
     return Closest(found.distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
 

@@ -58,7 +58,7 @@ class Revolution:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Nearest:
+class NearestPoint:
     """The point of some triangles that is nearest to a solid of revolution, or deepest inside it.
 
     Attributes:
@@ -84,7 +84,7 @@ def signed_distances(shape: Revolution, points: FloatArray) -> FloatArray:
     return _distances_and_slopes(shape, points)[0]
 
 
-def nearest(shape: Revolution, triangles: FloatArray) -> Nearest:
+def nearest(shape: Revolution, triangles: FloatArray) -> NearestPoint:
     """Find the point of triangles that is nearest to a solid of revolution, or deepest inside it.
 
     Args:
@@ -94,7 +94,7 @@ def nearest(shape: Revolution, triangles: FloatArray) -> Nearest:
     Returns:
         The nearest point, its distance right to RESOLUTION.
     """
-    best = Nearest(inf, np.zeros(3))
+    best = NearestPoint(inf, np.zeros(3))
     fragments = triangles
     while len(fragments):
         centres, radii = circumscribed(fragments)
@@ -107,7 +107,7 @@ def nearest(shape: Revolution, triangles: FloatArray) -> Nearest:
         tried = np.stack([centres[np.argmin(distances)], fragments[least, np.argmin(rises[least])]])
         values = signed_distances(shape, tried)
         if values.min() < best.distance:
-            best = Nearest(float(values.min()), tried[np.argmin(values)])
+            best = NearestPoint(float(values.min()), tried[np.argmin(values)])
         kept = np.flatnonzero(lowest < best.distance - RESOLUTION)
         if len(kept) > MOST_FRAGMENTS:
             kept = kept[np.argpartition(lowest[kept], MOST_FRAGMENTS)[:MOST_FRAGMENTS]]

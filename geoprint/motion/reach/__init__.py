@@ -5,7 +5,6 @@ from geoprint.motion.reach.inverse import reach as reach, reach_map as reach_map
 from geoprint.motion.reach.lean_room import (
     Leaning as Leaning,
     NozzleRoom as NozzleRoom,
-    laying as laying,
 )
 from geoprint.motion.reach.margins import (
     Margin as Margin,
@@ -22,6 +21,5 @@ from geoprint.motion.reach.pose_samples import (
 )
 from geoprint.motion.reach.reach_map import (
     ReachMap as ReachMap,
-    Reason as Reason,
     lost_shares as lost_shares,
 )

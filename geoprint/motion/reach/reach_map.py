@@ -168,13 +168,13 @@ class ReachMap:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Failures:
-    """What fails at samples of a motion; as in `ReachMap`, s samples.
+    """What fails at s samples of a motion.
 
     Attributes:
-        reasons: (s,).
-        joints: (s,).
-        found: (s,).
-        allowed: (s, 2).
+        reasons: (s,) `Reason` of each.
+        joints: (s,) joint 1 to 6 that the reason is about; 0 where it is about none.
+        found: (s,) what was found, in the unit of the reason: mm where out of reach, else rad; 0 where reached.
+        allowed: (s, 2) least and most of that; 0 where reached.
     """
 
     reasons: IntArray

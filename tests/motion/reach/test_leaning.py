@@ -11,8 +11,9 @@ from geoprint.model import Box, Cell, Clearance, FloatArray, JointPath, PoseStre
 from geoprint.motion.arm import tilts
 from geoprint.motion.collision import clearance
 from geoprint.motion.controller import controller_path, written_targets
-from geoprint.motion.reach import Leaning, NozzleRoom, laying, reach
+from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.reach.attitude_search import LEAN_LENGTH
+from geoprint.motion.reach.lean_room import laying
 from geoprint.motion.timing import retime
 from tests.meshes import plate
 from tests.motion.cells import bent_cell, straight_cell

@@ -11,7 +11,8 @@ from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, FloatArray, PoseStream
 from geoprint.motion.arm import Arm
-from geoprint.motion.reach import ReachMap, Reason, lost_shares, reach, reach_map
+from geoprint.motion.reach import ReachMap, lost_shares, reach, reach_map
+from geoprint.motion.reach.reach_map import Reason
 from tests.motion.cells import straight_cell
 
 DOWN = np.diag([1.0, -1.0, -1.0])
