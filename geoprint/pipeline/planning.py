@@ -16,6 +16,7 @@ from geoprint.export.rapid import check_timeline, rapid_program, read_back, time
 from geoprint.model import (
     Cell,
     Clearance,
+    Contours,
     ControllerPath,
     FloatArray,
     JointPath,
