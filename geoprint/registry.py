@@ -30,7 +30,7 @@ class Titled(Protocol):
 
     @property
     def title(self) -> str:
-        """A few words that stand beside its name."""
+        """A few words that stand beside its name; a `ClassVar` of a class."""
         ...
 
 
