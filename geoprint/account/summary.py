@@ -119,9 +119,9 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
 
 
 def settings_summary(plan: Plan) -> dict[str, Json]:
-    """Return what was asked for and with which cell: lengths mm, speeds mm/s."""
+    """Return what was asked for and with which cell: lengths mm, speeds mm/s; pattern and options where asked for."""
     process = plan.workpiece.cell.process
-    return {
+    settings: dict[str, Json] = {
         "backend": plan.job.backend,
         "spacing_mm": plan.contours.spacing,
         "resolution": plan.job.resolution,
@@ -145,6 +145,7 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
         "flood_s": None if plan.workpiece.cell.flood is None else plan.workpiece.cell.flood.duration,
     }
+    return settings | plan.job.model_dump(include={"pattern", "options"}, exclude_defaults=True)
 
 
 def _input(plan: Plan) -> dict[str, Json]:
