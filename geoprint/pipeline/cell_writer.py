@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 from geoprint.errors import ExportError, UsageError, VerificationError
 
@@ -141,7 +141,7 @@ def _item(key: str, value: TomlValue) -> Item:
     """Return a value as it is written: numbers short, a list that is too long for its line with an entry a line."""
     import tomlkit
 
-    item = cast("Item", tomlkit.item(_shortened(value)))
+    item = tomlkit.item(_shortened(value))
     if isinstance(value, str | float | int) or len(f"{key} = {item.as_string()}") <= LINE_LENGTH:
         return item
     lines = tomlkit.array()
@@ -151,7 +151,7 @@ def _item(key: str, value: TomlValue) -> Item:
     return lines
 
 
-def _shortened(value: TomlValue) -> Any:
+def _shortened(value: TomlValue) -> object:
     if isinstance(value, str):
         return value
     if isinstance(value, Sequence):
