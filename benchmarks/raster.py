@@ -1,4 +1,4 @@
-"""How does the raster of the flattening way grow, and what does its exact border bring? Prints Markdown tables.
+"""How does the raster of the flattening backend grow, and what does its exact border bring? Prints Markdown tables.
 
     python -m benchmarks.raster [--table NAME ...] [--smoke]
 
