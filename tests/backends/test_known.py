@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
+
 import pytest
 
+import geoprint
 from geoprint.backends import (
     BACKENDS,
     accuracy,
@@ -37,3 +41,16 @@ def test_a_chart_and_a_mesh_are_compared_and_the_most_accurate_is_advised() -> N
 def test_a_name_that_is_built_in_cannot_be_registered_again() -> None:
     with pytest.raises(UsageError, match="a backend named 'heat' already"):
         register("heat", BACKENDS["lscm"])
+
+
+def test_no_room_but_their_own_knows_the_name_of_a_backend() -> None:
+    house = Path(geoprint.__file__).parent
+    found = {
+        (path.relative_to(house).as_posix(), node.value)
+        for path in house.rglob("*.py")
+        if path.relative_to(house).parts[0] != "backends"
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and node.value in BACKENDS
+    }
+    # The one that plans where nobody chooses.
+    assert found <= {("config/job.py", "heat"), ("cli/options.py", "heat")}
