@@ -18,7 +18,14 @@ from geoprint.backends.intrinsic import IntrinsicTriangulation, delaunay, intrin
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances, linear_edge_length
 from geoprint.backends.marching.edge_crossings import crossing_shares, slopes_at
-from geoprint.backends.marching.front import SEED_FIRST_EDGE, SEED_LAST_EDGE, SEED_VERTEX, Front, Mesh, measure_corners
+from geoprint.backends.marching.front import (
+    SEED_FIRST_EDGE,
+    SEED_LAST_EDGE,
+    SEED_VERTEX,
+    Front,
+    MarchingMesh,
+    measure_corners,
+)
 from geoprint.backends.marching.kernels import march, settle
 from geoprint.backends.marching.ridge_corners import with_ridge_corners
 from geoprint.backends.marching.seed_pieces import SeedPieces, seed_pieces
@@ -110,7 +117,7 @@ class FastMarching:
         ends = self._surface.vertices[edges]
         return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
-    def _march(self, seed: Seed) -> tuple[Mesh, Front]:
+    def _march(self, seed: Seed) -> tuple[MarchingMesh, Front]:
         pieces = seed_pieces(self._surface, seed, rim=self._rim)
         mesh = self._mesh
         if pieces.faces.size:
@@ -140,11 +147,11 @@ class FastMarching:
             )
 
 
-def half_edge_mesh(triangulation: IntrinsicTriangulation) -> Mesh:
+def half_edge_mesh(triangulation: IntrinsicTriangulation) -> MarchingMesh:
     """Return a triangulation as the kernels read it."""
     corners, twins = triangulation.corners.ravel(), triangulation.twins.ravel()
     lengths = triangulation.lengths.ravel()
-    return Mesh(corners, lengths, twins, *measure_corners(corners, lengths, twins, triangulation.vertex_count))
+    return MarchingMesh(corners, lengths, twins, *measure_corners(corners, lengths, twins, triangulation.vertex_count))
 
 
 def flipped_apart_from(
@@ -178,7 +185,7 @@ def flipped_apart_from(
     return IntrinsicTriangulation(flipped.corners, flipped.lengths, sewn, triangulation.vertex_count)
 
 
-def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
+def seeded_front(mesh: MarchingMesh, pieces: SeedPieces) -> Front:
     """Return the front as it leaves the seed: what is seen from it directly is settled."""
     count = mesh.first.size
     front = Front(

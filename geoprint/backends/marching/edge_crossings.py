@@ -11,7 +11,7 @@ from math import sin
 import numpy as np
 from numba import njit
 
-from geoprint.backends.marching.front import SEED_VERTEX, Front, Mesh, after, before, uncounted
+from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh, after, before, uncounted
 from geoprint.backends.marching.kernels import slope
 from geoprint.model import FloatArray, IntArray
 
@@ -23,7 +23,7 @@ HALVINGS = 40
 
 @njit(cache=True, error_model="numpy")
 def crossing_shares(
-    mesh: Mesh, front: Front, edges: IntArray, lengths: FloatArray, levels: FloatArray, meeting: float
+    mesh: MarchingMesh, front: Front, edges: IntArray, lengths: FloatArray, levels: FloatArray, meeting: float
 ) -> FloatArray:
     """Return where levels cross edges.
 
@@ -36,7 +36,7 @@ def crossing_shares(
         meeting: as for `march`.
 
     Returns:
-        (k,) shares of the way from the first vertex. Along lines that no triangle has as a side the distance is taken
+        (k,) shares of the edge from the first vertex. Along lines that no triangle has as a side the distance is taken
         as linear.
     """
     shares = np.empty(levels.size)
@@ -53,9 +53,9 @@ def crossing_shares(
 
 @njit(cache=True, error_model="numpy")
 def slopes_at(
-    mesh: Mesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
+    mesh: MarchingMesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of the distance along edges, at the given shares of the way, and where it rises across.
+    """Return the derivatives of the distance along edges, at shares of their length, and where it rises across.
 
     The other arguments are those of `crossing_shares`.
 
@@ -83,8 +83,8 @@ def slopes_at(
 
 
 @uncounted
-def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
-    """Return the derivatives of the distance by the share of the way along an edge, at its start and its end.
+def edge_slopes(mesh: MarchingMesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
+    """Return the derivatives of the distance by the share of an edge, at its start and its end.
 
     Both are the difference of the distances where the edge is no side of a triangle.
     """
@@ -101,7 +101,7 @@ def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -
 
 
 @uncounted
-def edge_sides(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
+def edge_sides(mesh: MarchingMesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
     """Return whether the distance rises to the left (positive) or right of an edge, at its start and its end.
 
     Both are 0 where the edge is no side of a triangle.
@@ -117,7 +117,7 @@ def edge_sides(mesh: Mesh, front: Front, start: int, end: int, length: float) ->
 
 
 @uncounted
-def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
+def half_edge_between(mesh: MarchingMesh, start: int, end: int, length: float) -> int:
     """Return the half-edge of a length from one vertex to another, -1 where there is none."""
     half = mesh.first[start]
     while True:
@@ -129,7 +129,7 @@ def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
 
 
 @uncounted
-def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
+def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
     start, following = mesh.corners[half], after(half)
     end = mesh.corners[following]
@@ -139,7 +139,7 @@ def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
 
 
 @uncounted
-def sides_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
+def sides_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the seed."""
     start, following = mesh.corners[half], after(half)
     end = mesh.corners[following]
@@ -151,7 +151,7 @@ def sides_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
 
 @uncounted
 def ridge_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
-    """Return where a level between the values at 0 and 1 is crossed on the way from the lower one to the ridge."""
+    """Return where a level between the values at 0 and 1 is crossed from the lower one up to the ridge."""
     share = (level - low) / (high - low)
     if high > low and first > 0.0:
         share = (level - low) / first

@@ -33,7 +33,7 @@ BESIDE_SEED = 8
 SEEN_FROM_SEED = 16
 
 
-class Mesh(NamedTuple):
+class MarchingMesh(NamedTuple):
     """Half-edge arrays of m triangles and n vertices.
 
     Attributes:
@@ -79,7 +79,7 @@ class Front(NamedTuple):
 def measure_corners(
     corners: IntArray, lengths: FloatArray, twins: IntArray, vertex_count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Return angles, bearings, stretch and first half-edges, as `Mesh` holds them."""
+    """Return angles, bearings, stretch and first half-edges, as `MarchingMesh` holds them."""
     angles = np.empty(corners.size)
     first = np.full(vertex_count, -1)
     sums = np.zeros(vertex_count)
@@ -171,7 +171,7 @@ def sink(front: Front, count: int) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def border_bearing(mesh: Mesh, vertex: int) -> float:
+def border_bearing(mesh: MarchingMesh, vertex: int) -> float:
     """Return the bearing of the last edge of a border vertex: the sum of its angles [rad]."""
     half = int(mesh.first[vertex])
     while mesh.twins[before(half)] >= 0:

@@ -13,7 +13,7 @@ from geoprint.backends.marching.front import (
     SEED_VERTEX,
     SEEN_FROM_SEED,
     Front,
-    Mesh,
+    MarchingMesh,
     after,
     arrive,
     before,
@@ -39,7 +39,7 @@ CUBIC_TRUST = 0.5
 
 
 @uncounted
-def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
+def march(mesh: MarchingMesh, front: Front, tolerance: float, meeting: float) -> int:
     """Spread the distance from the waiting vertices until nothing changes.
 
     The nearest waiting vertex leaves the heap, and the edges of the triangles around it offer their distance to the
@@ -71,7 +71,7 @@ def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
 
 
 @uncounted
-def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
+def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) -> None:
     """Find every distance anew from what its neighbours know in the end.
 
     While the front marches, an edge may offer an arrival before the direction at its farther end is final; such an
@@ -104,7 +104,7 @@ def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def improve(mesh: Mesh, front: Front, corner: int, tolerance: float, meeting: float) -> None:
+def improve(mesh: MarchingMesh, front: Front, corner: int, tolerance: float, meeting: float) -> None:
     """Offer the vertex at a corner the shortest line through its triangle, from the edge opposite to it.
 
     Args:
@@ -136,7 +136,7 @@ def improve(mesh: Mesh, front: Front, corner: int, tolerance: float, meeting: fl
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def through_edge(mesh: Mesh, front: Front, corner: int, known: float, meeting: float) -> tuple[float, float]:
+def through_edge(mesh: MarchingMesh, front: Front, corner: int, known: float, meeting: float) -> tuple[float, float]:
     """Return the shortest arrival at a corner through its opposite edge, and where it crosses the edge.
 
     On the edge, s in [0, 1] from start to end, the distance is H(s): the cubic with the values and slopes of both
@@ -242,7 +242,7 @@ def cubic_share(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def slope(mesh: Mesh, front: Front, vertex: int, bearing: float) -> float:
+def slope(mesh: MarchingMesh, front: Front, vertex: int, bearing: float) -> float:
     """Return the derivative of the distance at a vertex in a direction, per mm.
 
     On the seed it is 1, but less than a quarter turn from a seeded border edge the sine of the angle to that edge.
