@@ -8,31 +8,30 @@ Numba is loaded with this module, so that `topology` asks for it only when it is
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 import numpy as np
 from numba import njit
-from numba.extending import register_jitable
 
 from geoprint.model import IntArray
 
 # What `matched` says of half-edges that have no twin, and of those whose edge has more than two faces.
 BORDER, CROWDED = -1, -2
 
-# One half-edge in a compiled loop, or (k,) of them.
-Halves = TypeVar("Halves", int, IntArray)
 
-
-@register_jitable(inline="always")
-def next_half(half: Halves) -> Halves:
+@njit(cache=True, error_model="numpy", inline="always")
+def next_half(half: int) -> int:
     """Return the half-edge of the same face that starts where this one ends."""
-    return half + 1 - 3 * (half % 3 == 2)  # pyright: ignore[reportReturnType]
+    return half + 1 if half % 3 < 2 else half - 2
 
 
-@register_jitable(inline="always")
-def previous_half(half: Halves) -> Halves:
+@njit(cache=True, error_model="numpy", inline="always")
+def previous_half(half: int) -> int:
     """Return the half-edge of the same face that ends where this one starts."""
-    return half - 1 + 3 * (half % 3 == 0)  # pyright: ignore[reportReturnType]
+    return half - 1 if half % 3 > 0 else half + 2
+
+
+def next_halves(halves: IntArray) -> IntArray:
+    """Return `next_half` of each of (k,) half-edges."""
+    return halves + np.where(halves % 3 < 2, 1, -2)
 
 
 @njit(cache=True)

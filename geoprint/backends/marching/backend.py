@@ -25,7 +25,7 @@ from geoprint.backends.marching.seed_windows import see_from_border, see_from_pi
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 from geoprint.surfaces import edge_lengths, in_words
-from geoprint.surfaces.halfedges import next_half
+from geoprint.surfaces.halfedges import next_halves
 
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
@@ -59,7 +59,7 @@ class FastMarching:
         self._surface = surface
         self._mesh = half_edge_mesh(delaunay(intrinsic_triangulation(surface), margin=FLIP_MARGIN))
         border = np.flatnonzero(self._mesh.twins < 0)
-        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[next_half(border)]])
+        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[next_halves(border)]])
 
     @staticmethod
     def edge_length(part: Surface, *, spacing: float) -> float:
@@ -189,7 +189,7 @@ def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
     front.marks[pieces.vertices] = SEED_VERTEX
     front.heap[: pieces.vertices.size] = pieces.vertices
     front.places[pieces.vertices] = np.arange(pieces.vertices.size)
-    ends = mesh.corners[next_half(mesh.first[pieces.border])]
+    ends = mesh.corners[next_halves(mesh.first[pieces.border])]
     front.marks[pieces.border] |= SEED_FIRST_EDGE
     front.marks[ends] |= SEED_LAST_EDGE
     both = SEED_FIRST_EDGE | SEED_LAST_EDGE
