@@ -21,9 +21,10 @@ from types import MappingProxyType
 
 from benchmarks.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from geoprint.account import comparison_picture
 from geoprint.backends.lscm import distortion
 from geoprint.config import job_of
-from geoprint.pipeline import COMPARED, compare, comparison_picture
+from geoprint.pipeline import COMPARED, compare
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 
