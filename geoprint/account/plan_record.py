@@ -67,6 +67,10 @@ class SettingsRecord(Record):
     layer_height_mm: float = Field(description="of the layer [mm]")
     pressure_kpa: float | None = Field(description="of the air [kPa]")
     flood_s: float | None = Field(description="final exposure of the whole part [s]")
+    pattern: str = Field(default="contours", description="how the paths cover the part; left out for contours")
+    options: dict[str, dict[str, bool | int | float | str]] = Field(
+        default={}, description="of the backend and the pattern, by its name; left out where none is given"
+    )
 
 
 class MeshRecord(Record):

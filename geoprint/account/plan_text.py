@@ -7,16 +7,15 @@ from collections.abc import Iterator, Sequence
 from geoprint.account.plan_record import DepositionRecord, PatchRecord, PlanRecord
 from geoprint.account.robot_record import MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
+from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.results import Plan, Workpiece
 from geoprint.surfaces.files import unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
-# Paths whose spacing varies by more than this could be more even ...
+# Paths whose spacing varies by more than this could be more even with a more accurate backend.
 NOTABLE_CV = 0.01
-# ... with the backend nearest to the exact distance.
-CLOSEST_BACKEND = "fast-marching"
 
 
 def outcome_text(told: PlanRecord) -> str:
@@ -187,11 +186,9 @@ def _paths(told: PlanRecord) -> Iterator[str]:
             f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
             "in all."
         )
-    if told.settings.backend != CLOSEST_BACKEND and measured is not None and measured.spacing.cv > NOTABLE_CV:
-        yield (
-            f"spacing varies by {measured.spacing.cv:.1%}; `--backend {CLOSEST_BACKEND}` is nearer to the true "
-            "distance."
-        )
+    cv, nearest = 0.0 if measured is None else measured.spacing.cv, most_accurate_backend()
+    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
+        yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:
         yield (
             f"runs are split at {paths.corners_split} corners that are too sharp to be rounded at speed: the bead ends "

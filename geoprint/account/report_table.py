@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.account.comparison_record import PlannedRecord
 from geoprint.account.plan_record import PlanRecord
 from geoprint.account.plan_text import patch_evenness
-from geoprint.backends.lscm import predicted_spacing
+from geoprint.backends import predicted_spacing
 from geoprint.report import Row
 from geoprint.results import Plan
 from geoprint.surfaces import in_words

@@ -41,8 +41,7 @@ from geoprint.account.plan_record import (
 from geoprint.account.plan_text import warnings_of
 from geoprint.account.robot_summary import record_robot
 from geoprint.account.rounding import as_json, place_of
-from geoprint.backends import diagnostics
-from geoprint.backends.lscm import distortion, predicted_spacing
+from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.paths import largest_lean, mean_lean
@@ -155,6 +154,7 @@ def _settings(plan: Plan) -> SettingsRecord:
         layer_height_mm=process.layer_height,
         pressure_kpa=None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
         flood_s=None if cell.flood is None else cell.flood.duration,
+        options=job.options,
     )
 
 

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends.interface import Backend
+from geoprint.backends.interface import Backend, Showing, Shown
 from geoprint.errors import naming
 from geoprint.model import Contours, ScalarField, Seed, Surface
 from geoprint.surfaces import all_curves, in_words, middle_of, pieces, some_curves
@@ -68,3 +68,7 @@ class Piecewise:
         order = np.argsort(levels, kind="stable")
         whole = [piece.on_whole(contours.curves) for piece, contours in zip(self._pieces, found, strict=True)]
         return Contours(some_curves(all_curves(whole), order), levels[order], spacing, ScalarField(values))
+
+    def shown(self, *, spacing: float) -> tuple[Shown, ...]:
+        """Return what the backend can show of itself on each piece for a spacing [mm]; nothing of most."""
+        return tuple(one.shown(spacing=spacing) for one in self.backends if isinstance(one, Showing))

@@ -125,11 +125,13 @@ def region_of(
     return given if any(value is not None for value in given.values()) else None
 
 
-def backend_names(text: str) -> list[str]:
-    """Return the names in a comma-separated list; `all` stands for every backend."""
-    from geoprint.backends import BACKENDS
+def backends_of(text: str | None) -> list[str] | None:
+    """Return the names in a comma-separated list; `all` stands for every backend, None where nothing is said."""
+    from geoprint.backends import backend_names
 
-    return list(BACKENDS) if text.strip() == "all" else [name.strip() for name in text.split(",")]
+    if text is None:
+        return None
+    return list(backend_names()) if text.strip() == "all" else [name.strip() for name in text.split(",")]
 
 
 def rounds_of(rounds: int | None, step: str | None) -> int | None:

@@ -39,7 +39,7 @@ from geoprint.cli.options import (
     Step,
     Unit,
     WithRobot,
-    backend_names,
+    backends_of,
     region_of,
     rounds_of,
 )
@@ -104,7 +104,13 @@ def compare(
     *,
     out: Out,
     unit: Unit = None,
-    backends: Annotated[str, typer.Option(help="Backends to compare, with commas between them, or all.")] = "lscm,heat",
+    backends: Annotated[
+        str | None,
+        typer.Option(
+            help="Backends to compare, with commas between them, or all.",
+            show_default="a chart, a mesh",
+        ),
+    ] = None,
     spacing: Spacing = None,
     rounds: Rounds = None,
     step: Step = None,
@@ -149,7 +155,7 @@ def compare(
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
-        compared = compare_parts(jobs, backends=backend_names(backends), observe=observe)
+        compared = compare_parts(jobs, backends=backends_of(backends), observe=observe)
         observe("writing")
         told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
     if as_json:

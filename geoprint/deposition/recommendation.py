@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint.deposition.bead import bead, strand_diameter
 from geoprint.deposition.curing import Exposure, exposure
-from geoprint.deposition.rheology import bore_of, flow_through, pressure_for, starting_pressure
+from geoprint.deposition.rheology import Bore, bore_of, flow_through, pressure_for, starting_pressure
 from geoprint.errors import InputError
 from geoprint.model import PASCAL_PER_KPA, Flood, Fluid, Material, Process, Tool
 
@@ -83,21 +83,12 @@ def recommend(
     """
     bore, fluid = bore_of(tool), material.fluid
     start = starting_pressure(fluid, bore)
-    flow = float(flow_through(fluid, bore, pressures=np.array([pressure]))[0])
-    if flow <= 0.0:
-        raise InputError(
-            f"nothing flows at {pressure / PASCAL_PER_KPA:g} kPa: the yield stress holds the material in this nozzle "
-            f"up to {start / PASCAL_PER_KPA:.3g} kPa; raise the pressure or take a wider or shorter needle.",
-            starting_pressure=start,
-        )
+    flow = _flow_at(pressure, fluid=fluid, bore=bore, start=start)
     needle, taper = (float(share[0]) for share in pressure_for(fluid, bore, flows=np.array([flow])))
-    area = flow / process.speed
+    area, layer = flow / process.speed, process.layer_height
     strand = strand_diameter(area)
-    pressed = strand >= process.standoff
-    width = bead(flow=flow, speed=process.speed, standoff=process.standoff).width if pressed else None
-    layer = process.layer_height
-    fitting = None if spacing is None else process.speed * spacing * layer
-    meant = area / layer if spacing is None else spacing
+    width = _bead_width(flow, strand, process=process)
+    fitting, meant = (None, area / layer) if spacing is None else (process.speed * spacing * layer, spacing)
     light = exposure(material, speed=process.speed, spacing=meant, flood=flood)
     return Recommendation(
         flow=flow,
@@ -118,6 +109,25 @@ def recommend(
             *([] if light is None or light.lacking is None else [light.lacking]),
         ),
     )
+
+
+def _bead_width(flow: float, strand: float, *, process: Process) -> float | None:
+    """Return the width of the bead that the nozzle presses [mm], or None where the strand is thinner than the gap."""
+    if strand < process.standoff:
+        return None
+    return bead(flow=flow, speed=process.speed, standoff=process.standoff).width
+
+
+def _flow_at(pressure: float, *, fluid: Fluid, bore: Bore, start: float) -> float:
+    """Return the flow at a pressure [mm3/s]; none below the pressure at which it starts is refused."""
+    flow = float(flow_through(fluid, bore, pressures=np.array([pressure]))[0])
+    if flow <= 0.0:
+        raise InputError(
+            f"nothing flows at {pressure / PASCAL_PER_KPA:g} kPa: the yield stress holds the material in this nozzle "
+            f"up to {start / PASCAL_PER_KPA:.3g} kPa; raise the pressure or take a wider or shorter needle.",
+            starting_pressure=start,
+        )
+    return flow
 
 
 def _wall_shear_rate(fluid: Fluid, stress: float) -> float:

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from geoprint.account.rounding import all_rounded, rounded
-from geoprint.backends import BACKENDS
+from geoprint.backends import backend as find_backend, backend_names
 from geoprint.errors import GeoprintError
 from geoprint.export import Json
 from geoprint.model import Seed, Surface
@@ -80,7 +80,7 @@ def inspect_file(
         size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
         found=found,
         regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
-        backends=tuple((name, _trial(name, found)) for name in BACKENDS),
+        backends=tuple((name, _trial(name, found)) for name in backend_names()),
     )
 
 
@@ -154,7 +154,7 @@ def _trial(name: str, found: Inspection) -> str:
     if len(surface.faces) > TRIAL_FACES:
         return f"{NOT_TRIED}: {len(surface.faces)} faces, {TRIAL_FACES} at most are tried; plan it"
     try:
-        backend, seed = BACKENDS[name](surface), _seed(surface)
+        backend, seed = find_backend(name).factory(surface), _seed(surface)
         backend.contours(seed, spacing=backend.distance(seed).maximum / TRIAL_LEVELS)
     except GeoprintError as error:
         return f"no: {error}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from geoprint.backends.lscm import Flattening
+from geoprint.backends import Shown
 from geoprint.config import Job
 from geoprint.deposition import Exposure
 from geoprint.export import Orders
@@ -124,10 +124,10 @@ class Plan:
     layers: tuple[Layer, ...]
     robot: tuple[RobotPlan, ...]
     timings: tuple[tuple[str, float], ...]
-    flattenings: tuple[Flattening, ...]
+    flattenings: tuple[Shown, ...]
     laid: Laid | None = None
 
     @property
     def flat_surface(self) -> Surface:
         """The charts in the plane as one surface with the faces of the one that was flattened."""
-        return united([flattening.chart.flat for flattening in self.flattenings])
+        return united([one.flat for one in self.flattenings])

@@ -184,7 +184,7 @@ def test_a_body_with_a_speck_is_in_the_way_once_however_its_patches_are_cut(tmp_
 
 def test_patches_that_face_different_ways_have_no_demonstration_placement(ball: Path) -> None:
     regions = [disc_at((0.0, 0.0, RADIUS), 5.0), disc_at((0.0, 0.0, -RADIUS), 5.0)]
-    with pytest.raises(ReachError, match="patches that face the same way"):
+    with pytest.raises(ReachError, match="patches that face alike"):
         plan(job(ball, *regions, robot=True, place="demo"))
 
 

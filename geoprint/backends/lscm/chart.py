@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csc_array
 
+from geoprint.backends.distortion import signed_areas
 from geoprint.backends.lscm.conformal_map import PinnedMap, conformal_energy, turning_pull
-from geoprint.backends.lscm.overlap import refuse_overlaps, signed_areas
+from geoprint.backends.lscm.overlap import refuse_overlaps
 from geoprint.errors import FieldError
 from geoprint.model import IntArray, Surface
 from geoprint.surfaces import boundary_loops, component_labels, describe, euler_characteristic, face_areas
-
-__all__ = ["conformal_chart", "farthest_pair", "signed_areas"]
 
 
 def conformal_chart(surface: Surface) -> Surface:

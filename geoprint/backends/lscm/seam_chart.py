@@ -11,10 +11,11 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.csgraph import dijkstra
 
+from geoprint.backends.distortion import signed_areas
 from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.backends.lscm.conformal_map import PinnedMap, conformal_energy, turning_pull
 from geoprint.backends.lscm.continuation import UNCUT, Chart, Continuation
-from geoprint.backends.lscm.overlap import refuse_overlaps, signed_areas
+from geoprint.backends.lscm.overlap import refuse_overlaps
 from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
 from geoprint.model import IntArray, Surface
 from geoprint.surfaces import (

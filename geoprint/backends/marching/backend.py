@@ -9,10 +9,11 @@ distance on the polyhedron.
 
 from __future__ import annotations
 
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
+from geoprint.backends.interface import Accuracy
 from geoprint.backends.intrinsic import IntrinsicTriangulation, delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances, linear_edge_length
@@ -53,6 +54,10 @@ class FastMarching:
     Raises:
         MeshError: the surface is not so, or has an edge without length.
     """
+
+    title: ClassVar[str] = "fast marching on the mesh"
+    summary: ClassVar[str] = "Sweeps a front over the surface that carries the direction of the shortest ways."
+    accuracy: ClassVar[Accuracy] = Accuracy.NEARLY_EXACT
 
     def __init__(self, surface: Surface) -> None:
         self._surface = surface
