@@ -69,8 +69,7 @@ class Scene:
 
     def check(self, body: Surface | None) -> None:
         """Check the path; raise what the check raises."""
-        robot = self.planned.robot
-        assert robot is not None
+        (robot,) = self.planned.robot
         clearance(
             robot.controller_path, self.arm, tool=self.cell.tool, process=self.cell.process,
             T_base_work=robot.placement.T_base_work, poses=robot.joint_path.poses, part=self.planned.workpiece.part,
@@ -79,8 +78,7 @@ class Scene:
 
     def check_lowered(self) -> None:
         """Check the path of a tip that is lower than it should be on all deposit; raise what the check raises."""
-        robot = self.planned.robot
-        assert robot is not None
+        (robot,) = self.planned.robot
         T_base_work = robot.placement.T_base_work
         low = reach(_lowered(robot.joint_path.poses, by=STANDOFF_ERROR), self.arm, T_base_work=T_base_work)
         process = self.cell.process
@@ -128,9 +126,9 @@ def scene_of(part: Path, *, spacing: float = SPACING) -> Scene:
     cell = planned.workpiece.cell
     cell = replace(cell, tool=replace(cell.tool, lamp=LAMP))
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    assert planned.robot is not None
-    T_work_base = transforms.inverse(planned.robot.placement.T_base_work)
-    sweep = Sweep(planned.robot.controller_path, arm, tool=cell.tool, T_work_base=T_work_base)
+    assert planned.robot
+    T_work_base = transforms.inverse(planned.robot[0].placement.T_base_work)
+    sweep = Sweep(planned.robot[0].controller_path, arm, tool=cell.tool, T_work_base=T_work_base)
     scene = Scene(planned, arm, cell, sweep)
     scene.check(None)
     return scene

@@ -66,9 +66,9 @@ def checked(part: Path, *, backend: str, cell: Path, bundle: Path) -> tuple[list
     """
     planned = plan(job_of(surface=part, unit="mm", spacing=SPACING, backend=backend, cell=cell, place="demo"))
     save_plan(planned, bundle, overwrite=True)
-    assert planned.robot is not None
+    assert planned.robot
     findings = check_bundle(bundle).findings
-    return [str(planned.robot.orders.count), str(len(findings))], deviations(planned, planned.robot)
+    return [str(planned.robot[0].orders.count), str(len(findings))], deviations(planned, planned.robot[0])
 
 
 def cell_with_lags() -> str:

@@ -21,9 +21,10 @@ from types import MappingProxyType
 
 from benchmarks.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from geoprint.account import comparison_picture
 from geoprint.backends import compared_backends, distortion
 from geoprint.config import job_of
-from geoprint.pipeline import compare, comparison_picture
+from geoprint.pipeline import compare
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 

@@ -1,1 +1,28 @@
 """What is said of a result: plan.json and compare.json, tables, verdict, run sheet, report and pictures."""
+
+from geoprint.account.comparison_record import ComparisonRecord as ComparisonRecord
+from geoprint.account.comparison_summary import (
+    ToldComparison as ToldComparison,
+    comparison_picture as comparison_picture,
+    comparison_report as comparison_report,
+    tell_comparison as tell_comparison,
+)
+from geoprint.account.plan_record import PlanRecord as PlanRecord
+from geoprint.account.plan_text import outcome_text as outcome_text
+from geoprint.account.rounding import (
+    as_json as as_json,
+    read_record as read_record,
+)
+from geoprint.account.run_sheet import (
+    Checked as Checked,
+    Finding as Finding,
+    check_summary as check_summary,
+    run_sheet as run_sheet,
+)
+from geoprint.account.summary import (
+    patch_summary as patch_summary,
+    record_plan as record_plan,
+    summary as summary,
+)
+from geoprint.account.table import comparison_table as comparison_table
+from geoprint.account.verdict import verdict as verdict

@@ -1,91 +1,66 @@
-"""What is said of comparisons: the content of compare.json, the report page, and the picture beside it."""
+"""From comparisons to what compare.json says of them, with what is said of each plan, and the report page."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
+from typing import final
 
 import numpy as np
 
+from geoprint.account.comparison_record import (
+    ComparisonRecord,
+    FailedRecord,
+    PartRecord,
+    PathDistancesRecord,
+    PlannedRecord,
+    RefusedRecord,
+)
 from geoprint.account.coverage_picture import coverage_picture
 from geoprint.account.part_report import part_report
-from geoprint.account.summary import settings_summary, summary, uniformity_summary
+from geoprint.account.plan_record import PlanRecord
+from geoprint.account.summary import record_evenness, record_plan
 from geoprint.account.verdict import verdict
-from geoprint.export import Json
+from geoprint.model import FloatArray
 from geoprint.quality import agreement
 from geoprint.report import html_report
-from geoprint.results import Comparison, FailedPart, Planned, Refused
+from geoprint.results import Comparison, FailedPart, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
-SCHEMA = 1
+COMPARISON_SCHEMA = 2
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
 
 
-def comparison_summary(parts: Sequence[Comparison | FailedPart]) -> dict[str, Json]:
-    """Return the content of compare.json.
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ToldComparison:
+    """All figures of a comparison, each made once.
 
-    `schema` is the version of this layout, `version` that of geoprint, `parts` has an object for each part in the order
-    of the command. A part that failed has `part` (its file's name) and `failed` (why). Any other has
-
-    - `part`, `input` (name, SHA-256 and unit of its file), `settings`, `surface`: as in plan.json;
-    - `verdict`: sentences;
-    - `backends`: for each in the order of the command either `backend` and `refused` (why), or `backend`,
-      `spacing_mm`, `uniformity`, `paths`, `deposition` and `patches` as in plan.json, `printable` (null where it was
-      not asked), `not_printable` (why), `not_reached` (share of the deposited length that the arm cannot reach, for
-      each reason), `print_time_s`, `smallest_clearance_mm`, `planning_s`, `warnings`;
-    - `path_distances_mm`: `backends` (names), `hausdorff` and `mean`, matrices in their order.
+    Attributes:
+        record: the content of compare.json.
+        plans: for each part the content of plan.json by backend; empty for a part that failed.
     """
-    return {
-        "schema": SCHEMA,
-        "version": version("geoprint"),
-        "parts": [_part(part) for part in parts],
-    }
+
+    record: ComparisonRecord
+    plans: tuple[Mapping[str, PlanRecord], ...]
 
 
-def _part(part: Comparison | FailedPart) -> dict[str, Json]:
-    if isinstance(part, FailedPart):
-        return {"part": part.job.surface.name, "failed": part.reason}
-    first = part.planned[0][1].plan
-    about = summary(first)
-    names = [name for name, _ in part.planned]
-    apart = agreement([outcome.plan.poses for _, outcome in part.planned], spacing=first.contours.spacing)
-    return {
-        "part": part.job.surface.name,
-        "input": about["input"],
-        "settings": {name: value for name, value in settings_summary(first).items() if name != "backend"},
-        "surface": about["surface"],
-        "verdict": list(verdict(part)),
-        "backends": [_row(name, outcome) for name, outcome in part.outcomes],
-        "path_distances_mm": {
-            "backends": names,
-            "hausdorff": np.round(apart.hausdorff, 6).tolist(),
-            "mean": np.round(apart.mean, 6).tolist(),
-        },
-    }
-
-
-def _row(name: str, outcome: Planned | Refused) -> dict[str, Json]:
-    if isinstance(outcome, Refused):
-        return {"backend": name, "refused": outcome.reason}
-    plan, about = outcome.plan, summary(outcome.plan)
-    robot = plan.robot
-    return {
-        "backend": name,
-        "spacing_mm": plan.contours.spacing,
-        "uniformity": uniformity_summary(outcome.uniformity),
-        "paths": about["paths"],
-        "deposition": about.get("deposition"),
-        "patches": about.get("patches", []),
-        "printable": robot is not None if plan.job.robot else None,
-        "not_printable": outcome.not_printable,
-        "not_reached": {reason: round(share, 6) for reason, share in outcome.lost},
-        "print_time_s": None if robot is None else robot.trajectory.duration,
-        "smallest_clearance_mm": None if robot is None else round(robot.clearance.smallest, 6),
-        "planning_s": round(outcome.planning_time, 3),
-        "warnings": about["warnings"],
-    }
+def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
+    """Return what is said of compared parts, at least one: the source of compare.json, table, report and bundles."""
+    plans = tuple(
+        {name: record_plan(outcome.plan) for name, outcome in part.planned} if isinstance(part, Comparison) else {}
+        for part in parts
+    )
+    told = tuple(
+        _part(part, of)
+        if isinstance(part, Comparison)
+        else FailedRecord(part=part.job.surface.name, failed=part.reason)
+        for part, of in zip(parts, plans, strict=True)
+    )
+    return ToldComparison(ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=told), plans)
 
 
 def comparison_picture(comparison: Comparison) -> bytes:
@@ -95,13 +70,69 @@ def comparison_picture(comparison: Comparison) -> bytes:
     return coverage_picture(comparison.workpiece, comparison.planned, title=title)
 
 
-def comparison_report(parts: Sequence[Comparison | FailedPart]) -> bytes:
-    """Return report.html: verdict, figures and a 3D scene for each part, in one file that opens offline."""
-    compared = [part for part in parts if isinstance(part, Comparison)]
-    named = compared[0].job.surface.name if len(parts) == 1 else f"{len(parts)} parts"
+def comparison_report(parts: Sequence[Comparison | FailedPart], told: ToldComparison) -> bytes:
+    """Return report.html: verdict, figures and a 3D scene for each part, in one file that opens offline.
+
+    Args:
+        parts: what was compared, at least one of them with success.
+        told: their figures.
+    """
+    each = zip(parts, told.record.parts, told.plans, strict=True)
+    compared = [
+        (part, record, plans)
+        for part, record, plans in each
+        if isinstance(part, Comparison) and isinstance(record, PartRecord)
+    ]
+    named = compared[0][1].part if len(parts) == 1 else f"{len(parts)} parts"
     faces = max(VIEW_FACES // len(compared), FEWEST_VIEW_FACES)
     return html_report(
-        [part_report(part, faces=faces) for part in compared],
+        [part_report(part, record, plans, faces=faces) for part, record, plans in compared],
         title=f"geoprint compare: {named}",
-        failed=[(part.job.surface.name, part.reason) for part in parts if isinstance(part, FailedPart)],
+        failed=[(record.part, record.failed) for record in told.record.parts if isinstance(record, FailedRecord)],
+    )
+
+
+def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:
+    first = next(iter(plans.values()))
+    rows = tuple(
+        _row(name, outcome, plans[name])
+        if isinstance(outcome, Planned)
+        else RefusedRecord(backend=name, refused=outcome.reason)
+        for name, outcome in part.outcomes
+    )
+    name, planned = part.job.surface.name, [outcome.plan for _, outcome in part.planned]
+    apart = agreement([plan.poses for plan in planned], spacing=planned[0].contours.spacing)
+    return PartRecord(
+        part=name,
+        input=first.input,
+        settings=first.settings.model_copy(update={"backend": None}),
+        surface=first.surface,
+        verdict=verdict(name, rows),
+        backends=rows,
+        path_distances_mm=PathDistancesRecord(
+            backends=tuple(plans), hausdorff=_matrix(apart.hausdorff), mean=_matrix(apart.mean)
+        ),
+    )
+
+
+def _matrix(values: FloatArray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in np.asarray(values).tolist())
+
+
+def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
+    plan = outcome.plan
+    return PlannedRecord(
+        backend=name,
+        spacing_mm=plan.contours.spacing,
+        uniformity=told.uniformity or record_evenness(outcome.uniformity),
+        paths=told.paths,
+        deposition=told.deposition,
+        patches=told.patches,
+        printable=bool(plan.robot) if plan.job.robot else None,
+        not_printable=outcome.not_printable,
+        not_reached=dict(outcome.lost),
+        print_time_s=max((robot.trajectory.duration for robot in plan.robot), default=None),
+        smallest_clearance_mm=min((robot.clearance.smallest for robot in plan.robot), default=None),
+        planning_s=outcome.planning_time,
+        warnings=told.warnings,
     )

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from importlib.metadata import version
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.chart_picture import chart_pictures
+from geoprint.account.comparison_record import PartRecord
 from geoprint.account.coverage_picture import coverage_panel, coverage_picture
+from geoprint.account.plan_record import PlanRecord, SettingsRecord
+from geoprint.account.plan_text import placement_warnings
 from geoprint.account.report_table import report_table
-from geoprint.account.robot_summary import placement_warnings
-from geoprint.account.summary import settings_summary
-from geoprint.account.verdict import verdict
+from geoprint.account.rounding import as_json
 from geoprint.backends import backend
-from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.arm import Arm
-from geoprint.quality import agreement
 from geoprint.report import (
     COVERED,
     GAP,
@@ -42,38 +42,37 @@ PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl"
 UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_deg": "degrees", "_kpa": "kPa", "_s": "s"}
 
 
-def part_report(comparison: Comparison, *, faces: int) -> PartReport:
+def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, PlanRecord], *, faces: int) -> PartReport:
     """Return what the report page says of a comparison.
 
     Args:
         comparison: with one planned backend or more.
+        told: what compare.json says of it.
+        plans: what plan.json says of each plan, by backend.
         faces: of the surface that is drawn, at most.
     """
     workpiece, planned = comparison.workpiece, comparison.planned
     first = planned[0][1].plan
     spacing = first.contours.spacing
     view = view_surface(workpiece.surface, faces=faces)
-    names = tuple(name for name, _ in planned)
-    apart = agreement([outcome.plan.poses for _, outcome in planned], spacing=spacing)
+    apart = told.path_distances_mm
     return PartReport(
-        name=comparison.job.surface.name,
-        verdict=verdict(comparison),
-        cautions=_cautions(comparison),
-        overview=_overview(comparison),
+        name=told.part,
+        verdict=told.verdict,
+        cautions=_cautions(first, plans),
+        overview=_overview(told),
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
         backends=tuple(_view(name, outcome, view) for name, outcome in planned),
-        refused=comparison.refused,
-        table=report_table(planned),
-        path_distances=PathDistances(names, apart.hausdorff, apart.mean) if len(names) > 1 else None,
+        refused=tuple((row.backend, row.refused) for row in told.refused),
+        table=report_table(told.planned, plans, [outcome.plan for _, outcome in planned]),
+        path_distances=PathDistances(apart.backends, np.array(apart.hausdorff), np.array(apart.mean))
+        if len(planned) > 1
+        else None,
         pictures=tuple(picture for name, outcome in planned for picture in _pictures(name, outcome.plan)),
-        settings=_settings(first),
-        inputs=tuple(
-            (path.name, digest)
-            for path, digest in zip((comparison.job.surface, comparison.job.body), workpiece.digests, strict=False)
-            if path is not None
-        ),
+        settings=_settings(told.settings),
+        inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
 
@@ -89,8 +88,8 @@ def _pictures(name: str, plan: Plan) -> list[Picture]:
         )
         for number, chart in enumerate(charts, start=1)
     ]
-    if plan.robot is not None:
-        found = plan.robot.switching
+    for robot in plan.robot:
+        found = robot.switching
         title = f"{name}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
         drawn = switching_figure(found.deposits, found.material, found.lamp, found.vacuum, title=title)
         on = "the lamp is on and the vacuum draws" if found.vacuum.size else "and the lamp is on"
@@ -119,7 +118,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         offsets=panel.offsets,
         ratios=panel.ratios,
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
-        replay=None if plan.robot is None else _replay(plan, plan.robot),
+        replay=_replay(plan, plan.robot[0]) if plan.robot else None,
     )
 
 
@@ -147,37 +146,35 @@ def _replay(plan: Plan, robot: RobotPlan) -> Replay:
     )
 
 
-def _cautions(comparison: Comparison) -> tuple[str, ...]:
+def _cautions(first: Plan, plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
     """Say what nobody may overlook; what cannot be printed and why stands in the verdict."""
-    robots = [outcome.plan.robot for _, outcome in comparison.planned if outcome.plan.robot is not None]
+    robots = next((plan.robot for plan in plans.values() if plan.robot), ())
     if not robots:
         return ()
-    cautions = placement_warnings(robots[0].placement)
-    laid = comparison.planned[0][1].plan.laid
-    if laid is not None and laid.light is not None and laid.light.lacking is not None:
-        cautions.append(f"{laid.light.lacking[0].upper()}{laid.light.lacking[1:]}")
+    cautions, light = placement_warnings(robots), None if first.laid is None else first.laid.light
+    if light is not None and light.lacking is not None:
+        cautions.append(f"{light.lacking[0].upper()}{light.lacking[1:]}")
     return (*cautions, f"Not checked: {'; '.join(robots[0].clearance.not_checked)}.")
 
 
-def _overview(comparison: Comparison) -> tuple[tuple[str, str], ...]:
-    best, outcome = min(comparison.planned, key=lambda pair: pair[1].uniformity.cv)
-    printable = [name for name, other in comparison.planned if other.plan.robot is not None]
-    asked = comparison.job.robot
+def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
+    best = min(told.planned, key=lambda row: row.uniformity.spacing.cv)
+    printable = [row.backend for row in told.planned if row.printable]
     return (
-        ("most even", best),
-        ("its spacing CV", f"{outcome.uniformity.cv:.2%}"),
-        ("printable", (", ".join(printable) or "none") if asked else "not asked"),
+        ("most even", best.backend),
+        ("its spacing CV", f"{best.uniformity.spacing.cv:.2%}"),
+        ("printable", "not asked" if best.printable is None else ", ".join(printable) or "none"),
     )
 
 
-def _settings(plan: Plan) -> tuple[tuple[str, str], ...]:
-    def text(value: Json) -> str:
+def _settings(told: SettingsRecord) -> tuple[tuple[str, str], ...]:
+    def text(value: object) -> str:
         if isinstance(value, bool):
             return "yes" if value else "no"
         return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    settings = {name: value for name, value in settings_summary(plan).items() if name not in {"backend", "patches"}}
-    regions = [region.model_dump(exclude_none=True).items() for region in plan.job.patches]
+    settings = {name: value for name, value in as_json(told).items() if name != "patches"}
+    regions = [region.model_dump(exclude_none=True).items() for region in told.patches]
     return (
         *((_with_unit(name), text(value)) for name, value in settings.items()),
         *(

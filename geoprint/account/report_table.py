@@ -2,144 +2,137 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from geoprint.account.patch_figures import evenness, patch_figures
-from geoprint.backends import distortion, predicted_spacing
+from geoprint.account.comparison_record import PlannedRecord
+from geoprint.account.plan_record import PlanRecord
+from geoprint.account.plan_text import patch_evenness
+from geoprint.backends import predicted_spacing
 from geoprint.report import Row
-from geoprint.results import Planned
+from geoprint.results import Plan
 from geoprint.surfaces import in_words
 
 
-def report_table(planned: Sequence[tuple[str, Planned]]) -> tuple[Row, ...]:
+def report_table(
+    rows: Sequence[PlannedRecord], told: Mapping[str, PlanRecord], plans: Sequence[Plan]
+) -> tuple[Row, ...]:
     """Return the rows; the best values of a row are marked where backends differ in what is printed.
 
     Args:
-        planned: name and outcome of each column.
+        rows: of compare.json, a column each.
+        told: what is said of their plans, by backend.
+        plans: in the order of the columns.
     """
-    outcomes = [outcome for _, outcome in planned]
-    rows = [*_evenness(outcomes), *_path(outcomes)]
-    rows += _patches(outcomes)
-    if any(outcome.plan.flattenings for outcome in outcomes):
-        rows += _chart(outcomes)
-    if outcomes[0].plan.job.robot:
-        rows += _robot(outcomes)
-    return (*rows, _row("Computing", "planning time [s]", "", outcomes, lambda o: f"{o.planning_time:.1f}"))
+    table = [*_evenness(rows), *_path(rows), *_patches(rows)]
+    if any(plan.flattenings for plan in plans):
+        table += _chart([told[row.backend] for row in rows], plans)
+    if rows[0].printable is not None:
+        table += _robot(rows)
+    return (*table, _row("Computing", "planning time [s]", "", rows, lambda r: f"{r.planning_s:.1f}"))
 
 
-def _evenness(outcomes: Sequence[Planned]) -> list[Row]:
+def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
     group = "Evenness"
     return [
         _row(
-            group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", outcomes,
-            lambda o: f"{o.uniformity.cv:.2%}", badness=lambda o: o.uniformity.cv,
+            group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
+            lambda r: f"{r.uniformity.spacing.cv:.2%}", badness=lambda r: r.uniformity.spacing.cv,
         ),
-        _row(group, "spacing, mean", "1 is as wanted", outcomes, lambda o: f"{o.uniformity.mean:.3f}"),
+        _row(group, "spacing, mean", "1 is as wanted", rows, lambda r: f"{r.uniformity.spacing.mean:.3f}"),
         _row(
-            group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", outcomes,
-            lambda o: f"{o.uniformity.percentile(5):.3f} - {o.uniformity.percentile(95):.3f}",
-            badness=lambda o: o.uniformity.percentile(95) - o.uniformity.percentile(5),
-        ),
-        _row(
-            group, "within 5% of the wanted", "share of the path", outcomes,
-            lambda o: f"{o.uniformity.within_5_percent:.1%}", badness=lambda o: -o.uniformity.within_5_percent,
+            group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", rows,
+            lambda r: f"{r.uniformity.spacing.p5:.3f} - {r.uniformity.spacing.p95:.3f}",
+            badness=lambda r: r.uniformity.spacing.p95 - r.uniformity.spacing.p5,
         ),
         _row(
-            group, "area uncovered", "farther than 0.55 spacings from every path", outcomes,
-            lambda o: f"{o.uniformity.uncovered:.2%}", badness=lambda o: o.uniformity.uncovered,
+            group, "within 5% of the wanted", "share of the path", rows,
+            lambda r: f"{r.uniformity.spacing.within_5_percent:.1%}",
+            badness=lambda r: -r.uniformity.spacing.within_5_percent,
         ),
         _row(
-            group, "area overlapped", "within 0.45 spacings of two stretches of path", outcomes,
-            lambda o: f"{o.uniformity.overlap:.2%}", badness=lambda o: o.uniformity.overlap,
+            group, "area uncovered", "farther than 0.55 spacings from every path", rows,
+            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap,
         ),
         _row(
-            group, "strip width, variation (CV)", "thickness error of a constant flow", outcomes,
-            lambda o: f"{o.uniformity.width_cv:.2%}", badness=lambda o: o.uniformity.width_cv,
+            group, "area overlapped", "within 0.45 spacings of two stretches of path", rows,
+            lambda r: f"{r.uniformity.overlap:.2%}", badness=lambda r: r.uniformity.overlap,
         ),
         _row(
-            group, "layer thickness, variation (CV)", "constant flow / flow that follows the width, fronts apart",
-            outcomes, _layer,
+            group, "strip width, variation (CV)", "thickness error of a constant flow", rows,
+            lambda r: f"{r.uniformity.width_cv:.2%}", badness=lambda r: r.uniformity.width_cv,
         ),
-        _row(group, "measured by", "", outcomes, lambda o: o.uniformity.method),
+        _row(
+            group, "layer thickness, variation (CV)", "constant flow / flow that follows the width, fronts apart", rows,
+            _layer,
+        ),
+        _row(group, "measured by", "", rows, lambda r: r.uniformity.method),
     ]  # fmt: skip
 
 
-def _patches(outcomes: Sequence[Planned]) -> list[Row]:
+def _patches(rows: Sequence[PlannedRecord]) -> list[Row]:
     """Return a row for each of several patches."""
-    figures = [patch_figures(outcome.plan) for outcome in outcomes]
-    if len(figures[0]) == 1:
+    if len(rows[0].patches) < 2:
         return []
     return [
         Row(
             f"Patch {number}", "spacing, variation (CV)",
-            f"{same[0].area:.4g} mm2 about {in_words(same[0].place)}; runs "
-            + " / ".join(f"{found.runs[0] + 1} to {found.runs[1] + 1}" for found in same),
-            tuple(evenness(found) for found in same),
+            f"{same[0].area_mm2:.4g} mm2 about {in_words(np.array(same[0].place_mm, dtype=np.float64))}; runs "
+            + " / ".join(f"{patch.runs[0] + 1} to {patch.runs[1] + 1}" for patch in same),
+            tuple(patch_evenness(patch) for patch in same),
         )
-        for number, same in enumerate(zip(*figures, strict=True), start=1)
+        for number, same in enumerate(zip(*(row.patches for row in rows), strict=True), start=1)
     ]  # fmt: skip
 
 
-def _layer(outcome: Planned) -> str:
-    laid = outcome.plan.laid
-    cvs = () if laid is None else (laid.constant.cv, laid.following.cv)
+def _layer(row: PlannedRecord) -> str:
+    told = row.deposition
+    cvs = () if told is None else (told.constant_flow.cv, told.following_flow.cv)
     return " / ".join("-" if cv is None else f"{cv:.2%}" for cv in cvs) or "-"
 
 
-def _path(outcomes: Sequence[Planned]) -> list[Row]:
+def _path(rows: Sequence[PlannedRecord]) -> list[Row]:
     group = "Path"
     return [
+        _row(group, "runs", "each starts and stops the dispenser", rows, lambda r: str(r.paths.runs)),
+        _row(group, "length [mm]", "", rows, lambda r: f"{r.paths.deposit_mm:.0f}"),
         _row(
-            group, "runs", "each starts and stops the dispenser", outcomes,
-            lambda o: str(o.plan.toolpath.curves.count),
-        ),
-        _row(group, "length [mm]", "", outcomes, lambda o: f"{o.uniformity.length:.0f}"),
-        _row(
-            group, "stops while laying", "at sharp corners, with the valve open", outcomes,
-            lambda o: str(o.plan.poses.stops_while_laying), badness=lambda o: o.plan.poses.stops_while_laying,
+            group, "stops while laying", "at sharp corners, with the valve open", rows,
+            lambda r: str(r.paths.stops_while_laying), badness=lambda r: r.paths.stops_while_laying,
         ),
     ]  # fmt: skip
 
 
-def _chart(outcomes: Sequence[Planned]) -> list[Row]:
-    def scales(outcome: Planned) -> str:
-        plan = outcome.plan
-        if not plan.flattenings:
-            return "-"
-        found = distortion(plan.workpiece.surface, plan.flat_surface)
-        return f"{found.scale_percentile(1):.2f} - {found.scale_percentile(99):.2f}"
-
-    def predicted(outcome: Planned) -> str:
-        plan = outcome.plan
+def _chart(told: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:
+    def predicted(plan: Plan) -> str:
         if not plan.flattenings:
             return "-"
         found = predicted_spacing(plan.workpiece.surface, plan.flat_surface, plan.contours.curves.points)
         low, high = np.percentile(found, [5, 95]).tolist()
         return f"{low:.3f} - {high:.3f}"
 
-    group = "Flattening"
+    scales = [None if plan.chart is None else plan.chart.area_scale for plan in told]
+    between = tuple("-" if scale is None else f"{scale.p1:.2f} - {scale.p99:.2f}" for scale in scales)
+    spacings = tuple(predicted(plan) for plan in plans)
+    group, one_over = "Flattening", "one over its scale of length"
     return [
-        _row(group, "area scale of the chart, 1st and 99th percentile", "1 everywhere on a plane", outcomes, scales),
-        _row(
-            group, "spacing that the chart predicts, 5th and 95th percentile", "one over its scale of length", outcomes,
-            predicted,
-        ),
-    ]  # fmt: skip
+        Row(group, "area scale of the chart, 1st and 99th percentile", "1 everywhere on a plane", between),
+        Row(group, "spacing that the chart predicts, 5th and 95th percentile", one_over, spacings),
+    ]
 
 
-def _robot(outcomes: Sequence[Planned]) -> list[Row]:
+def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
     group = "Robot"
     return [
-        _row(group, "printable", "", outcomes, lambda o: "no" if o.plan.robot is None else "yes"),
+        _row(group, "printable", "", rows, lambda r: "yes" if r.printable else "no"),
         _row(
-            group, "print time [s]", "", outcomes,
-            lambda o: "-" if o.plan.robot is None else f"{o.plan.robot.trajectory.duration:.0f}",
+            group, "print time [s]", "", rows,
+            lambda r: "-" if r.print_time_s is None else f"{r.print_time_s:.0f}",
         ),
         _row(
-            group, "smallest clearance [mm]", "tool to part and body, above the tip", outcomes,
-            lambda o: "-" if o.plan.robot is None else f"{o.plan.robot.clearance.smallest:.2f}",
+            group, "smallest clearance [mm]", "tool to part and body, above the tip", rows,
+            lambda r: "-" if r.smallest_clearance_mm is None else f"{r.smallest_clearance_mm:.2f}",
         ),
     ]  # fmt: skip
 
@@ -148,13 +141,13 @@ def _row(
     group: str,
     quantity: str,
     meaning: str,
-    outcomes: Sequence[Planned],
-    text: Callable[[Planned], str],
+    rows: Sequence[PlannedRecord],
+    text: Callable[[PlannedRecord], str],
     *,
-    badness: Callable[[Planned], float] | None = None,
+    badness: Callable[[PlannedRecord], float] | None = None,
 ) -> Row:
-    values = tuple(text(outcome) for outcome in outcomes)
+    values = tuple(text(row) for row in rows)
     if badness is None or len(set(values)) == 1:
         return Row(group, quantity, meaning, values)
-    leading = values[int(np.argmin([badness(outcome) for outcome in outcomes]))]
+    leading = values[int(np.argmin([badness(row) for row in rows]))]
     return Row(group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading))

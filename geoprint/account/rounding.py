@@ -1,15 +1,23 @@
-"""How numbers appear in the JSON that a plan or a comparison leaves."""
+"""How figures appear in what geoprint tells: frozen records with rounded numbers, written to JSON and read back."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, TypeAlias, TypeVar, cast
 
 import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from geoprint.config.strict import describe
+from geoprint.errors import VerificationError
 from geoprint.export import Json
 
 # Decimals of lengths [mm] and angles [degrees]: finer than any machine, short enough to read.
 DECIMALS = 6
+
+_R = TypeVar("_R", bound="Record")
 
 
 def rounded(value: float | np.floating) -> float:
@@ -20,3 +28,54 @@ def rounded(value: float | np.floating) -> float:
 def all_rounded(values: Iterable[float | np.floating]) -> list[Json]:
     """Return numbers, such as a place, as JSON carries them."""
     return [rounded(value) for value in values]
+
+
+def _thousandths(value: float) -> float:
+    return round(value, 3)
+
+
+# A figure with six decimals, and one with three.
+Rounded: TypeAlias = Annotated[float, AfterValidator(rounded)]
+Thousandths: TypeAlias = Annotated[float, AfterValidator(_thousandths)]
+Count: TypeAlias = Annotated[int, Field(ge=0)]
+Place: TypeAlias = tuple[Rounded, Rounded, Rounded]
+# First and last of what follows each other.
+Pair: TypeAlias = tuple[int, int]
+
+
+class Record(BaseModel):
+    """Figures that belong together, each with its name and, in its description, its unit.
+
+    What has a default is left out of the JSON where it has that value; everything else always stands there.
+    """
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def place_of(values: Iterable[float | np.floating]) -> tuple[float, float, float]:
+    """Return a (3,) place [mm] as records take it."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def as_json(record: Record) -> dict[str, Json]:
+    """Return a record as JSON carries it, its keys in the order of the fields."""
+    return cast("dict[str, Json]", record.model_dump(mode="json", by_alias=True, exclude_defaults=True))
+
+
+def read_record(path: Path, kind: type[_R]) -> _R:
+    """Return the record that a JSON file holds.
+
+    Raises:
+        VerificationError: it cannot be read, or a key is unknown, missing or wrong; the sentence says which.
+    """
+    try:
+        # Parsed first: the sentence on what is no JSON at all names its line.
+        json.loads(content := path.read_bytes())
+        return kind.model_validate_json(content)
+    except ValidationError as error:
+        raise VerificationError(
+            f"{path.name}: {describe(error)}; restore the file as it was written, or write it again."
+        ) from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise VerificationError(f"{path.name} cannot be read ({error}); write it again.") from error

@@ -6,13 +6,17 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, final
+from typing import final
 
 import numpy as np
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.robot_summary import switching_summary
+from geoprint.account.plan_record import DepositionRecord, PatchRecord, PlanRecord
+from geoprint.account.robot_record import ClearanceRecord, MotionRecord, SwitchingRecord
+from geoprint.account.robot_summary import record_switching
+from geoprint.account.rounding import Record, as_json
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray
@@ -40,7 +44,7 @@ class Checked:
     Attributes:
         folder: where it stands.
         findings: what is wrong; empty where it is as it was planned.
-        summary: the content of plan.json.
+        told: the content of plan.json, or None where it cannot be read.
         setup: the cell, or None where it cannot be read.
         orders: the targets, or None where they cannot be read.
         settings: how the program is set to run, or None where the program is not the plan's.
@@ -49,30 +53,59 @@ class Checked:
 
     folder: Path
     findings: tuple[Finding, ...]
-    summary: dict[str, Any]
+    told: PlanRecord | None
     setup: Setup | None
     orders: Orders | None
     settings: Settings | None
     switching: Timeline | None
 
 
+@final
+class FindingRecord(Record):
+    """Something that is wrong."""
+
+    file: str = Field(description="of the bundle")
+    line: int = Field(description="from 1")
+    reason: str = Field(description="one sentence")
+
+
+@final
+class SettingsNow(Record):
+    """How the program is set to run."""
+
+    dry_run: bool = Field(description="whether it runs dry")
+    speed_pct: float = Field(description="of the planned speed [%]")
+    first_run: int = Field(description="from which on it prints, from 1")
+
+
+@final
+class CheckRecord(Record):
+    """The result object of `geoprint check`."""
+
+    bundle: str = Field(description="name of the folder")
+    agrees: bool = Field(description="whether it is as it was planned")
+    findings: tuple[FindingRecord, ...] = Field(description="what is wrong")
+    set_to: SettingsNow | None = Field(default=None, description="left out where the program is not the plan's")
+    switching: SwitchingRecord | None = Field(default=None, description="as in plan.json; left out likewise")
+    extent_base_mm: tuple[tuple[float, ...], ...] | None = Field(
+        default=None, description="lowest and highest x, y, z of the tip, in base coordinates [mm]"
+    )
+
+
 def check_summary(checked: Checked) -> dict[str, Json]:
     """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
-    result: dict[str, Json] = {
-        "bundle": checked.folder.name,
-        "agrees": not checked.findings,
-        "findings": [
-            {"file": finding.file, "line": finding.line, "reason": finding.reason} for finding in checked.findings
-        ],
-    }
-    if checked.settings is not None:
-        result["set_to"] = asdict(checked.settings)
-    if checked.switching is not None:
-        result["switching"] = switching_summary(checked.switching)
-    if checked.setup is not None and checked.orders is not None:
-        low, high = _extent(checked.setup, checked.orders)
-        result["extent_base_mm"] = [low.round(3).tolist(), high.round(3).tolist()]
-    return result
+    setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
+    extent = None if setup is None or orders is None else _extent(setup, orders)
+    return as_json(
+        CheckRecord(
+            bundle=checked.folder.name,
+            agrees=not checked.findings,
+            findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.findings),
+            set_to=None if settings is None else SettingsNow(**asdict(settings)),
+            switching=None if switching is None else record_switching(switching),
+            extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
+        )
+    )
 
 
 def run_sheet(checked: Checked) -> str:
@@ -82,22 +115,23 @@ def run_sheet(checked: Checked) -> str:
         checked: a bundle.
     """
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
-    if checked.findings or setup is None or orders is None or settings is None or switching is None:
+    told = checked.told
+    if checked.findings or told is None or not (setup and orders and settings and switching):
         return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
-    summary = checked.summary
-    lines = [f"RUN SHEET  {summary['input']['name']}  ({checked.folder.name})", ""]
+    robot = told.robot[0]
+    lines = [f"RUN SHEET  {told.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
-        ("program", _program(setup, orders, modules=summary["program"]["modules"])),
+        ("program", _program(setup, orders, modules=robot.program.modules)),
         ("is set to", _settings(setup, settings)),
-        ("patches", _patches(summary.get("patches", []))),
+        ("patches", _patches(told.patches)),
         ("placement", _placement(setup)),
-        ("extent", _reach(setup, orders, summary["motion"])),
-        ("closest approach", _closest(summary["clearance"])),
+        ("extent", _reach(setup, orders, robot.motion)),
+        ("closest approach", _closest(robot.clearance)),
         ("signals", _signals(setup, switching)),
-        ("process", _process(setup, summary)),
-        ("limits", _limits(setup, summary["motion"])),
+        ("process", _process(setup, told.deposition)),
+        ("limits", _limits(setup, robot.motion)),
         ("before start", _steps(setup, orders)),
-        ("not checked", ["; ".join(summary["clearance"]["not_checked"]) + "; the real cell."]),
+        ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
     ):
         lines += _entry(label, texts) if texts else []
     return "\n".join(lines)
@@ -131,14 +165,14 @@ def _settings(setup: Setup, settings: Settings) -> list[str]:
     return texts
 
 
-def _patches(patches: Sequence[dict[str, Any]]) -> list[str]:
+def _patches(patches: Sequence[PatchRecord]) -> list[str]:
     """Name each of several patches by its runs, numbered as the controller does, so that printing can begin at one."""
     if len(patches) < 2:
         return []
     return [
-        f"{number}: runs {patch['runs'][0] + 1} to {patch['runs'][1] + 1}, {patch['area_mm2']:.4g} mm2 about "
-        f"{in_words(np.array(patch['place_mm'], dtype=np.float64))}, spacing CV "
-        + ("none (one level)" if patch["spacing"]["cv"] is None else f"{patch['spacing']['cv']:.2%}")
+        f"{number}: runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, {patch.area_mm2:.4g} mm2 about "
+        f"{in_words(np.array(patch.place_mm, dtype=np.float64))}, spacing CV "
+        + ("none (one level)" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}")
         for number, patch in enumerate(patches, start=1)
     ]
 
@@ -166,20 +200,18 @@ def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
     return tips.min(axis=0), tips.max(axis=0)
 
 
-def _reach(setup: Setup, orders: Orders, motion: dict[str, float]) -> list[str]:
+def _reach(setup: Setup, orders: Orders, motion: MotionRecord) -> list[str]:
     low, high = _extent(setup, orders)
     spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))
-    return [f"tip in base coordinates: {spans} mm; wrist never below {motion['smallest_wrist_angle_deg']:.1f} degrees"]
+    return [f"tip in base coordinates: {spans} mm; wrist never below {motion.smallest_wrist_angle_deg:.1f} degrees"]
 
 
-def _closest(clearance: dict[str, Json]) -> list[str]:
-    dry = clearance["dry_run"]
-    texts = [f"{clearance['smallest_mm']:.2f} mm, {clearance['at']}; kept everywhere: {clearance['kept_mm']} mm"]
-    if clearance["arm_smallest_mm"] is not None:
-        texts.append(f"arm: {clearance['arm_smallest_mm']:.1f} mm, {clearance['arm_at']}")
-    if isinstance(dry, dict):
-        texts.append(f"dry run, {dry['lift_mm']:g} mm higher: {dry['smallest_mm']:.2f} mm, {dry['at']}")
-    return texts
+def _closest(clearance: ClearanceRecord) -> list[str]:
+    dry = clearance.dry_run
+    texts = [f"{clearance.smallest_mm:.2f} mm, {clearance.at}; kept everywhere: {clearance.kept_mm} mm"]
+    if clearance.arm_smallest_mm is not None:
+        texts.append(f"arm: {clearance.arm_smallest_mm:.1f} mm, {clearance.arm_at}")
+    return [*texts, f"dry run, {dry.lift_mm:g} mm higher: {dry.smallest_mm:.2f} mm, {dry.at}"]
 
 
 def _signals(setup: Setup, switching: Timeline) -> list[str]:
@@ -196,25 +228,25 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     ]
 
 
-def _process(setup: Setup, summary: dict[str, Any]) -> list[str]:
+def _process(setup: Setup, deposition: DepositionRecord | None) -> list[str]:
     """Say what a person sets beside the robot, and what the lamp gives."""
     process, flood = setup.cell.process, setup.cell.flood
     pressure = "not named" if process.pressure is None else f"{process.pressure / PASCAL_PER_KPA:g} kPa"
     texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {process.standoff:g} mm"]
-    light = summary["deposition"]["light"]
+    light = None if deposition is None else deposition.light
     if setup.cell.purge is not None:
         texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
     if light is not None:
-        texts.append(f"light: {light['one_pass']:.3g} mJ/cm2 in one pass, {light['all_passes']:.3g} in all together")
+        texts.append(f"light: {light.one_pass:.3g} mJ/cm2 in one pass, {light.all_passes:.3g} in all together")
     if flood is not None:
         who = "by hand" if flood.joints is None else "by the program, after the last run"
         texts.append(f"final exposure of the whole part: {flood.duration:g} s, {who}")
     return texts
 
 
-def _limits(setup: Setup, motion: dict[str, float]) -> list[str]:
+def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
     process = setup.cell.process
-    laying = f"tip {process.speed:g} mm/s laying (slowest {motion['slowest_deposit_mm_s']:.1f})"
+    laying = f"tip {process.speed:g} mm/s laying (slowest {motion.slowest_deposit_mm_s:.1f})"
     joints = f"joints from and to home at {process.joint_speed_share:.0%} of their speeds"
     return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
 

@@ -52,8 +52,9 @@ def patch(
     as_json: AsJson = False,
 ) -> None:
     """Cut a patch out of a body, through its triangles, so that its rim is smooth; several of a job are numbered."""
+    from geoprint.account import patch_summary
     from geoprint.config import job_of
-    from geoprint.pipeline import patch_summary, patch_text, patches_of
+    from geoprint.pipeline import patch_text, patches_of
     from geoprint.surfaces.files import load_file, save_ply
 
     job = job_of(surface=body, **keys)
@@ -122,7 +123,8 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
-    from geoprint.pipeline import check_bundle, check_summary, run_sheet
+    from geoprint.account import check_summary, run_sheet
+    from geoprint.pipeline import check_bundle
 
     checked = check_bundle(bundle)
     if as_json:

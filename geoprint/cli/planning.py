@@ -34,9 +34,10 @@ def plan(
     as_json: AsJson = False,
 ) -> None:
     """Plan one part with one backend and write the program, the tables and plan.json."""
+    from geoprint.account import as_json as json_of, outcome_text
     from geoprint.config import job_of
     from geoprint.export import check_writable
-    from geoprint.pipeline import outcome_text, plan as run, save_plan, summary
+    from geoprint.pipeline import plan as run, save_plan
 
     job = job_of(surface=surface, **keys)
     limit_memory(max_memory)
@@ -44,10 +45,10 @@ def plan(
     with watch() as observe:
         planned = run(job, observe=observe)
         observe("writing")
-        save_plan(planned, out, overwrite=overwrite)
+        told = save_plan(planned, out, overwrite=overwrite)
     if as_json:
-        typer.echo(json.dumps(summary(planned), indent=2))
-    say(f"{outcome_text(planned)}\nwritten and verified: {out}")
+        typer.echo(json.dumps(json_of(told), indent=2))
+    say(f"{outcome_text(told)}\nwritten and verified: {out}")
 
 
 @takes(but=("backend",))
@@ -70,9 +71,10 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
+    from geoprint.account import as_json as json_of, comparison_table
     from geoprint.config import job_of
     from geoprint.export import check_writable
-    from geoprint.pipeline import compare_parts, comparison_summary, comparison_table, save_comparisons
+    from geoprint.pipeline import compare_parts, save_comparisons
 
     jobs = [job_of(surface=surface, **keys) for surface in surfaces]
     limit_memory(max_memory)
@@ -80,10 +82,10 @@ def compare(
     with watch() as observe:
         compared = compare_parts(jobs, backends=backends_of(backends), observe=observe)
         observe("writing")
-        save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
+        told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
     if as_json:
-        typer.echo(json.dumps(comparison_summary(compared), indent=2))
-    say(f"{comparison_table(compared)}\nwritten and verified: {out}")
+        typer.echo(json.dumps(json_of(told.record), indent=2))
+    say(f"{comparison_table(told)}\nwritten and verified: {out}")
 
 
 @takes(but=("place", "robot"))

@@ -1,23 +1,5 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
-from geoprint.account.comparison_summary import (
-    comparison_picture as comparison_picture,
-    comparison_report as comparison_report,
-    comparison_summary as comparison_summary,
-)
-from geoprint.account.patch_figures import patch_summary as patch_summary
-from geoprint.account.run_sheet import (
-    Checked as Checked,
-    Finding as Finding,
-    check_summary as check_summary,
-    run_sheet as run_sheet,
-)
-from geoprint.account.summary import (
-    outcome_text as outcome_text,
-    summary as summary,
-)
-from geoprint.account.table import comparison_table as comparison_table
-from geoprint.account.verdict import verdict as verdict
 from geoprint.pipeline.calibrating import (
     CalibratedFixture as CalibratedFixture,
     CalibratedTool as CalibratedTool,

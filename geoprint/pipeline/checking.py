@@ -11,8 +11,10 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-from typing import Any, cast, final
+from typing import final
 
+from geoprint.account.plan_record import PlanRecord
+from geoprint.account.rounding import read_record
 from geoprint.account.run_sheet import Checked, Finding
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
@@ -91,7 +93,7 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
     return Checked(
         folder,
         tuple(checking.findings),
-        summary=checking.summary,
+        told=checking.told,
         setup=checking.setup,
         orders=checking.orders,
         settings=checking.settings,
@@ -152,7 +154,7 @@ class _Checking:
 
     def __init__(self, folder: Path) -> None:
         self.findings: list[Finding] = []
-        self.summary: dict[str, Any] = {}
+        self.told: PlanRecord | None = None
         self.setup: Setup | None = None
         self.orders: Orders | None = None
         self.settings: Settings | None = None
@@ -161,7 +163,7 @@ class _Checking:
 
     def run(self, names: Sequence[str]) -> None:
         with_file = self._collecting
-        with_file("plan.json", self._read_summary)
+        with_file("plan.json", self._read_plan)
         with_file("setup.json", self._read_setup)
         if self.setup is None:
             # Whatever it was written for, nothing loads that declares a name twice.
@@ -177,11 +179,10 @@ class _Checking:
             if self.orders is not None:
                 self._check_program(names, setup, self.orders, table)
 
-    def _read_summary(self) -> None:
-        try:
-            self.summary = cast("dict[str, Any]", json.loads((self._folder / "plan.json").read_bytes()))
-        except (OSError, ValueError, RecursionError) as error:
-            raise VerificationError(f"plan.json cannot be read ({error}); write the plan again.") from error
+    def _read_plan(self) -> None:
+        self.told = read_record(self._folder / "plan.json", PlanRecord)
+        if not self.told.robot:
+            raise VerificationError("plan.json: robot: it has no part of the robot; write the plan again.")
 
     def _read_setup(self) -> None:
         self.setup = read_setup(self._folder / "setup.json")

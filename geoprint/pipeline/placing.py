@@ -103,8 +103,7 @@ def propose_placement(
         except PlanError as error:
             refused.append(str(error))
             continue
-        if planned.robot is not None:
-            return _proposal(paths, planned, planned.robot, stand=stand, room=room, refused=tuple(refused))
+        return _proposal(paths, planned, planned.robot[0], stand=stand, room=room, refused=tuple(refused))
     # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
     higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(

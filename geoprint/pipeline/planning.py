@@ -42,7 +42,7 @@ from geoprint.pipeline.laying import lay
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import uniformity, widths_at_poses
-from geoprint.results import Plan, RobotPlan, Workpiece
+from geoprint.results import Layer, Plan, RobotPlan, Workpiece
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -94,7 +94,8 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     with stage("path"):
         toolpath = arrange(strokes, surface, speed=workpiece.cell.process.speed)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattenings)
+    layers = (Layer(surface, 0, workpiece.cell.process.layer_height),)
+    return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)
 
 
 def pose_stream(
@@ -209,7 +210,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
         check_timeline(switching)
     robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
-    return replace(paths, poses=joint_path.poses, robot=robot, timings=tuple(stage.timings))
+    return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
 
 
 def _stations(cell: Cell) -> list[tuple[str, FloatArray]]:

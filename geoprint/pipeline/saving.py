@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,10 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.account.chart_picture import chart_pictures
-from geoprint.account.comparison_summary import comparison_picture, comparison_report, comparison_summary
+from geoprint.account.comparison_record import ComparisonRecord
+from geoprint.account.comparison_summary import (
+    ToldComparison,
+    comparison_picture,
+    comparison_report,
+    tell_comparison,
+)
 from geoprint.account.coverage_picture import paper_files
+from geoprint.account.plan_record import PlanRecord
+from geoprint.account.rounding import as_json, read_record
 from geoprint.account.spacing_table import spacing_table
-from geoprint.account.summary import summary
+from geoprint.account.summary import record_plan
 from geoprint.errors import VerificationError
 from geoprint.export import (
     Setup,
@@ -27,11 +34,11 @@ from geoprint.export import (
     write_bundle,
 )
 from geoprint.pipeline.checking import RAPID_FOLDER, check_program
-from geoprint.results import Comparison, FailedPart, Plan
+from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
 
-def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> None:
+def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> PlanRecord:
     """Write a plan's bundle: complete and verified, or not at all.
 
     Args:
@@ -39,12 +46,18 @@ def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> None:
         directory: where the bundle shall stand.
         overwrite: whether an existing bundle may be replaced.
 
+    Returns:
+        What plan.json says.
+
     Raises:
         UsageError: the folder exists already.
         ExportError: nothing can be written there.
         VerificationError: what was written differs from the plan when it is read back.
     """
-    write_bundle(directory, plan_files(plan), overwrite=overwrite, verify=lambda folder: verify_files(plan, folder))
+    told = record_plan(plan)
+    files = plan_files(plan, told)
+    write_bundle(directory, files, overwrite=overwrite, verify=lambda folder: verify_files(plan, told, folder))
+    return told
 
 
 def save_comparisons(
@@ -54,7 +67,7 @@ def save_comparisons(
     samples: bool = False,
     figures: bool = False,
     overwrite: bool = False,
-) -> None:
+) -> ToldComparison:
     """Write compare.json, report.html, and for each part a picture and a bundle a planned backend: all or nothing.
 
     One part's files stand in the folder itself, those of several in a folder each, named after the part.
@@ -66,86 +79,41 @@ def save_comparisons(
         figures: whether figures for papers are added in the folder figures/ of each part.
         overwrite: whether an existing result may be replaced.
 
+    Returns:
+        What compare.json says of the parts, and what plan.json says of each plan.
+
     Raises:
         UsageError: the folder exists already.
         ExportError: nothing can be written there.
         VerificationError: what was written differs from the plans when it is read back.
     """
-    folders = part_folders(parts)
-    files = {"compare.json": json_bytes(comparison_summary(parts)), "report.html": comparison_report(parts)}
-    for part, folder in zip(parts, folders, strict=True):
-        if isinstance(part, Comparison):
-            files[f"{folder}compare.png"] = comparison_picture(part)
-            for name, outcome in part.planned:
-                files |= {f"{folder}{name}/{file}": content for file, content in plan_files(outcome.plan).items()}
-                if samples:
-                    files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity)
-            if figures:
-                drawn = paper_files(part.workpiece, part.planned)
-                files |= {f"{folder}figures/{file}": content for file, content in drawn.items()}
+    told = tell_comparison(parts)
+    files = {"compare.json": json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
+    bundles: list[tuple[Plan, PlanRecord, str]] = []
+    for part, plans, folder in zip(parts, told.plans, part_folders(parts), strict=True):
+        if isinstance(part, FailedPart):
+            continue
+        files[f"{folder}compare.png"] = comparison_picture(part)
+        for name, outcome in part.planned:
+            bundles.append((outcome.plan, plans[name], f"{folder}{name}/"))
+            if samples:
+                files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity)
+        if figures:
+            drawn = paper_files(part.workpiece, part.planned)
+            files |= {f"{folder}figures/{file}": content for file, content in drawn.items()}
+    for plan, of, folder in bundles:
+        files |= {f"{folder}{file}": content for file, content in plan_files(plan, of).items()}
 
     def verify(written: Path) -> None:
-        for part, folder in zip(parts, folders, strict=True):
-            for name, outcome in part.planned if isinstance(part, Comparison) else ():
-                verify_files(outcome.plan, written / folder / name)
-        found = [row["part"] for row in json.loads((written / "compare.json").read_bytes())["parts"]]
-        if found != [part.job.surface.name for part in parts]:
-            raise VerificationError("compare.json does not list the compared parts; write again.")
+        for plan, of, folder in bundles:
+            verify_files(plan, of, written / folder)
+        if read_record(written / "compare.json", ComparisonRecord) != told.record:
+            raise VerificationError(
+                "compare.json does not read back as it was told; the disk may be faulty: write again."
+            )
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
-
-
-def plan_files(plan: Plan) -> dict[str, bytes]:
-    """Return name and content of every file of a plan's bundle."""
-    files = {
-        "plan.json": json_bytes(summary(plan)),
-        "poses.csv": poses_table(plan.poses),
-        "surface.ply": ply_bytes(plan.workpiece.surface),
-    }
-    files |= chart_pictures(plan)
-    if plan.robot is not None:
-        orders = plan.robot.orders
-        files["trajectory.csv"] = trajectory_table(plan.robot.trajectory)
-        files["targets.csv"] = targets_table(orders)
-        workpiece, placement = plan.workpiece, plan.robot.placement
-        files["setup.json"] = setup_file(
-            Setup(
-                workpiece.cell,
-                placement,
-                workpiece.surface_within,
-                start=orders.start,
-                aloft=orders.aloft,
-                extent=orders.extent,
-            )
-        )
-        for name, text in plan.robot.program.modules:
-            files[f"{RAPID_FOLDER}/{name}"] = text.encode("ascii")
-    return files
-
-
-def verify_files(plan: Plan, folder: Path) -> None:
-    """Read a plan's bundle back and compare it with the plan.
-
-    Raises:
-        VerificationError: a file differs; the message names it.
-    """
-    verify_poses_table(folder / "poses.csv", plan.poses)
-    _verify_surface(plan, folder / "surface.ply")
-    if json.loads((folder / "plan.json").read_bytes())["paths"]["poses"] != plan.poses.count:
-        raise VerificationError("plan.json does not count the poses of the plan; the disk may be faulty: write again.")
-    if plan.robot is None:
-        return
-    verify_trajectory_table(folder / "trajectory.csv", plan.robot.trajectory)
-    for finding in check_program(folder, [f"{RAPID_FOLDER}/{name}" for name, _ in plan.robot.program.modules]).findings:
-        raise VerificationError(
-            f"{finding.file}, line {finding.line}: {finding.reason}; please report this as a defect of geoprint."
-        )
-
-
-def _verify_surface(plan: Plan, path: Path) -> None:
-    written, planned = load(path, unit="mm"), plan.workpiece.surface
-    if not (np.array_equal(written.vertices, planned.vertices) and np.array_equal(written.faces, planned.faces)):
-        raise VerificationError(f"{path.name} differs from the planned surface; the disk may be faulty: write again.")
+    return told
 
 
 def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
@@ -159,3 +127,69 @@ def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
         seen[stem] += 1
         folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
     return folders
+
+
+def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:
+    """Return name and content of every file of a plan's bundle.
+
+    Args:
+        plan: what to write.
+        told: what plan.json says of it.
+    """
+    files = {
+        "plan.json": json_bytes(as_json(told)),
+        "poses.csv": poses_table(plan.poses),
+        "surface.ply": ply_bytes(plan.workpiece.surface),
+    }
+    files |= chart_pictures(plan)
+    for robot in plan.robot:
+        files |= _robot_files(plan.workpiece, robot)
+    return files
+
+
+def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
+    orders = robot.orders
+    setup = Setup(
+        workpiece.cell,
+        robot.placement,
+        workpiece.surface_within,
+        start=orders.start,
+        aloft=orders.aloft,
+        extent=orders.extent,
+    )
+    return {
+        "trajectory.csv": trajectory_table(robot.trajectory),
+        "targets.csv": targets_table(orders),
+        "setup.json": setup_file(setup),
+        **{f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in robot.program.modules},
+    }
+
+
+def verify_files(plan: Plan, told: PlanRecord, folder: Path) -> None:
+    """Read a plan's bundle back and compare it with the plan.
+
+    Args:
+        plan: that was written.
+        told: what plan.json shall say of it.
+        folder: the bundle.
+
+    Raises:
+        VerificationError: a file differs; the message names it.
+    """
+    verify_poses_table(folder / "poses.csv", plan.poses)
+    _verify_surface(plan, folder / "surface.ply")
+    if read_record(folder / "plan.json", PlanRecord) != told:
+        raise VerificationError("plan.json does not read back as it was told; the disk may be faulty: write again.")
+    for robot in plan.robot:
+        verify_trajectory_table(folder / "trajectory.csv", robot.trajectory)
+        names = [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules]
+        for finding in check_program(folder, names).findings:
+            raise VerificationError(
+                f"{finding.file}, line {finding.line}: {finding.reason}; please report this as a defect of geoprint."
+            )
+
+
+def _verify_surface(plan: Plan, path: Path) -> None:
+    written, planned = load(path, unit="mm"), plan.workpiece.surface
+    if not (np.array_equal(written.vertices, planned.vertices) and np.array_equal(written.faces, planned.faces)):
+        raise VerificationError(f"{path.name} differs from the planned surface; the disk may be faulty: write again.")

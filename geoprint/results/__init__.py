@@ -8,6 +8,7 @@ from geoprint.results.comparison import (
 )
 from geoprint.results.plan import (
     Laid as Laid,
+    Layer as Layer,
     Plan as Plan,
     RobotPlan as RobotPlan,
 )

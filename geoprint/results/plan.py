@@ -52,8 +52,24 @@ class Laid:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
+class Layer:
+    """One skin of material.
+
+    Attributes:
+        surface: that its paths lie on.
+        number: from 0, from the part outwards.
+        height: that it shall have [mm].
+    """
+
+    surface: Surface
+    number: int
+    height: float
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
 class RobotPlan:
-    """The robot's part of a plan; it exists only where every check was passed.
+    """The robot's part of a plan for one placement of the part; it exists only where every check was passed.
 
     Attributes:
         placement: where the part stands.
@@ -92,7 +108,8 @@ class Plan:
         toolpath: runs in printing order.
         poses: tool poses, in the work frame; with a robot as the robot is commanded.
         uniformity: how even the paths are, or None where there is but one level.
-        robot: the robot's part, or None where it was left out.
+        layers: skins of material that the paths make, from the part outwards.
+        robot: the robot's parts, one a placement of the part; none where it was left out.
         timings: seconds each stage took, in order.
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.
@@ -104,7 +121,8 @@ class Plan:
     toolpath: Toolpath
     poses: PoseStream
     uniformity: Uniformity | None
-    robot: RobotPlan | None
+    layers: tuple[Layer, ...]
+    robot: tuple[RobotPlan, ...]
     timings: tuple[tuple[str, float], ...]
     flattenings: tuple[Shown, ...]
     laid: Laid | None = None

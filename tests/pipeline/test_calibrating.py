@@ -12,19 +12,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
+from geoprint.account import outcome_text, record_plan, run_sheet
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, UsageError
 from geoprint.motion.arm import Arm
 from geoprint.motion.arm.urdf import read_urdf
-from geoprint.pipeline import (
-    calibration_summary,
-    calibration_text,
-    check_bundle,
-    outcome_text,
-    plan,
-    run_sheet,
-    save_plan,
-)
+from geoprint.pipeline import calibration_summary, calibration_text, check_bundle, plan, save_plan
 from geoprint.pipeline.calibrating import calibrate, calibrate_cell, calibrate_tool, save_calibrated
 from geoprint.pipeline.touch_tables import read_points
 from geoprint.surfaces.files import save_ply
@@ -247,22 +240,21 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
 ) -> None:
     planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=stated(tables)))
     save_plan(planned, tmp_path / "out")
-    robot = planned.robot
-    assert robot is not None
+    (robot,) = planned.robot
     assert robot.program.dry_run
     modules = dict(robot.program.modules)
     assert not re.search(r"SetDO \w+,1|geoOn:=1", "".join(modules.values()))
     told = json.loads((tmp_path / "out" / "plan.json").read_text())
-    assert told["program"]["dry_run_only"] is True
-    assert (told["motion"]["placement_calibrated"], told["motion"]["placement_missing"]) == (
+    assert told["robot"][0]["program"]["dry_run_only"] is True
+    assert (told["robot"][0]["motion"]["placement_calibrated"], told["robot"][0]["motion"]["placement_missing"]) == (
         True, ["where the part stands on the fixture (part_mm)"],
     )  # fmt: skip
     # Nobody knows how well the surface is known either.
-    assert "surface_within_mm" not in told["motion"]
+    assert "surface_within_mm" not in told["robot"][0]["motion"]
     sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
     assert "RUNS DRY ONLY" in sheet
     assert "geoDryRun FALSE" not in sheet
-    for text in (outcome_text(planned), sheet, modules["GeoCell.mod"], modules["GeoPrint.mod"]):
+    for text in (outcome_text(record_plan(planned)), sheet, modules["GeoCell.mod"], modules["GeoPrint.mod"]):
         assert "NOT KNOWN" in text
         assert "where the part stands on the fixture (part_mm)" in text
         assert "touched points)" not in text
@@ -274,14 +266,14 @@ def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
     cell = stated(tables, part_mm=[-20.0, -15.0, 20.0], part_rpy_deg=[0.0, 0.0, 90.0])
     planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=cell))
     save_plan(planned, tmp_path / "out")
-    assert planned.robot is not None
-    assert not planned.robot.program.dry_run
-    assert "NOT KNOWN" not in outcome_text(planned)
+    assert planned.robot
+    assert not planned.robot[0].program.dry_run
+    assert "NOT KNOWN" not in outcome_text(record_plan(planned))
     sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
     assert (
         "part on the fixture, as stated: its origin at (-20.00, -15.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
     )
-    assert json.loads((tmp_path / "out" / "plan.json").read_text())["motion"]["placement_missing"] == []
+    assert json.loads((tmp_path / "out" / "plan.json").read_text())["robot"][0]["motion"]["placement_missing"] == []
 
 
 def test_a_turn_without_a_place_is_refused(tables: tuple[Path, Path]) -> None:
@@ -308,9 +300,9 @@ def test_a_plan_warns_above_a_third_of_the_stand_off_and_is_silent_below(
 ) -> None:
     for noise, warned in ((0.2, True), (0.05, False)):
         planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=calibrated_cell(tables, noise=noise)))
-        assert ("of the stand-off: `geoprint calibrate --part`" in outcome_text(planned)) is warned
+        assert ("of the stand-off: `geoprint calibrate --part`" in outcome_text(record_plan(planned))) is warned
         save_plan(planned, tmp_path / str(noise))
-        motion = json.loads((tmp_path / str(noise) / "plan.json").read_text())["motion"]
+        motion = json.loads((tmp_path / str(noise) / "plan.json").read_text())["robot"][0]["motion"]
         # The plate's corners, 20 and 15 mm from the middle of the square: a quarter and two turns over 100 mm.
         assert motion["surface_uncertainty_mm"] == pytest.approx(noise * np.sqrt(0.25 + 625.0 / 1e4), rel=0.01)
         assert motion["surface_within_mm"] == pytest.approx(1.96 * motion["surface_uncertainty_mm"], rel=1e-3)

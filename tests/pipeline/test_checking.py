@@ -13,9 +13,10 @@ from random import Random
 import pytest
 
 from geoprint import cli
+from geoprint.account import Checked, Finding, check_summary, run_sheet
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError
-from geoprint.pipeline import Checked, Finding, check_bundle, check_summary, plan, run_sheet, save_plan
+from geoprint.pipeline import check_bundle, plan, save_plan
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
@@ -81,7 +82,7 @@ def test_the_result_object_holds_the_times_of_valve_material_and_lamp(bundle: Pa
     for run, lamp in zip(runs, found["switching"]["lamp_s"], strict=True):
         assert run["material_s"] == pytest.approx(run["deposit_s"], abs=1e-3)
         assert lamp == pytest.approx([run["material_s"][0] - 0.02, run["material_s"][1] + 0.03], abs=1e-3)
-    planned = json.loads((bundle / "plan.json").read_text())["program"]["switching"]
+    planned = json.loads((bundle / "plan.json").read_text())["robot"][0]["program"]["switching"]
     assert planned["runs"] == runs
     assert planned["lamp_s"] == found["switching"]["lamp_s"]
     assert found["switching"]["largest_error_mm"] < 0.001
@@ -148,8 +149,8 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     said = json.loads((out / "plan.json").read_text())
     assert any("one pass of the lamp gives 30" in warning for warning in said["warnings"])
     assert said["deposition"]["light"]["flood"] == 60.0
-    (_, closed), (opened, _) = (run["material_s"] for run in said["program"]["switching"]["runs"])
-    first, last = said["program"]["switching"]["vacuum_s"]
+    (_, closed), (opened, _) = (run["material_s"] for run in said["robot"][0]["program"]["switching"]["runs"])
+    first, last = said["robot"][0]["program"]["switching"]["vacuum_s"]
     assert first == pytest.approx([closed - 0.1, opened], abs=1e-3)
     assert last[0] < last[1]
     assert "    GeoFlood;\n" in (out / "rapid" / "GeoGuard.mod").read_text()

@@ -9,19 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account import as_json, comparison_table, tell_comparison
+from geoprint.account.comparison_record import PartRecord
 from geoprint.backends import BACKENDS
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError
 from geoprint.model import PoseStream, Surface
-from geoprint.pipeline import (
-    compare,
-    compare_parts,
-    comparison_summary,
-    comparison_table,
-    plan,
-    save_comparisons,
-    verdict,
-)
+from geoprint.pipeline import compare, compare_parts, plan, save_comparisons
 from geoprint.quality import agreement
 from geoprint.results import Comparison, FailedPart, Refused
 from geoprint.surfaces.files import save_ply
@@ -30,6 +24,13 @@ from tests.quality.deposits import deposited, straight_line
 from tests.report.browser import opened_browser
 
 SCHEMA_KEYS = {"part", "input", "settings", "surface", "verdict", "backends", "path_distances_mm"}
+
+
+def said_of(comparison: Comparison) -> tuple[str, ...]:
+    """Return the verdict on a part."""
+    (part,) = tell_comparison([comparison]).record.parts
+    assert isinstance(part, PartRecord)
+    return part.verdict
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +52,7 @@ def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compare
     parts: tuple[Comparison | FailedPart, ...],
 ) -> None:
     assert [type(part) for part in parts] == [Comparison, FailedPart, Comparison]
-    table = comparison_table(parts)
+    table = comparison_table(tell_comparison(parts))
     assert table.startswith("3 parts, paths 1.5 mm apart")
     assert table.count("part.ply   ") == 4
     assert "failed" in table
@@ -63,7 +64,7 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
 ) -> None:
     save_comparisons(parts, tmp_path / "out")
     found = json.loads((tmp_path / "out" / "compare.json").read_text())
-    assert found["schema"] == 1
+    assert found["schema"] == 2
     assert [part["part"] for part in found["parts"]] == ["part.ply", "broken.ply", "part.ply"]
     assert set(found["parts"][0]) == SCHEMA_KEYS
     assert set(found["parts"][1]) == {"part", "failed"}
@@ -89,23 +90,23 @@ def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison |
     flat, _, curved = parts
     assert isinstance(flat, Comparison)
     assert isinstance(curved, Comparison)
-    assert "even enough to print" in verdict(flat)[0] or "equally evenly" in verdict(flat)[0]
-    assert verdict(curved)[0].startswith("heat covers part.ply most evenly")
-    assert "even enough" not in verdict(curved)[0]
-    assert any("lscm leaves" in sentence for sentence in verdict(curved))
-    assert any("number of levels differs" in sentence for sentence in verdict(curved))
-    assert "Whether the robot can print them was not asked." in verdict(flat)
+    assert "even enough to print" in said_of(flat)[0] or "equally evenly" in said_of(flat)[0]
+    assert said_of(curved)[0].startswith("heat covers part.ply most evenly")
+    assert "even enough" not in said_of(curved)[0]
+    assert any("lscm leaves" in sentence for sentence in said_of(curved))
+    assert any("number of levels differs" in sentence for sentence in said_of(curved))
+    assert "Whether the robot can print them was not asked." in said_of(flat)
 
 
 def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparison | FailedPart, ...]) -> None:
     flat = parts[0]
     assert isinstance(flat, Comparison)
     twice = replace(flat, outcomes=(("lscm", flat.planned[1][1]), ("heat", flat.planned[1][1])))
-    assert verdict(twice)[0].startswith("lscm and heat cover part.ply equally evenly: the spacing of lscm varies")
+    assert said_of(twice)[0].startswith("lscm and heat cover part.ply equally evenly: the spacing of lscm varies")
     alone = replace(flat, outcomes=flat.outcomes[1:])
-    assert verdict(alone)[0].startswith("heat covers part.ply; its spacing varies")
+    assert said_of(alone)[0].startswith("heat covers part.ply; its spacing varies")
     refused = replace(alone, outcomes=(("lscm", Refused("too curved.")), *alone.outcomes))
-    assert verdict(refused)[0].startswith("Only heat covers part.ply")
+    assert said_of(refused)[0].startswith("Only heat covers part.ply")
 
 
 @pytest.mark.parametrize("backend", sorted(BACKENDS))
@@ -153,7 +154,7 @@ def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_lo
     near = "demo_position_mm = [300, 0, 50]"
     cell.write_text(packaged_cell_text("irb120-bent45").replace(near, "demo_position_mm = [900, 0, 50]"))
     found = compare(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"), backends=["heat"])
-    (row,) = json.loads(json.dumps(comparison_summary([found])))["parts"][0]["backends"]
+    (row,) = json.loads(json.dumps(as_json(tell_comparison([found]).record)))["parts"][0]["backends"]
     assert row["printable"] is False
     assert row["not_reached"] == {"out_of_reach": 1.0}
     assert "loses 100 % of the deposited length (out of reach 100 %" in row["not_printable"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from geoprint.account.summary import outcome_text
+from geoprint.account import outcome_text, record_plan
 from geoprint.cli.application import app
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError, InputError, UsageError
@@ -141,7 +141,7 @@ def test_a_curve_on_a_body_is_cut_and_planned_with_one_command_each(tmp_path: Pa
     planned = plan(
         job_of(surface=tmp_path / "ball.ply", unit="mm", patch={"curve": read_curve(curve)}, spacing=3.0, robot=False)
     )
-    assert "the patch lies inside a curve of 3 points" in outcome_text(planned)
+    assert "the patch lies inside a curve of 3 points" in outcome_text(record_plan(planned))
     assert planned.workpiece.side.source == "body"
 
 

@@ -50,9 +50,9 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(
     position, turn = proposal_lines(proposal.stand)
     cell = cell_file(tmp_path, (POSITION, position), (TURN, turn))
     planned = plan(job_of(surface=part, unit="mm", spacing=4.0, cell=cell, place="demo"))
-    assert planned.robot is not None
-    np.testing.assert_allclose(planned.robot.placement.T_base_work, proposal.robot.placement.T_base_work, atol=1e-9)
-    np.testing.assert_allclose(planned.robot.joint_path.joints, proposal.robot.joint_path.joints, atol=1e-9)
+    assert planned.robot
+    np.testing.assert_allclose(planned.robot[0].placement.T_base_work, proposal.robot.placement.T_base_work, atol=1e-9)
+    np.testing.assert_allclose(planned.robot[0].joint_path.joints, proposal.robot.joint_path.joints, atol=1e-9)
 
 
 def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal: Proposal) -> None:

@@ -10,12 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account import as_json, comparison_table, outcome_text, record_plan, summary, tell_comparison
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import Slowdown, Surface
 from geoprint.motion.arm import Arm
-from geoprint.pipeline import compare, comparison_table, outcome_text, plan, save_comparisons, save_plan, summary
+from geoprint.pipeline import compare, plan, save_comparisons, save_plan
 from geoprint.pipeline.saving import verify_files
 from geoprint.results import Plan, Planned, RobotPlan
 from geoprint.surfaces import edge_lengths
@@ -34,8 +35,8 @@ def saved(tmp_path: Path, surface: Surface) -> Path:
 
 
 def robot_of(planned: Plan) -> RobotPlan:
-    assert planned.robot is not None
-    return planned.robot
+    (robot,) = planned.robot
+    return robot
 
 
 @pytest.fixture(scope="module")
@@ -100,11 +101,11 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert found["settings"]["backend"] == "heat"
     assert found["surface"]["topology"] == "disc"
     assert found["paths"]["runs"] == cap_plan.toolpath.curves.count
-    assert found["clearance"]["not_checked"]
+    assert found["robot"][0]["clearance"]["not_checked"]
     periods = np.diff(robot_of(cap_plan).trajectory.pose_times[robot_of(cap_plan).targets.poses])
-    assert found["motion"]["targets"]["period_ms"] == 20.0
-    assert found["motion"]["targets"]["closer"] == (periods < 0.02 - 1e-9).sum()
-    assert found["motion"]["targets"]["shortest_ms"] == pytest.approx(1e3 * periods.min(), abs=1e-5)
+    assert found["robot"][0]["motion"]["targets"]["period_ms"] == 20.0
+    assert found["robot"][0]["motion"]["targets"]["closer"] == (periods < 0.02 - 1e-9).sum()
+    assert found["robot"][0]["motion"]["targets"]["shortest_ms"] == pytest.approx(1e3 * periods.min(), abs=1e-5)
     assert any("than the controller digests" in warning for warning in found["warnings"])
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
@@ -151,14 +152,14 @@ def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, tmp_path: Path) -> No
 
 
 def test_a_bundle_that_was_changed_does_not_verify(cap_plan: Plan, tmp_path: Path) -> None:
-    save_plan(cap_plan, tmp_path / "out")
-    verify_files(cap_plan, tmp_path / "out")
+    told = save_plan(cap_plan, tmp_path / "out")
+    verify_files(cap_plan, told, tmp_path / "out")
     module = tmp_path / "out" / "rapid" / "GeoPrint.mod"
     text = module.read_text()
     start = text.index("MoveL [[") + len("MoveL [[")
     module.write_text(text[:start] + "9" + text[start:])
     with pytest.raises(VerificationError, match=r"GeoPrint\.mod"):
-        verify_files(cap_plan, tmp_path / "out")
+        verify_files(cap_plan, told, tmp_path / "out")
 
 
 def test_rounds_divide_the_largest_distance(tmp_path: Path) -> None:
@@ -192,7 +193,7 @@ def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> No
     assert laid.constant.mean < 0.47
     assert laid.following.mean == pytest.approx(0.5, rel=0.01)
     assert np.array_equal(planned.poses.flow, laid.following_flow)
-    assert "fronts meet all over this part" in outcome_text(planned)
+    assert "fronts meet all over this part" in outcome_text(record_plan(planned))
 
 
 def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
@@ -219,13 +220,13 @@ def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_a
 def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Path) -> None:
     part, body = plate_beside_a_wall(tmp_path)
     planned = plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
-    motion = json.loads(json.dumps(summary(planned)))["motion"]
+    motion = json.loads(json.dumps(summary(planned)))["robot"][0]["motion"]
     assert 3.0 < motion["tilt"]["largest_deg"] <= 15.0
     assert 0.0 < motion["tilt"]["mean_deg"] < motion["tilt"]["largest_deg"]
     assert 0.0 < motion["lean"]["deposit_share"] < 1.0
     assert max(place["place_mm"][0] for place in motion["lean"]["places"]) > 30.0
     assert not motion["rotation"]["axial_nozzle"]
-    assert "leans in" in outcome_text(planned)
+    assert "leans in" in outcome_text(record_plan(planned))
 
 
 def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
@@ -287,26 +288,25 @@ def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_p
     assert paths["corners_rounded"] == len(planned.toolpath.fillets)
     assert paths["corners_split_mm"] == []
     split = replace(planned, toolpath=replace(planned.toolpath, splits=np.zeros((2, 3))))
-    assert "split at 2 corners" in outcome_text(split)
+    assert "split at 2 corners" in outcome_text(record_plan(split))
 
 
 def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_path: Path) -> None:
     part = saved(tmp_path, plate(divisions=(40, 30)))
     planned = plan(job_of(surface=part, unit="mm", spacing=3.0, place="demo"))
-    assert planned.robot is not None
-    assert "% of the deposit within 1 % of the set speed" in outcome_text(planned)
+    assert planned.robot
+    assert "% of the deposit within 1 % of the set speed" in outcome_text(record_plan(planned))
     slow = Slowdown(
         run=3, kind="dip", place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
         limit="acceleration",
     )  # fmt: skip
-    trajectory = replace(planned.robot.trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
-    slower = replace(planned, robot=replace(planned.robot, trajectory=trajectory))
+    trajectory = replace(planned.robot[0].trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
+    slower = replace(planned, robot=(replace(planned.robot[0], trajectory=trajectory),))
+    told = record_plan(slower)
     assert "run 4 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 more by less" in outcome_text(
-        slower
+        told
     )
-    motion = summary(slower)["motion"]
-    assert isinstance(motion, dict)
-    listed = motion["slowdowns"]
+    listed = as_json(told.robot[0].motion)["slowdowns"]
     assert isinstance(listed, list)
     assert listed[1] == {
         "run": 3, "kind": "dip", "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,
@@ -361,7 +361,7 @@ def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -
         cylinder_patch(angle=0.8, length=24.0, jitter_seed=1),
     ):
         compared = compare(job_of(surface=saved(tmp_path, surface), unit="mm", spacing=2.0, place="demo"))
-        table = comparison_table([compared])
+        table = comparison_table(tell_comparison([compared]))
         assert table.count("yes") == 2, table
         for _, outcome in compared.outcomes:
             assert isinstance(outcome, Planned)
@@ -400,7 +400,7 @@ def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measu
     closed = torus(major=12.0, minor=5.0)
     part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, robot=False))
-    table = comparison_table([compared])
+    table = comparison_table(tell_comparison([compared]))
     assert "lscm could not plan on this part: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
     assert "not asked" in table
     save_comparisons([compared], tmp_path / "out")
@@ -443,7 +443,7 @@ def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:
 def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
     part = saved(tmp_path, spherical_cap(radius=20.0, angle=2.2, rings=16))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
-    table = comparison_table([compared])
+    table = comparison_table(tell_comparison([compared]))
     assert "heat cannot be printed: cap.ply has no demonstration placement" in table
     assert load_cell(None).name in str(compared.workpiece.cell.name)
 
@@ -469,7 +469,7 @@ def test_a_needle_too_short_for_the_groove_of_a_whole_heart_is_refused(tmp_path:
 
 
 def test_the_surface_that_was_planned_on_is_written_with_the_plan(cap_plan: Plan, tmp_path: Path) -> None:
-    save_plan(replace(cap_plan, robot=None), tmp_path / "out")
+    save_plan(replace(cap_plan, robot=()), tmp_path / "out")
     found = load(tmp_path / "out" / "surface.ply", unit="mm")
     np.testing.assert_array_equal(found.vertices, cap_plan.workpiece.surface.vertices)
     assert not (tmp_path / "out" / "trajectory.csv").exists()

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from geoprint.account.patch_figures import patch_figures
+from geoprint.account import outcome_text, record_plan, run_sheet, summary, tell_comparison
+from geoprint.account.comparison_record import PartRecord
 from geoprint.account.report_table import report_table
 from geoprint.backends import BACKENDS, Piecewise
 from geoprint.cli.application import app
@@ -18,17 +19,7 @@ from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, Re
 from geoprint.model import Surface
 from geoprint.paths import arrange
 from geoprint.patterns import PATTERNS
-from geoprint.pipeline import (
-    check_bundle,
-    compare,
-    comparison_summary,
-    outcome_text,
-    patches_of,
-    plan,
-    run_sheet,
-    save_plan,
-    summary,
-)
+from geoprint.pipeline import check_bundle, compare, patches_of, plan, save_plan
 from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.results import Plan
@@ -81,16 +72,16 @@ def test_each_patch_is_as_even_and_lies_as_when_it_is_planned_alone(ball: Path, 
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     together = plan(job(ball, *regions, backend=backend))
     alone = plan(job(ball, regions[1], backend=backend))
-    found, (only,) = patch_figures(together)[1], patch_figures(alone)
-    assert found.cv == pytest.approx(only.cv, rel=1e-9)
-    assert found.area == pytest.approx(only.area, rel=1e-12)
-    assert found.length == pytest.approx(only.length, rel=1e-12)
+    found, (only,) = record_plan(together).patches[1], record_plan(alone).patches
+    assert found.spacing.cv == pytest.approx(only.spacing.cv, rel=1e-9)
+    assert found.area_mm2 == pytest.approx(only.area_mm2, rel=1e-12)
+    assert found.deposit_mm == pytest.approx(only.deposit_mm, rel=1e-12)
     assert np.array_equal(laid(together, found.runs), laid(alone, only.runs))
 
 
 def test_a_patch_is_finished_before_the_next_and_the_nearest_one_is_next(table: Path) -> None:
     regions = [box((left, 10.0), (left + 8.0, 18.0)) for left in (20.0, 50.0, 30.0, 40.0)]
-    found = patch_figures(plan(job(table, *regions, spacing=2.0)))
+    found = record_plan(plan(job(table, *regions, spacing=2.0))).patches
     runs = [figures.runs for figures in found]
     assert [first for first, _ in sorted(runs)] == [0, *(last + 1 for _, last in sorted(runs)[:-1])]
     # The first given comes first, then always the nearest.
@@ -101,7 +92,7 @@ def test_rounds_divide_the_distance_of_the_deepest_patch(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     planned = plan(job(ball, *regions, spacing=None, rounds=3))
     assert planned.contours.spacing == plan(job(ball, regions[0], spacing=None, rounds=3)).contours.spacing
-    lengths = [last - first + 1 for first, last in (figures.runs for figures in patch_figures(planned))]
+    lengths = [last - first + 1 for first, last in (figures.runs for figures in record_plan(planned).patches)]
     assert lengths == [3, 2]
 
 
@@ -202,7 +193,7 @@ def test_patches_that_face_different_ways_have_no_demonstration_placement(ball: 
 
 def lowest_between(planned: Plan) -> float:
     """Return how near to the middle of the ball the tip comes between two patches, once it is away from the first."""
-    first, second = patch_figures(planned)
+    first, second = record_plan(planned).patches
     poses = planned.poses
     between = poses.tips[~poses.deposit & (poses.runs == second.runs[0])]
     gone = np.linalg.norm(between - laid(planned, first.runs)[-1], axis=1) > 3.0
@@ -213,38 +204,42 @@ def lowest_between(planned: Plan) -> float:
 def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     planned = plan(job(ball, *regions, spacing=2.0, robot=True, place="demo"))
-    assert planned.robot is not None
-    assert "patch 2: " in outcome_text(planned)
+    assert planned.robot
+    assert "patch 2: " in outcome_text(record_plan(planned))
     assert lowest_between(planned) > RADIUS + 1.0
     save_plan(planned, tmp_path / "out")
     checked = check_bundle(tmp_path / "out")
     assert checked.findings == ()
-    first, second = checked.summary["patches"]
-    assert first["runs"][0] == 0
-    assert second["runs"] == [first["runs"][1] + 1, planned.toolpath.curves.count - 1]
-    assert first["area_mm2"] == pytest.approx(2 * np.pi * RADIUS**2 * (1 - np.cos(0.3)), rel=0.01)
-    assert second["spacing"]["cv"] < 0.02
+    assert checked.told is not None
+    first, second = checked.told.patches
+    assert first.runs[0] == 0
+    assert second.runs == (first.runs[1] + 1, planned.toolpath.curves.count - 1)
+    assert first.area_mm2 == pytest.approx(2 * np.pi * RADIUS**2 * (1 - np.cos(0.3)), rel=0.01)
+    assert second.spacing.cv is not None
+    assert second.spacing.cv < 0.02
     sheet = run_sheet(checked)
-    assert f"patches           1: runs 1 to {first['runs'][1] + 1}, " in sheet
-    assert f"2: runs {second['runs'][0] + 1} to " in sheet
+    assert f"patches           1: runs 1 to {first.runs[1] + 1}, " in sheet
+    assert f"2: runs {second.runs[0] + 1} to " in sheet
 
 
 def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     compared = compare(job(ball, *regions, spacing=2.0), backends=["lscm"])
-    rows = [row for row in report_table(compared.planned) if row.group.startswith("Patch")]
+    told, plans = tell_comparison([compared]), [outcome.plan for _, outcome in compared.planned]
+    (part,) = told.record.parts
+    assert isinstance(part, PartRecord)
+    rows = [row for row in report_table(part.planned, told.plans[0], plans) if row.group.startswith("Patch")]
     assert [row.group for row in rows] == ["Patch 1", "Patch 2"]
-    assert rows[1].values == (f"{patch_figures(compared.planned[0][1].plan)[1].cv:.2%}",)
-    assert {"chart-1.png", "chart-2.png"} < plan_files(compared.planned[0][1].plan).keys()
-    (part,) = json.loads(json.dumps(comparison_summary([compared])))["parts"]
-    assert [len(row["patches"]) for row in part["backends"]] == [2]
+    assert rows[1].values == (f"{told.plans[0]['lscm'].patches[1].spacing.cv:.2%}",)
+    assert {"chart-1.png", "chart-2.png"} < plan_files(plans[0], told.plans[0]["lscm"]).keys()
+    assert [len(row.patches) for row in part.planned] == [2]
 
 
 def test_a_whole_part_has_no_patches(table: Path) -> None:
     planned = plan(job_of(surface=table, unit="mm", spacing=4.0, robot=False))
     assert "patches" not in summary(planned)
     assert planned.workpiece.patches == ()
-    assert "patch" not in outcome_text(planned)
+    assert "patch" not in outcome_text(record_plan(planned))
 
 
 def test_the_patch_command_writes_a_numbered_file_for_each(ball: Path, tmp_path: Path) -> None:

@@ -98,7 +98,6 @@ def test_programs_for_real_parts_have_no_error(part: str, mode: str, tmp_path: P
         text = text.replace(f"# {key} =", f"{key} =")
     (tmp_path / "cell.toml").write_text(text)
     job = job_of(surface=shared(part), unit="mm", spacing=1.5, cell=tmp_path / "cell.toml", place="demo")
-    robot = plan(job).robot
-    assert robot is not None
+    (robot,) = plan(job).robot
     (tmp_path / "rapid").mkdir()
     assert errors(robot.program, tmp_path / "rapid") == []

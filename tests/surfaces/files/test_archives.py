@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account import summary
 from geoprint.config import job_of
 from geoprint.errors import InputError, UsageError
-from geoprint.pipeline import plan, summary
+from geoprint.pipeline import plan
 from geoprint.surfaces import face_areas
 from geoprint.surfaces.files import load, load_file, ply_bytes
 from geoprint.surfaces.operators import signed_volume

@@ -1,0 +1,91 @@
+"""The schema of compare.json: what is said of each part, and of each backend that was asked to plan it.
+
+Units and counting are those of plan.json. `compare.schema.json` beside this file says the same for other programs.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from geoprint.account.plan_record import (
+    DepositionRecord,
+    EvennessRecord,
+    InputRecord,
+    PatchRecord,
+    PathsRecord,
+    SettingsRecord,
+    SurfaceRecord,
+)
+from geoprint.account.rounding import Record, Rounded, Thousandths
+
+
+class PlannedRecord(Record):
+    """A backend that planned the part."""
+
+    backend: str = Field(description="its name")
+    spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
+    uniformity: EvennessRecord = Field(description="as in plan.json")
+    paths: PathsRecord = Field(description="as in plan.json")
+    deposition: DepositionRecord | None = Field(description="as in plan.json")
+    patches: tuple[PatchRecord, ...] = Field(description="as in plan.json")
+    printable: bool | None = Field(description="null where that was not asked")
+    not_printable: str | None = Field(description="why the robot cannot print it")
+    not_reached: dict[str, Rounded] = Field(description="share of the deposit that the arm cannot reach, by reason")
+    print_time_s: float | None = Field(description="[s]")
+    smallest_clearance_mm: Rounded | None = Field(description="of the tool [mm]")
+    planning_s: Thousandths = Field(description="that the backend's own stages took [s]; varies from run to run")
+    warnings: tuple[str, ...] = Field(description="as in plan.json")
+
+
+class RefusedRecord(Record):
+    """A backend that cannot plan the part."""
+
+    backend: str = Field(description="its name")
+    refused: str = Field(description="why")
+
+
+class PathDistancesRecord(Record):
+    """How far the paths of the backends lie apart: matrices in the order of their names."""
+
+    backends: tuple[str, ...] = Field(description="their names")
+    hausdorff: tuple[tuple[Rounded, ...], ...] = Field(description="largest, in either direction [mm]")
+    mean: tuple[tuple[Rounded, ...], ...] = Field(description="[mm]")
+
+
+class PartRecord(Record):
+    """A part that was compared."""
+
+    part: str = Field(description="name of its file")
+    input: InputRecord = Field(description="as in plan.json")
+    settings: SettingsRecord = Field(description="as in plan.json, without the backend")
+    surface: SurfaceRecord = Field(description="as in plan.json")
+    verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
+    backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
+    path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
+
+    @property
+    def planned(self) -> tuple[PlannedRecord, ...]:
+        """Those backends that planned, in the order of the command."""
+        return tuple(row for row in self.backends if isinstance(row, PlannedRecord))
+
+    @property
+    def refused(self) -> tuple[RefusedRecord, ...]:
+        """Those that did not."""
+        return tuple(row for row in self.backends if isinstance(row, RefusedRecord))
+
+
+class FailedRecord(Record):
+    """A part that could not be compared at all."""
+
+    part: str = Field(description="name of its file")
+    failed: str = Field(description="why")
+
+
+class ComparisonRecord(Record):
+    """The content of compare.json."""
+
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")

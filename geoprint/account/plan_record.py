@@ -1,0 +1,330 @@
+"""The schema of plan.json: what is said of a plan, from the file that was read to the warnings.
+
+Lengths are mm, angles degrees, times s, and another unit stands in the name; a share or a ratio is of 1. Runs, levels
+and layers count from 0. `plan.schema.json` beside this file says the same for other programs.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, create_model
+
+from geoprint.account.robot_record import RobotRecord
+from geoprint.account.rounding import Count, Pair, Place, Record, Rounded, Thousandths
+from geoprint.config.job import Job, PatchRegion
+from geoprint.config.key import keys_of
+
+
+class FileRecord(Record):
+    """A file as it was read."""
+
+    name: str = Field(description="of the file, without its folder")
+    sha256: str = Field(description="of its bytes", pattern="^[0-9a-f]{64}$")
+    unit: str = Field(description="of its lengths")
+
+
+class InputRecord(FileRecord):
+    """The part's file, and that of the body if the job names one."""
+
+    made: dict[str, str | float | int] | None = Field(
+        default=None, description="how the mesh was made, where the file holds something else"
+    )
+    body: FileRecord | None = Field(default=None, description="what the part lies on")
+
+
+def _asked() -> dict[str, Any]:
+    """Return what keys of a job become here: their names in plan.json with type and, as description, their help."""
+    return {
+        key.told or name: (
+            field.annotation,
+            Field(description=key.help) if key.always else Field(default=field.default, description=key.help),
+        )
+        for name, key, field in keys_of(Job)
+        if key.told != ""
+    }
+
+
+class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
+    """What was asked for, which is every key of a job that tells itself, and with which cell."""
+
+    backend: str | None = Field(default=None, description="that planned; left out where several are compared")
+    spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
+    patches: list[PatchRegion] = Field(description="where on the body the part lies")
+    cell: str = Field(description="name of the cell")
+    speed_mm_s: float = Field(description="of the tip on deposit [mm/s]")
+    travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
+    standoff_mm: float = Field(description="of the tip from the surface [mm]")
+    clearance_mm: float = Field(description="that the tool keeps [mm]")
+    retract_mm: float = Field(description="height of travel above the surface [mm]")
+    layer_height_mm: float = Field(description="of the layer [mm]")
+    pressure_kpa: float | None = Field(description="of the air [kPa]")
+    flood_s: float | None = Field(description="final exposure of the whole part [s]")
+
+
+class MeshRecord(Record):
+    """A mesh."""
+
+    vertices: Count = Field(description="how many")
+    faces: Count = Field(description="how many")
+    mean_edge_mm: Rounded = Field(description="mean length of an edge [mm]")
+
+
+class PreparationRecord(Record):
+    """What preparing the mesh changed, and what it found."""
+
+    welded_vertices: Count = Field(description="joined to others that coincide")
+    dropped_degenerate_faces: Count = Field(description="without area")
+    dropped_duplicate_faces: Count = Field(description="with the corners of an earlier one")
+    dropped_unreferenced_vertices: Count = Field(description="that no face uses")
+    dropped_debris_faces: Count = Field(description="of specks beside the part")
+    debris_places: tuple[tuple[float, ...], ...] = Field(description="a corner of each speck [mm]")
+    junction_faces: Count = Field(description="added where vertices lie on edges")
+    flipped_faces: Count = Field(description="turned for one winding")
+    split_vertices: Count = Field(description="where fans of faces touch")
+    filled_holes: tuple[tuple[float, ...], ...] = Field(description="middle of each hole that was closed [mm]")
+    crossings_checked: bool = Field(description="whether every pair of faces was looked at for crossing")
+    vertices: Count = Field(description="left")
+    faces: Count = Field(description="left")
+    topology: str = Field(description="in words")
+    boundary_lengths: tuple[float, ...] = Field(description="of each rim, the longest first [mm]")
+    area: float = Field(description="[mm2]")
+    mean_edge: float = Field(description="mean length of an edge [mm]")
+
+
+class SideRecord(Record):
+    """Which side is printed on."""
+
+    source: str = Field(description="what told it: closed, winding, flip or body")
+    turned: bool = Field(description="whether the file's winding was turned")
+    agreeing: float | None = Field(description="share of the area that faces as the body below it does")
+    sentence: str = Field(description="for the person who prints")
+
+
+class SurfaceRecord(Record):
+    """The part's surface."""
+
+    topology: str = Field(description="in words")
+    area_mm2: Rounded = Field(description="[mm2]")
+    size_mm: Place = Field(description="of its box along x, y, z [mm]")
+    prepared: MeshRecord = Field(description="before refinement")
+    refined: MeshRecord = Field(description="planned on")
+    preparation: PreparationRecord | None = Field(description="null for several patches: each says what changed")
+    side: SideRecord = Field(description="that is printed on")
+
+
+class PathsRecord(Record):
+    """The paths as they are printed."""
+
+    runs: Count = Field(description="how many; each starts and stops the dispenser")
+    levels: Count = Field(description="how many")
+    poses: Count = Field(description="rows of poses.csv")
+    deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
+    travel_mm: Rounded = Field(description="length of the tip's path on travel [mm]")
+    stops_while_laying: Count = Field(description="at sharp corners, with the valve open")
+    corners_rounded: Count = Field(description="how many")
+    corners_rounded_mm: tuple[Place, ...] = Field(description="where [mm]")
+    corners_split: Count = Field(description="too sharp to be rounded at speed")
+    corners_split_mm: tuple[Place, ...] = Field(description="where [mm]")
+    dropped_runs: Count = Field(description="closed ones shorter than one spacing")
+    dropped_mm: Rounded = Field(description="their length in all [mm]")
+    largest_distance_mm: Rounded = Field(description="from the seed [mm]")
+    largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
+    mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
+
+
+class LayerRecord(Record):
+    """One skin of material."""
+
+    number: Count = Field(description="from 0, from the part outwards")
+    height_mm: float = Field(description="that it shall have [mm]")
+    runs: Pair = Field(description="first and last that make it")
+
+
+class RefinementRecord(Record):
+    """How finely the surface was cut."""
+
+    edge_length_mm: Rounded = Field(description="that the backend asked for [mm]")
+    faces_before: Count = Field(description="of the prepared surface")
+    faces_after: Count = Field(description="of the surface that was planned on")
+
+
+class FieldRecord(Record):
+    """How true the distance is that the paths follow: its slope is 1 where it is exact."""
+
+    refinement: RefinementRecord = Field(description="of the surface")
+    mean_slope_error: Rounded = Field(description="off 1, away from where fronts meet")
+    p95_slope_error: Rounded = Field(description="its 95th percentile")
+    cut_locus_share: Rounded = Field(description="of the area, where fronts meet")
+
+
+class PatchSpacingRecord(Record):
+    """The spacing on one patch, over the wanted one."""
+
+    mean: Rounded | None = Field(description="null with one level")
+    cv: Rounded | None = Field(description="standard deviation over mean; null with one level")
+
+
+class CutRecord(Record):
+    """How a patch was cut from its body."""
+
+    body: str = Field(description="that it was cut from")
+    topology: str = Field(description="in words")
+    area_mm2: Rounded = Field(description="[mm2]")
+    rims_mm: tuple[Rounded, ...] = Field(description="length of each rim, the longest first [mm]")
+    faces: Count = Field(description="how many")
+    outside: str = Field(description="how it is known which side is outside")
+    inside: str | None = Field(description="what a drawn curve encloses, and which side of it was taken")
+    point_off_body_mm: Rounded | None = Field(description="how far given points lie off the body at most [mm]")
+    changes: tuple[str, ...] = Field(description="that preparing made")
+
+
+class PatchRecord(CutRecord):
+    """A patch: how it was cut, and what became of it."""
+
+    place_mm: Place = Field(description="about its middle [mm]")
+    runs: Pair = Field(description="first and last that lie on it")
+    deposit_mm: Rounded = Field(description="length on deposit [mm]")
+    spacing: PatchSpacingRecord = Field(description="over the wanted one")
+
+
+class ChartLevelRecord(Record):
+    """The spacing that the chart predicts for one level, over the wanted one."""
+
+    level: Count = Field(description="from 0, the outermost")
+    mean: Rounded = Field(description="ratio")
+    min: Rounded = Field(description="ratio")
+    max: Rounded = Field(description="ratio")
+
+
+class AreaScaleRecord(Record):
+    """Percentiles of the chart's area over that on the surface; 1 everywhere on a plane."""
+
+    p1: Rounded = Field(description="ratio")
+    p50: Rounded = Field(description="ratio")
+    p99: Rounded = Field(description="ratio")
+
+
+class ChartRecord(Record):
+    """What flattening does to lengths and areas; of several patches over all, with the coarsest raster."""
+
+    resolution: int = Field(description="pixels along the longer side of the raster")
+    pixel_mm: Rounded = Field(description="side of a pixel in the chart [mm]")
+    largest_pixel_on_surface_mm: Rounded = Field(description="side of the largest one on the surface [mm]")
+    area_scale: AreaScaleRecord = Field(description="of the chart")
+    mean_dilatation: Rounded = Field(description="longest over shortest scale of length; 1 is conformal")
+    predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
+
+
+class SpacingRecord(Record):
+    """The measured spacing over the wanted one; 1 is ideal."""
+
+    mean: Rounded = Field(description="ratio")
+    cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
+    p1: Rounded = Field(description="ratio")
+    p5: Rounded = Field(description="ratio")
+    p50: Rounded = Field(description="ratio")
+    p95: Rounded = Field(description="ratio")
+    p99: Rounded = Field(description="ratio")
+    max: Rounded = Field(description="ratio")
+    within_5_percent: Rounded = Field(description="share of the samples")
+
+
+class StraightRecord(Record):
+    """The same through the air."""
+
+    mean: Rounded = Field(description="ratio")
+    cv: Rounded = Field(description="standard deviation over mean")
+
+
+class LevelRecord(Record):
+    """The spacing of one level to the one outside, over the wanted one."""
+
+    level: Count = Field(description="from 0, the outermost")
+    mean: Rounded = Field(description="ratio")
+    cv: Rounded = Field(description="standard deviation over mean")
+    worst: Rounded = Field(description="ratio farthest from 1")
+
+
+class WorstPlaceRecord(Record):
+    """A place where the spacing is far from wanted."""
+
+    place_mm: Place = Field(description="on the surface [mm]")
+    level: Count = Field(description="of the run there")
+    ratio: Rounded = Field(description="spacing over the wanted one")
+
+
+class EvennessRecord(Record):
+    """How evenly the paths cover the part, measured over its surface."""
+
+    method: str = Field(description="how the spacing was measured")
+    spacing: SpacingRecord = Field(description="over the wanted one")
+    straight: StraightRecord = Field(description="the same through the air")
+    samples: Count = Field(description="along the runs")
+    samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
+    largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
+    samples_unreached: Count = Field(description="left out: no way to the level outside was found")
+    samples_where_fronts_meet: Rounded = Field(description="share within one spacing of their own level")
+    gap: Rounded = Field(description="share of the area farther than 0.55 spacings from every path")
+    overlap: Rounded = Field(description="share of the area within 0.45 spacings of two stretches")
+    area_unknown: Rounded = Field(description="share of the area that could not be judged")
+    fill: Rounded = Field(description="deposited length times spacing, over the area")
+    width_cv: Rounded = Field(description="of the strip that each stretch serves: standard deviation over mean")
+    levels: tuple[LevelRecord, ...] = Field(description="each to the one outside")
+    worst_places: tuple[WorstPlaceRecord, ...] = Field(description="at most five, the worst first")
+
+
+class ThicknessRecord(Record):
+    """The thickness of the layer with one flow."""
+
+    mean_mm: Rounded = Field(description="[mm]")
+    cv: Rounded | None = Field(description="where fronts are apart: standard deviation over mean; null: nowhere")
+    cv_near_medial_axis: Rounded | None = Field(description="where fronts meet; null: nowhere")
+
+
+class FollowingRecord(ThicknessRecord):
+    """The thickness of the layer with the flow that follows the width."""
+
+    least_mm3_per_mm: Rounded = Field(description="flow [mm3/mm]")
+    most_mm3_per_mm: Rounded = Field(description="flow [mm3/mm]")
+
+
+class LightRecord(Record):
+    """What the lamp gives on its way over the part."""
+
+    one_pass: float = Field(description="dose when the spot passes once [mJ/cm2]")
+    all_passes: float = Field(description="mean dose of all passes together [mJ/cm2]")
+    wanted: float | None = Field(description="dose that cures the material [mJ/cm2]")
+    fastest: float | None = Field(description="speed up to which one pass gives it [mm/s]")
+    flood: float | None = Field(description="final exposure of the whole part [s]")
+
+
+class DepositionRecord(Record):
+    """The layer that the paths leave."""
+
+    flow: Literal["constant", "follows the width"] = Field(description="that is printed")
+    share_away_from_medial_axis: Rounded = Field(description="of the area, where fronts are apart")
+    constant_flow: ThicknessRecord = Field(description="with constant flow")
+    following_flow: FollowingRecord = Field(description="with flow that follows the width")
+    light: LightRecord | None = Field(description="null where nobody measured the lamp")
+
+
+class PlanRecord(Record):
+    """The content of plan.json; only `timings_s` and `peak_memory_mb` vary from run to run."""
+
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    input: InputRecord = Field(description="file of the part")
+    settings: SettingsRecord = Field(description="what was asked for, and with which cell")
+    surface: SurfaceRecord = Field(description="of the part")
+    paths: PathsRecord = Field(description="as printed")
+    layers: tuple[LayerRecord, ...] = Field(description="from the part outwards")
+    field: FieldRecord = Field(description="of distance that the paths follow")
+    patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
+    chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
+    uniformity: EvennessRecord | None = Field(default=None, description="left out with a single level")
+    deposition: DepositionRecord | None = Field(default=None, description="of material")
+    robot: tuple[RobotRecord, ...] = Field(description="one a placement of the part; none without a robot")
+    timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")
+    peak_memory_mb: Count = Field(description="[MB]")
+    warnings: tuple[str, ...] = Field(description="what a person should know")

@@ -1,0 +1,147 @@
+"""The schema of one of the robot's parts in plan.json: motion, clearance and program for one placement of the part."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from geoprint.account.rounding import Count, Place, Record, Rounded, Thousandths
+
+
+class RotationRecord(Record):
+    """How the nozzle turns about itself."""
+
+    axial_nozzle: bool = Field(description="whether its axis is the flange's: then a turn moves joint 6 only")
+    least_deg: Thousandths = Field(description="from the attitude of the path [degrees]")
+    most_deg: Thousandths = Field(description="from the attitude of the path [degrees]")
+
+
+class TiltRecord(Record):
+    """The angle between nozzle and surface normal on deposit."""
+
+    largest_deg: Thousandths = Field(description="[degrees]")
+    mean_deg: Thousandths = Field(description="[degrees]")
+
+
+class LeanPlaceRecord(Record):
+    """A stretch in which the nozzle leans from the attitude of the path, where it does most."""
+
+    run: int = Field(description="from 0")
+    place_mm: tuple[Thousandths, Thousandths, Thousandths] = Field(description="tip in the part's coordinates [mm]")
+    lean_deg: Thousandths = Field(description="[degrees]")
+    deposit: bool = Field(description="whether material is laid there")
+
+
+class LeanRecord(Record):
+    """Where the nozzle leans from the attitude of the path."""
+
+    deposit_share: Thousandths = Field(description="of the deposited length")
+    places: tuple[LeanPlaceRecord, ...] = Field(description="at most 20, the largest leans first")
+
+
+class SlowdownRecord(Record):
+    """A stretch of deposit on which the joints do not hold the set speed."""
+
+    run: int = Field(description="from 0")
+    kind: Literal["lowered", "dip"] = Field(description="the whole run lowered, or slower on the way")
+    place_mm: Place = Field(description="tip where the least is held [mm]")
+    arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
+    length_mm: Rounded = Field(description="of the stretch [mm]")
+    set_mm_s: float = Field(description="speed that was asked for [mm/s]")
+    held_mm_s: Rounded = Field(description="smallest speed on the stretch [mm/s]")
+    joint: int = Field(description="that limits it there, 1 to 6")
+    limit: Literal["speed", "acceleration"] = Field(description="of that joint")
+
+
+class TargetsRecord(Record):
+    """How the targets that the program names follow each other."""
+
+    period_ms: Rounded = Field(description="that the controller takes without slowing down [ms]")
+    closer: Count = Field(description="targets that come sooner than that after the one before")
+    shortest_ms: Rounded = Field(description="between two [ms]")
+    shortest_mm: Rounded = Field(description="move between two [mm]")
+    dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
+
+
+class MotionRecord(Record):
+    """The arm's motion from home to home."""
+
+    duration_s: Rounded = Field(description="[s]")
+    branch: int = Field(description="of the eight inverse solutions, from 0")
+    rotation: RotationRecord = Field(description="of the nozzle about itself")
+    joint_6_turns: Thousandths = Field(description="over the whole motion")
+    tilt: TiltRecord = Field(description="from the surface normal")
+    lean: LeanRecord = Field(description="from the attitude of the path")
+    smallest_wrist_angle_deg: Rounded = Field(description="of joint 5 [degrees]")
+    slowest_deposit_mm_s: Rounded = Field(description="of the tip [mm/s]")
+    stretched_pieces: Count = Field(description="of the motion that had to be slower than planned")
+    share_at_speed: Rounded = Field(description="of the deposit within 1 % of the set speed")
+    share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
+    slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")
+    placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
+    placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")
+    largest_touch_miss_mm: Rounded | None = Field(description="of the touched points [mm]")
+    T_base_work: tuple[tuple[Rounded, ...], ...] = Field(description="from the part's to the robot's base [mm]")
+    surface_uncertainty_mm: Rounded | None = Field(default=None, description="standard deviation along the normal [mm]")
+    surface_within_mm: Rounded | None = Field(default=None, description="in 95 of 100 calibrations [mm]")
+    surface_uncertain_at_mm: Place | None = Field(default=None, description="where that is most [mm]")
+    targets: TargetsRecord = Field(description="of the program")
+
+
+class DryRunRecord(Record):
+    """What the dry run passes."""
+
+    lift_mm: float = Field(description="above the printed path [mm]")
+    smallest_mm: Rounded = Field(description="clearance [mm]")
+    at: str = Field(description="where, and what comes near what")
+
+
+class ClearanceRecord(Record):
+    """What the collision check of the motion found."""
+
+    smallest_mm: Rounded = Field(description="of the tool [mm]")
+    at: str = Field(description="where, and what comes near what")
+    arm_smallest_mm: Rounded | None = Field(description="of the arm [mm]")
+    arm_at: str | None = Field(description="where, and what comes near what")
+    kept_mm: float = Field(description="everywhere [mm]")
+    tip_margin_mm: Rounded = Field(description="of the tip on travel and its rim on deposit [mm]")
+    checks: Count = Field(description="places of the motion that were looked at")
+    checked: tuple[str, ...] = Field(description="what against what")
+    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+    dry_run: DryRunRecord = Field(description="likewise")
+
+
+class RunSwitchingRecord(Record):
+    """When one run is laid."""
+
+    run: int = Field(description="from 0")
+    deposit_s: tuple[float, ...] = Field(description="from and to, on the path [s]")
+    material_s: tuple[float, ...] = Field(description="from and to, as it leaves the nozzle [s]")
+
+
+class SwitchingRecord(Record):
+    """What flows and shines when, simulated from the program as it was read back."""
+
+    largest_error_mm: Rounded = Field(description="of the material from each run's ends [mm]")
+    lamp_alone_s: Rounded = Field(description="that the lamp shines where nothing is laid [s]")
+    runs: tuple[RunSwitchingRecord, ...] = Field(description="in the order of printing")
+    lamp_s: tuple[tuple[float, ...], ...] = Field(description="on, from and to [s]")
+    vacuum_s: tuple[tuple[float, ...], ...] = Field(description="drawing, from and to [s]")
+
+
+class ProgramRecord(Record):
+    """The program that was written."""
+
+    modules: tuple[str, ...] = Field(description="its files in the folder rapid")
+    targets: Count = Field(description="that it names")
+    dry_run_only: bool = Field(description="because nobody stated where the part stands")
+    switching: SwitchingRecord = Field(description="of valve, lamp and vacuum")
+
+
+class RobotRecord(Record):
+    """The robot's part of a plan for one placement of the part."""
+
+    motion: MotionRecord = Field(description="of the arm")
+    clearance: ClearanceRecord = Field(description="of the motion")
+    program: ProgramRecord = Field(description="that runs it")
