@@ -33,6 +33,7 @@ from geoprint.backends.marching.seed_windows import see_from_border, see_from_pi
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 from geoprint.surfaces import edge_lengths, in_words
+from geoprint.surfaces.halfedges import next_halves
 
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
@@ -70,7 +71,7 @@ class FastMarching:
         self._surface = surface
         self._mesh = half_edge_mesh(delaunay(intrinsic_triangulation(surface), margin=FLIP_MARGIN))
         border = np.flatnonzero(self._mesh.twins < 0)
-        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[_following(border)]])
+        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[next_halves(border)]])
 
     @staticmethod
     def edge_length(part: Surface, *, spacing: float) -> float:
@@ -200,7 +201,7 @@ def seeded_front(mesh: MarchingMesh, pieces: SeedPieces) -> Front:
     front.marks[pieces.vertices] = SEED_VERTEX
     front.heap[: pieces.vertices.size] = pieces.vertices
     front.places[pieces.vertices] = np.arange(pieces.vertices.size)
-    ends = mesh.corners[_following(mesh.first[pieces.border])]
+    ends = mesh.corners[next_halves(mesh.first[pieces.border])]
     front.marks[pieces.border] |= SEED_FIRST_EDGE
     front.marks[ends] |= SEED_LAST_EDGE
     both = SEED_FIRST_EDGE | SEED_LAST_EDGE
@@ -211,8 +212,3 @@ def seeded_front(mesh: MarchingMesh, pieces: SeedPieces) -> Front:
         see_from_border(mesh, front, mesh.first[pieces.border])
     see_from_pieces(mesh, front, pieces.faces, pieces.starts, pieces.ends)
     return front
-
-
-def _following(half_edges: IntArray) -> IntArray:
-    """Return the next half-edge of the same triangle for each half-edge."""
-    return half_edges + np.where(half_edges % 3 < 2, 1, -2)

@@ -11,9 +11,10 @@ from math import sin
 import numpy as np
 from numba import njit
 
-from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh, after, before, uncounted
+from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh, uncounted
 from geoprint.backends.marching.kernels import slope
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # Half-edges whose length differs by more than this share from the edge's are another line between its ends.
 SAME_LENGTH = 1e-9
@@ -121,9 +122,9 @@ def half_edge_between(mesh: MarchingMesh, start: int, end: int, length: float) -
     """Return the half-edge of a length from one vertex to another, -1 where there is none."""
     half = mesh.first[start]
     while True:
-        if mesh.corners[after(half)] == end and abs(mesh.lengths[half] - length) <= SAME_LENGTH * length:
+        if mesh.corners[next_half(half)] == end and abs(mesh.lengths[half] - length) <= SAME_LENGTH * length:
             return half
-        half = mesh.twins[before(half)]
+        half = mesh.twins[previous_half(half)]
         if half < 0 or half == mesh.first[start]:
             return -1
 
@@ -131,7 +132,7 @@ def half_edge_between(mesh: MarchingMesh, start: int, end: int, length: float) -
 @uncounted
 def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
-    start, following = mesh.corners[half], after(half)
+    start, following = mesh.corners[half], next_half(half)
     end = mesh.corners[following]
     first = slope(mesh, front, start, mesh.bearings[half])
     back = mesh.bearings[following] + mesh.angles[following] * mesh.stretch[end]
@@ -141,7 +142,7 @@ def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, fl
 @uncounted
 def sides_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the seed."""
-    start, following = mesh.corners[half], after(half)
+    start, following = mesh.corners[half], next_half(half)
     end = mesh.corners[following]
     back = mesh.bearings[following] + mesh.angles[following] * mesh.stretch[end]
     first = 0.0 if front.marks[start] & SEED_VERTEX else sin(mesh.bearings[half] - front.origins[start])

@@ -14,14 +14,13 @@ from geoprint.backends.marching.front import (
     SEEN_FROM_SEED,
     Front,
     MarchingMesh,
-    after,
     arrive,
-    before,
     border_bearing,
     pop_nearest,
     uncounted,
 )
 from geoprint.model import IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # A line that bends may beat such an arrival, but not by the error of marching near a point: this share of it.
 SEEN_MARGIN = 0.05
@@ -62,9 +61,9 @@ def march(mesh: MarchingMesh, front: Front, tolerance: float, meeting: float) ->
         count += 1
         half = mesh.first[vertex]
         while True:
-            improve(mesh, front, after(half), tolerance, meeting)
-            improve(mesh, front, before(half), tolerance, meeting)
-            half = mesh.twins[before(half)]
+            improve(mesh, front, next_half(half), tolerance, meeting)
+            improve(mesh, front, previous_half(half), tolerance, meeting)
+            half = mesh.twins[previous_half(half)]
             if half < 0 or half == mesh.first[vertex]:
                 break
     return count
@@ -90,7 +89,7 @@ def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) ->
         best, origin, known = inf, 0.0, front.distances[vertex]
         half = int(mesh.first[vertex])
         while True:
-            edge, last = after(half), before(half)
+            edge, last = next_half(half), previous_half(half)
             if known > min(front.distances[mesh.corners[edge]], front.distances[mesh.corners[last]]):
                 offer, share = through_edge(mesh, front, half, best, meeting)
                 if offer < best:
@@ -116,7 +115,7 @@ def improve(mesh: MarchingMesh, front: Front, corner: int, tolerance: float, mee
     """
     vertex = int(mesh.corners[corner])
     known = front.distances[vertex]
-    edge, last = after(corner), before(corner)
+    edge, last = next_half(corner), previous_half(corner)
     start, end = int(mesh.corners[edge]), int(mesh.corners[last])
     # An edge farther than the vertex on both ends cannot lower it.
     if known > min(front.distances[start], front.distances[end]) and not front.marks[vertex] & (
@@ -147,7 +146,7 @@ def through_edge(mesh: MarchingMesh, front: Front, corner: int, known: float, me
     Returns:
         Distance [mm], no sharp one where it cannot beat `known`; s.
     """
-    edge, last = after(corner), before(corner)
+    edge, last = next_half(corner), previous_half(corner)
     length, start, end = mesh.lengths[edge], int(mesh.corners[edge]), int(mesh.corners[last])
     # The corner seen from the start of the edge: `along` it and `away` from it.
     along, away = apex(length, mesh.lengths[corner], mesh.lengths[last])

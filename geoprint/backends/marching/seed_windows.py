@@ -19,11 +19,10 @@ from geoprint.backends.marching.front import (
     SEEN_FROM_SEED,
     Front,
     MarchingMesh,
-    after,
     arrive,
-    before,
 )
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # How far straight lines are followed, in longest sides of the triangle they start in.
 REACH = 2.0
@@ -86,9 +85,9 @@ def see_from_vertices(mesh: MarchingMesh, front: Front, vertices: IntArray) -> N
     for vertex in vertices:
         half = int(mesh.first[vertex])
         while True:
-            opposite = after(half)
+            opposite = next_half(half)
             see_along(mesh, front, opposite, mesh.lengths[half], mesh.bearings[opposite], mesh.angles[opposite])
-            last = before(half)
+            last = previous_half(half)
             see_along(mesh, front, last, mesh.lengths[last], mesh.bearings[last], 0.0)
             here, right, apex = triangle(mesh, half)
             source = Source(here, Point(0.0, 0.0))
@@ -110,7 +109,7 @@ def see_from_border(mesh: MarchingMesh, front: Front, border: IntArray) -> None:
         opposite = corners[(side_number + 2) % 3]
         back = way_to_segment(opposite, start, end)
         angle = turn(Point(start.x - opposite.x, start.y - opposite.y), back)
-        corner = before(int(border[k]))
+        corner = previous_half(int(border[k]))
         see_along(mesh, front, corner, sqrt(back.x * back.x + back.y * back.y), mesh.bearings[corner], angle)
         leave_segment(mesh, front, half, corners, start, end, longest_side(mesh, half))
 
@@ -239,7 +238,7 @@ def follow(mesh: MarchingMesh, front: Front, source: Source, window: Window, rea
         if half < 0 or gap(source, window.start, window.end) > reach:
             continue
         apex = beyond(mesh, half, window.end, window.start)
-        first, last = after(half), before(half)
+        first, last = next_half(half), previous_half(half)
         if (
             is_nearer(front, int(mesh.corners[half]), source, window.end, tie)
             and is_nearer(front, int(mesh.corners[first]), source, window.start, tie)
@@ -320,7 +319,7 @@ def separation(first: Point, second: Point) -> float:
 @njit(cache=True, error_model="numpy")
 def beyond(mesh: MarchingMesh, half: int, start: Point, end: Point) -> Point:
     """Return the corner opposite to a half-edge that runs from start to end, on its left."""
-    length, right, left = mesh.lengths[half], mesh.lengths[before(half)], mesh.lengths[after(half)]
+    length, right, left = mesh.lengths[half], mesh.lengths[previous_half(half)], mesh.lengths[next_half(half)]
     along = 0.5 * (length + (right - left) * (right + left) / length)
     away = sqrt(max(right * right - along * along, 0.0))
     x, y = (end.x - start.x) / length, (end.y - start.y) / length
@@ -345,4 +344,4 @@ def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
 @njit(cache=True, error_model="numpy")
 def longest_side(mesh: MarchingMesh, half: int) -> float:
     """Return the longest side of the triangle of a half-edge [mm]."""
-    return max(mesh.lengths[half], mesh.lengths[after(half)], mesh.lengths[before(half)])
+    return max(mesh.lengths[half], mesh.lengths[next_half(half)], mesh.lengths[previous_half(half)])
