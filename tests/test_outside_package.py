@@ -73,10 +73,8 @@ def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_an
     assert "uniformity" in rows[0]
     assert (site / "compared" / "edges" / "rapid").is_dir()
     assert "shortest paths along the edges" in (site / "compared" / "report.html").read_text()
-    (site / "straight.toml").write_text(
-        f'pattern = "straight"\nbackend = "edges"\n{JOB}\n[options.straight]\nangle_deg = 90.0\n'
-    )
-    planned = run("-m", "geoprint", "plan", "straight.toml", "--out", "planned", path=site)
+    asked = ("--pattern", "straight", "--option", "straight.angle_deg=90.0", "--option", "edges.stretch=1.05")
+    planned = run("-m", "geoprint", "plan", "job.toml", "--backend", "edges", *asked, "--out", "planned", path=site)
     assert planned.returncode == 0, planned.stderr
     settings = json.loads((site / "planned" / "plan.json").read_text())["settings"]
     assert settings["backend"] == "edges"
