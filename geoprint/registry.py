@@ -30,17 +30,19 @@ class Titled(Protocol):
 
     @property
     def title(self) -> str:
-        """A few words that stand beside its name."""
+        """A few words that stand beside its name; a `ClassVar` of a class."""
         ...
 
 
 FactoryT = TypeVar("FactoryT", bound=Titled)
+FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
+FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
 FactT = TypeVar("FactT")
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Entry(Generic[FactoryT]):
+class Entry(Generic[FactoryT_co]):
     """One entry of a registry.
 
     Attributes:
@@ -50,7 +52,7 @@ class Entry(Generic[FactoryT]):
     """
 
     name: str
-    factory: FactoryT
+    factory: FactoryT_co
     origin: str
 
     @property

@@ -154,6 +154,7 @@ def _settings(plan: Plan) -> SettingsRecord:
         layer_height_mm=process.layer_height,
         pressure_kpa=None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
         flood_s=None if cell.flood is None else cell.flood.duration,
+        pattern=job.pattern,
         options=job.options,
     )
 

@@ -17,6 +17,7 @@ from geoprint.backends.interface import (
     ChartImage as ChartImage,
     Shown as Shown,
 )
+from geoprint.backends.isolines import isolines as isolines
 from geoprint.backends.known import (
     BACKENDS as BACKENDS,
     accuracy as accuracy,
@@ -26,5 +27,9 @@ from geoprint.backends.known import (
     most_accurate_backend as most_accurate_backend,
     register as register,
     with_option as with_option,
+)
+from geoprint.backends.levels import (
+    level_distances as level_distances,
+    linear_edge_length as linear_edge_length,
 )
 from geoprint.backends.piecewise import Piecewise as Piecewise

@@ -59,8 +59,9 @@ class Job(Table):
         unit: length unit of the file, None where the file carries it.
         flip: whether the file's winding is turned, so that the other side is printed.
         backend: name of the planning backend.
+        pattern: name of how strokes cover the part.
         resolution: pixels along the longer side of the raster of a backend that has one.
-        options: by the name of a backend, its options by their names.
+        options: by the name of a backend or a pattern, its options by their names.
         spacing: distance between neighbouring paths [mm]; or
         rounds: number of levels between the seed and the farthest point.
         seed: point [mm] from which distance is measured, instead of the border.
@@ -80,6 +81,7 @@ class Job(Table):
     unit: Literal["mm", "cm", "m", "um", "in"] | None = None
     flip: bool = False
     backend: str = "heat"
+    pattern: str = "contours"
     resolution: PositiveInt | None = None
     options: dict[str, dict[str, bool | int | float | str]] = Field(default={})
     spacing: Annotated[float, Field(ge=LEAST_SPACING)] | None = None

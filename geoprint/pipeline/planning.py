@@ -16,6 +16,7 @@ from geoprint.export.rapid import check_timeline, rapid_program, read_back, time
 from geoprint.model import (
     Cell,
     Clearance,
+    Contours,
     ControllerPath,
     FloatArray,
     JointPath,
@@ -36,7 +37,7 @@ from geoprint.motion.controller import (
 from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
-from geoprint.pipeline.choice import backend_of, check_options
+from geoprint.pipeline.choice import backend_of, check_options, pattern_of
 from geoprint.pipeline.laying import lay
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
@@ -82,17 +83,16 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
 
 
 def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with contours and turn them into poses; evenness and the robot are left out."""
+    """Cover the workpiece with strokes and turn them into poses; evenness and the robot are left out."""
     surface = workpiece.surface
     with stage("contours"):
-        backend = Piecewise(surface, backend_of(job))
-        spacing = job.spacing
-        if spacing is None:
-            spacing = backend.distance(workpiece.seed).maximum / (job.rounds or 1)
-        contours = backend.contours(workpiece.seed, spacing=spacing)
+        backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
+        spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
+        strokes = pattern_of(job).strokes(surface, seed, backend=backend, spacing=spacing)
+        contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):
-        toolpath = arrange(contours, surface, speed=workpiece.cell.process.speed)
+        toolpath = arrange(strokes, surface, speed=workpiece.cell.process.speed)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     layers = (Layer(surface, 0, workpiece.cell.process.layer_height),)
     return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)

@@ -18,7 +18,14 @@ from geoprint.config import Job, job_of
 from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, ReachError
 from geoprint.model import Surface
 from geoprint.paths import arrange
-from geoprint.pipeline import check_bundle, compare, patches_of, plan, save_plan
+from geoprint.patterns import PATTERNS
+from geoprint.pipeline import (
+    check_bundle,
+    compare,
+    patches_of,
+    plan,
+    save_plan,
+)
 from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.results import Plan
@@ -152,9 +159,10 @@ def test_a_patch_that_cannot_be_planned_is_named(
 def test_a_patch_whose_every_curve_is_too_short_is_named() -> None:
     small = Surface(disc(radius=2.0).vertices + np.array([50.0, 0.0, 0.0]), disc(radius=2.0).faces)
     surface = united([refine(disc(radius=12.0), edge_length=0.8), refine(small, edge_length=0.2)])
-    contours = Piecewise(surface, BACKENDS["heat"]).contours(boundary_seed(surface), spacing=3.8)
+    backend = Piecewise(surface, BACKENDS["heat"])
+    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=backend, spacing=3.8)
     with pytest.raises(FieldError, match="every contour of patch 2 is shorter than one spacing"):
-        arrange(contours, surface, speed=20.0)
+        arrange(strokes, surface, speed=20.0)
 
 
 def test_a_file_in_several_pieces_is_still_refused_and_pointed_to_patches() -> None:
