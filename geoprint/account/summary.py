@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import resource
 from dataclasses import asdict
 from importlib.metadata import version
@@ -29,7 +30,6 @@ from geoprint.account.plan_record import (
     PlanRecord,
     PreparationRecord,
     RefinementRecord,
-    RegionRecord,
     SettingsRecord,
     SideRecord,
     SpacingRecord,
@@ -130,33 +130,21 @@ def _input(plan: Plan) -> InputRecord:
 
 
 def _settings(plan: Plan) -> SettingsRecord:
-    job, cell, process = plan.job, plan.workpiece.cell, plan.workpiece.cell.process
-    return SettingsRecord(
-        backend=job.backend,
-        spacing_mm=plan.contours.spacing,
-        resolution=job.resolution,
-        rounds=job.rounds,
-        seed=None if job.seed is None else tuple(job.seed),
-        flip=job.flip,
-        label=job.label,
-        patches=tuple(RegionRecord.model_validate_json(region.model_dump_json()) for region in job.patches),
-        fill_holes_mm=job.fill_holes,
-        cell=cell.name,
-        place=job.place,
-        max_tilt_deg=job.max_tilt,
-        on_slowdown=job.on_slowdown,
-        robot=job.robot,
-        speed_mm_s=process.speed,
-        travel_speed_mm_s=process.travel_speed,
-        standoff_mm=process.standoff,
-        clearance_mm=process.clearance,
-        retract_mm=process.retract,
-        layer_height_mm=process.layer_height,
-        pressure_kpa=None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
-        flood_s=None if cell.flood is None else cell.flood.duration,
-        pattern=job.pattern,
-        options=job.options,
-    )
+    cell, process = plan.workpiece.cell, plan.workpiece.cell.process
+    # By way of JSON, whose lists become the tuples of records.
+    asked = plan.job.settings() | {
+        "spacing_mm": plan.contours.spacing,
+        "cell": cell.name,
+        "speed_mm_s": process.speed,
+        "travel_speed_mm_s": process.travel_speed,
+        "standoff_mm": process.standoff,
+        "clearance_mm": process.clearance,
+        "retract_mm": process.retract,
+        "layer_height_mm": process.layer_height,
+        "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
+        "flood_s": None if cell.flood is None else cell.flood.duration,
+    }
+    return SettingsRecord.model_validate_json(json.dumps(asked))
 
 
 def _surface(plan: Plan) -> SurfaceRecord:
