@@ -1,12 +1,15 @@
 """What is said of a result: plan.json and compare.json, tables, verdict, run sheet, report and pictures."""
 
-from geoprint.account.comparison_record import ComparisonRecord as ComparisonRecord
-from geoprint.account.comparison_summary import (
+from geoprint.account.comparison_record import (
+    ComparisonRecord as ComparisonRecord,
     ToldComparison as ToldComparison,
+)
+from geoprint.account.comparison_summary import (
     comparison_picture as comparison_picture,
     comparison_report as comparison_report,
     tell_comparison as tell_comparison,
 )
+from geoprint.account.comparison_text import comparison_table as comparison_table, verdict as verdict
 from geoprint.account.plan_record import PlanRecord as PlanRecord
 from geoprint.account.plan_text import outcome_text as outcome_text
 from geoprint.account.rounding import (
@@ -24,5 +27,3 @@ from geoprint.account.summary import (
     record_plan as record_plan,
     summary as summary,
 )
-from geoprint.account.table import comparison_table as comparison_table
-from geoprint.account.verdict import verdict as verdict

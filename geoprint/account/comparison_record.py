@@ -5,7 +5,9 @@ Units and counting are those of plan.json. `compare.schema.json` beside this fil
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, final
 
 from pydantic import Field
 
@@ -15,6 +17,7 @@ from geoprint.account.plan_record import (
     InputRecord,
     PatchRecord,
     PathsRecord,
+    PlanRecord,
     SettingsRecord,
     SurfaceRecord,
 )
@@ -89,3 +92,17 @@ class ComparisonRecord(Record):
     layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class ToldComparison:
+    """All figures of a comparison, each made once.
+
+    Attributes:
+        record: the content of compare.json.
+        plans: for each part the content of plan.json by backend; empty for a part that failed.
+    """
+
+    record: ComparisonRecord
+    plans: tuple[Mapping[str, PlanRecord], ...]

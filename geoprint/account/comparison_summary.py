@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
-from typing import final
 
 import numpy as np
 
@@ -16,12 +14,13 @@ from geoprint.account.comparison_record import (
     PathDistancesRecord,
     PlannedRecord,
     RefusedRecord,
+    ToldComparison,
 )
-from geoprint.account.coverage_picture import coverage_picture
+from geoprint.account.comparison_text import verdict
 from geoprint.account.part_report import part_report
+from geoprint.account.pictures import coverage_picture
 from geoprint.account.plan_record import PlanRecord
 from geoprint.account.summary import record_evenness, record_plan
-from geoprint.account.verdict import verdict
 from geoprint.model import FloatArray
 from geoprint.quality import agreement
 from geoprint.report import html_report
@@ -32,20 +31,6 @@ COMPARISON_SCHEMA = 2
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class ToldComparison:
-    """All figures of a comparison, each made once.
-
-    Attributes:
-        record: the content of compare.json.
-        plans: for each part the content of plan.json by backend; empty for a part that failed.
-    """
-
-    record: ComparisonRecord
-    plans: tuple[Mapping[str, PlanRecord], ...]
 
 
 def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:

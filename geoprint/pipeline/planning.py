@@ -1,4 +1,12 @@
-"""The stages in their order: a mesh file in, a frozen plan out that keeps every intermediate value."""
+"""The stages in their order: a mesh file in, a frozen plan out that keeps every intermediate value.
+
+    file -> Workpiece -> Strokes -> Toolpath -> PoseStream -> evenness, flow and layer       plan_paths
+    PoseStream -> JointPath -> Trajectory -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> Timeline
+                                                                                             with_robot
+
+Where the robot cannot follow or touches something, its stages are taken again with the nozzle leaning, and with travel
+over everything.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +18,11 @@ import numpy as np
 
 from geoprint.backends import Piecewise
 from geoprint.config import Job
+from geoprint.deposition import exposure, following_flow
 from geoprint.errors import ClearanceError, ReachError, naming
-from geoprint.export import orders_of
+from geoprint.export import Orders, TipsAt, orders_of
 from geoprint.export.rapid import check_timeline, rapid_program, read_back, timeline
 from geoprint.model import (
-    Cell,
     Clearance,
     Contours,
     ControllerPath,
@@ -22,6 +30,7 @@ from geoprint.model import (
     JointPath,
     Placement,
     PoseStream,
+    Program,
     Toolpath,
 )
 from geoprint.motion.arm import Arm, check_load
@@ -38,11 +47,10 @@ from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.choice import backend_of, check_options, pattern_of
-from geoprint.pipeline.laying import lay
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.quality import uniformity, widths_at_poses
-from geoprint.results import Layer, Plan, RobotPlan, Workpiece
+from geoprint.quality import LevelledLayer, uniformity, widths_at_poses
+from geoprint.results import Laid, Layer, Plan, RobotPlan, Workpiece
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -78,7 +86,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         else:
             widths = widths_at_poses(paths.poses, workpiece.part, spacing=spacing)
     with stage("layer"):
-        stream, laid = lay(paths.poses, widths, workpiece, spacing=spacing)
+        stream, laid = _lay(paths.poses, widths, workpiece, spacing=spacing)
     return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
 
 
@@ -96,6 +104,88 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     layers = (Layer(surface, 0, workpiece.cell.process.layer_height),)
     return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)
+
+
+def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
+    """Add the robot to a plan of paths: joints, time, clearance, program.
+
+    The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
+    Where travel alone is not clear, all of it is planned again over everything.
+
+    Raises:
+        PlanError: no valid motion exists; says where and why.
+    """
+    try:
+        return _low_or_high(paths, placement, stage, leaning=None)
+    except (ReachError, ClearanceError):
+        if paths.job.max_tilt == 0.0:
+            raise
+    with stage("room to lean"):
+        leaning = _leaning(paths, placement)
+    return _low_or_high(paths, placement, stage, leaning=leaning)
+
+
+def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
+    """Take the robot's stages in their order, from the poses to the program that was read back."""
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    with stage("reach"):
+        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
+    with stage("timing"):
+        trajectory = retime(joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown)
+        targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
+    with stage("collision check"):
+        path = controller_path(joint_path, targets, arm)
+        found = _clearance(path, joint_path, workpiece, placement, arm)
+        aloft, aloft_targets = aloft_path(joint_path, targets, arm)
+        dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
+        dry_found = _clearance(dry, aloft, workpiece, placement, arm)
+        _check_stations(aloft, workpiece, placement, arm)
+    with stage("program"):
+        orders = orders_of(
+            joint_path,
+            targets,
+            trajectory,
+            placement=placement,
+            aloft=aloft.joints[0],
+            aloft_configuration=aloft_configuration(aloft, joint_path, targets),
+            extent=np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)]),
+        )
+        tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
+        program = _program(paths, orders, tips, found, placement=placement, arm=arm)
+        switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
+        check_timeline(switching)
+    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
+    return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
+
+
+def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
+    """Plan with low travel, and where only that is not clear, with travel over everything."""
+    try:
+        return _with_robot(paths, placement, stage, leaning=leaning)
+    except ClearanceError as error:
+        if not error.details.get("travelling", False):
+            raise
+    high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
+    # Only travel differs: what was chosen to flow on the deposits stays.
+    flow = np.zeros(high.count)
+    flow[high.deposit] = paths.poses.flow[paths.poses.deposit]
+    return _with_robot(replace(paths, poses=replace(high, flow=flow)), placement, stage, leaning=leaning)
+
+
+def _leaning(paths: Plan, placement: Placement) -> Leaning:
+    """Return how far the nozzle may lean, and what it must not touch."""
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    room = NozzleRoom(
+        cell.tool,
+        process=cell.process,
+        standoff=paths.poses.standoff,
+        part=workpiece.part,
+        body=workpiece.body,
+        obstacles=cell.obstacles,
+        T_base_work=placement.T_base_work,
+    )
+    return Leaning(float(np.radians(paths.job.max_tilt)), room)
 
 
 def pose_stream(
@@ -120,103 +210,52 @@ def pose_stream(
     )
 
 
-def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
-    """Add the robot to a plan of paths: joints, time, clearance, program.
+def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:
+    """Give a stream the flow that the cell's signals allow, and simulate the layer with either flow.
 
-    The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
-    Where travel alone is not clear, all of it is planned again over everything.
+    'io' can only open and shut a valve, so the flow is constant; 'analog' sets it along the path, so it follows.
 
-    Raises:
-        PlanError: no valid motion exists; says where and why.
+    Args:
+        poses: the stream with constant flow.
+        widths: (p,) of the strip of surface at each pose, over the spacing.
+        workpiece: what it is laid on.
+        spacing: distance between neighbouring paths [mm].
+
+    Returns:
+        The stream with the flow to print, and both layers.
     """
-    try:
-        return _low_or_high(paths, placement, stage, leaning=None)
-    except (ReachError, ClearanceError):
-        if paths.job.max_tilt == 0.0:
-            raise
-    with stage("room to lean"):
-        leaning = _leaning(paths, placement)
-    return _low_or_high(paths, placement, stage, leaning=leaning)
-
-
-def _leaning(paths: Plan, placement: Placement) -> Leaning:
-    """Return how far the nozzle may lean, and what it must not touch."""
-    workpiece, cell = paths.workpiece, paths.workpiece.cell
-    room = NozzleRoom(
-        cell.tool,
-        process=cell.process,
-        standoff=paths.poses.standoff,
-        part=workpiece.part,
-        body=workpiece.body,
-        obstacles=cell.obstacles,
-        T_base_work=placement.T_base_work,
+    cell = workpiece.cell
+    followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, layer_height=cell.process.layer_height)
+    layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
+    light = exposure(cell.material, speed=cell.process.speed, spacing=spacing, flood=cell.flood)
+    laid = Laid(
+        cell.signals.mode, light, constant=layer(poses.flow), following=layer(followed), following_flow=followed
     )
-    return Leaning(float(np.radians(paths.job.max_tilt)), room)
+    return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
 
 
-def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
-    """Plan with low travel, and where only that is not clear, with travel over everything."""
-    try:
-        return _with_robot(paths, placement, stage, leaning=leaning)
-    except ClearanceError as error:
-        if not error.details.get("travelling", False):
-            raise
-    high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
-    # Only travel differs: what was chosen to flow on the deposits stays.
-    flow = np.zeros(high.count)
-    flow[high.deposit] = paths.poses.flow[paths.poses.deposit]
-    return _with_robot(replace(paths, poses=replace(high, flow=flow)), placement, stage, leaning=leaning)
+def _check_stations(aloft: JointPath, workpiece: Workpiece, placement: Placement, arm: Arm) -> None:
+    """Check the motion from home and back to where the program primes the nozzle and floods the part."""
+    stations = (("purge", workpiece.cell.purge), ("flood", workpiece.cell.flood))
+    for name, at in stations:
+        if at is not None and at.joints is not None:
+            with naming(f"the joints of [{name}]"):
+                _clearance(there_and_back(at.joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
 
 
-def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
-    workpiece, cell = paths.workpiece, paths.workpiece.cell
-    with stage("reach"):
-        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
-    with stage("timing"):
-        trajectory = retime(joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown)
-        targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
-    with stage("collision check"):
-        path = controller_path(joint_path, targets, arm)
-        found = _clearance(path, joint_path, workpiece, placement, arm)
-        aloft, aloft_targets = aloft_path(joint_path, targets, arm)
-        dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
-        dry_found = _clearance(dry, aloft, workpiece, placement, arm)
-        for station, joints in _stations(cell):
-            with naming(f"the joints of [{station}]"):
-                _clearance(there_and_back(joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
-    with stage("program"):
-        orders = orders_of(
-            joint_path,
-            targets,
-            trajectory,
-            placement=placement,
-            aloft=aloft.joints[0],
-            aloft_configuration=aloft_configuration(aloft, joint_path, targets),
-            extent=np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)]),
-        )
-        tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
-        program = rapid_program(
-            orders,
-            cell=cell,
-            placement=placement,
-            surface_within=workpiece.surface_within,
-            tips_at=tips,
-            part_name=paths.job.surface.name,
-            spacing=paths.contours.spacing,
-            checked=(*found.checked, check_load(cell.tool, arm).sentence),
-            not_checked=found.not_checked,
-        )
-        switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
-        check_timeline(switching)
-    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
-    return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
-
-
-def _stations(cell: Cell) -> list[tuple[str, FloatArray]]:
-    """Return the joints to which the program goes from home and back, to prime the nozzle and to flood the part."""
-    stations = [("purge", cell.purge), ("flood", cell.flood)]
-    return [(name, at.joints) for name, at in stations if at is not None and at.joints is not None]
+def _program(paths: Plan, orders: Orders, tips: TipsAt, found: Clearance, *, placement: Placement, arm: Arm) -> Program:
+    cell = paths.workpiece.cell
+    return rapid_program(
+        orders,
+        cell=cell,
+        placement=placement,
+        surface_within=paths.workpiece.surface_within,
+        tips_at=tips,
+        part_name=paths.job.surface.name,
+        spacing=paths.contours.spacing,
+        checked=(*found.checked, check_load(cell.tool, arm).sentence),
+        not_checked=found.not_checked,
+    )
 
 
 def _clearance(

@@ -8,15 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.account.chart_picture import chart_pictures
-from geoprint.account.comparison_record import ComparisonRecord
+from geoprint.account.comparison_record import ComparisonRecord, ToldComparison
 from geoprint.account.comparison_summary import (
-    ToldComparison,
     comparison_picture,
     comparison_report,
     tell_comparison,
 )
-from geoprint.account.coverage_picture import paper_files
+from geoprint.account.pictures import chart_pictures, paper_files
 from geoprint.account.plan_record import PlanRecord
 from geoprint.account.rounding import as_json, read_record
 from geoprint.account.spacing_table import spacing_table

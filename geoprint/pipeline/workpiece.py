@@ -1,4 +1,7 @@
-"""What is planned on: cell, part and body as read, where the part stands, and the part refined."""
+"""What is planned on: cell, part and body as read, its printed side, where it stands, and the part refined.
+
+The printed side is that of the file's winding, unless the body that the part lies on tells another.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import numpy as np
 
 from geoprint.backends import Piecewise, backend
 from geoprint.config import Job, load_cell
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Seed, Surface, TouchedPoints
 from geoprint.motion.arm import Arm, check_load, require_abb_conventions
@@ -23,13 +26,15 @@ from geoprint.motion.placing import (
     refuse_uncertain,
 )
 from geoprint.pipeline.choice import backend_of
-from geoprint.pipeline.outside import printed_side
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.stages import Stages
-from geoprint.results import Workpiece
+from geoprint.results import Side, Workpiece
 from geoprint.surfaces import (
+    boundary_half_edges,
     boundary_seed,
     closest,
+    face_areas,
+    face_normals,
     pieces,
     point_seed,
     turned_over,
@@ -38,12 +43,15 @@ from geoprint.surfaces import (
 )
 from geoprint.surfaces.files import load_file
 from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import prepare
 from geoprint.transforms import apply
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
 # A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
 SEED_TOLERANCE = 1.0
+# The body tells the side where at least this share of the part's area agrees; between, it tells nothing.
+TELLING_SHARE = 0.9
 
 
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
@@ -211,3 +219,47 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
 def _size(surface: Surface) -> float:
     """Return the diagonal of a surface's box [mm]."""
     return float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+
+
+def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Surface, Side]:
+    """Decide which side is printed on, and turn the part where the body tells that it is inside out.
+
+    Args:
+        part: as prepared, turned already where `flip` says so.
+        body: what it lies on; only a closed one tells its outside.
+        flip: whether the user turned the file's winding; then the body only warns.
+
+    Returns:
+        The part, and how its side was found.
+    """
+    if boundary_half_edges(part.faces).size == 0:
+        return part, Side("closed", flip, None, "printed on the outside of a closed surface.")
+    agreeing = None if body is None else _agreeing(part, body)
+    source = "flip" if flip else "winding"
+    told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
+    if agreeing is None:
+        way = "leave `--flip` out for the other" if flip else "`--flip` turns it"
+        return part, Side(source, flip, None, f"printed on {told}; {way}.")
+    name = body.name if body is not None else ""
+    if agreeing >= TELLING_SHARE:
+        sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it)."
+        return part, Side("body", flip, agreeing, sentence)
+    share = f"{1 - agreeing:.0%} of it faces into {name}"
+    if agreeing > 1 - TELLING_SHARE or flip:
+        return part, Side(source, flip, agreeing, f"printed on {told}, but {share}: check the side.")
+    sentence = f"turned: as the file is wound, {share}; printed on the other side."
+    return turned_over(part), Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
+
+
+def _agreeing(part: Surface, body: Surface) -> float | None:
+    """Return the share of the part's area whose normal is within 90 degrees of the body's below it."""
+    try:
+        outward, _ = prepare(body)
+    except MeshError:
+        return None
+    if boundary_half_edges(outward.faces).size:
+        return None
+    below, _ = closest(outward, part.vertices[part.faces].mean(axis=1))
+    along = np.einsum("mx,mx->m", face_normals(outward)[below.faces], face_normals(part))
+    areas = face_areas(part)
+    return float(areas[along > 0].sum() / areas.sum())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geoprint.model import Surface
-from geoprint.pipeline.outside import printed_side
+from geoprint.pipeline.workpiece import printed_side
 from geoprint.surfaces import mean_normal
 from tests import meshes
 
