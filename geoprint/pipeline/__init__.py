@@ -1,5 +1,9 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
+from geoprint.account.inspection import (
+    inspection_summary as inspection_summary,
+    inspection_text as inspection_text,
+)
 from geoprint.pipeline.calibrating import (
     CalibratedFixture as CalibratedFixture,
     CalibratedTool as CalibratedTool,
@@ -36,12 +40,7 @@ from geoprint.pipeline.flow_fitting import (
     fit_summary as fit_summary,
     material_table as material_table,
 )
-from geoprint.pipeline.inspecting import (
-    FileInspection as FileInspection,
-    inspect_file as inspect_file,
-    inspection_summary as inspection_summary,
-    inspection_text as inspection_text,
-)
+from geoprint.pipeline.inspecting import inspect_file as inspect_file
 from geoprint.pipeline.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,

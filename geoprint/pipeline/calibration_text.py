@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from geoprint.account.rounding import DECIMALS, all_rounded, rounded
 from geoprint.export import Json
 from geoprint.model import FloatArray
 from geoprint.motion.placing import NOTABLE_SHARE, TouchStatistics, Uncertainty
 from geoprint.pipeline.calibrating import CalibratedFixture, CalibratedTool
-from geoprint.pipeline.rounding import DECIMALS, all_rounded, rounded
 
 
 def calibration_text(found: CalibratedFixture | CalibratedTool) -> str:

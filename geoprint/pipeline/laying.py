@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 
+from geoprint.account.rounding import rounded
 from geoprint.deposition import exposure, following_flow
 from geoprint.export import Json
 from geoprint.model import FloatArray, PoseStream
-from geoprint.pipeline.rounding import rounded
 from geoprint.quality import LevelledLayer, Thickness
 from geoprint.results import Laid, Workpiece
 

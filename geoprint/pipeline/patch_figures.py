@@ -7,10 +7,10 @@ from typing import final
 
 import numpy as np
 
+from geoprint.account.rounding import all_rounded, rounded
 from geoprint.export import Json
 from geoprint.model import FloatArray
 from geoprint.pipeline.patches import patch_summary
-from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.results import Plan
 from geoprint.surfaces import component_labels, face_areas, middle_of, pieces
 

@@ -7,13 +7,13 @@ from typing import final
 
 import numpy as np
 
+from geoprint.account.rounding import all_rounded, rounded
 from geoprint.backends.marching import FastMarching
 from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError
 from geoprint.export import Json
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
-from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.results import Patch
 from geoprint.surfaces import (
     boundary_half_edges,

@@ -8,10 +8,10 @@ from typing import final
 
 import numpy as np
 
+from geoprint.account.rounding import all_rounded, rounded
 from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.export import Json
 from geoprint.model import Surface
-from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.surfaces import edge_lengths, in_words, smallest_angles
 from geoprint.surfaces.files import load_file
 from geoprint.surfaces.remesh import Deviation, Distances, decimate, deviation, remesh, smooth

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from geoprint.account.rounding import all_rounded, rounded
 from geoprint.export import Json
 from geoprint.model import Placement, Slowdown
 from geoprint.motion.controller import LIFT
 from geoprint.motion.placing import Uncertainty
 from geoprint.pipeline.attitude_report import attitude_summary, attitude_text
-from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.pipeline.target_report import targets_summary
 from geoprint.results import Plan, RobotPlan

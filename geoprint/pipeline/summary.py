@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geoprint.account.rounding import all_rounded, rounded
 from geoprint.backends import diagnostics
 from geoprint.backends.lscm import distortion, predicted_spacing
 from geoprint.export import Json
@@ -19,7 +20,6 @@ from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.laying import laid_summary, laid_text
 from geoprint.pipeline.patch_figures import patches_summary, patches_text
 from geoprint.pipeline.robot_summary import placement_warnings, robot_summary, robot_text
-from geoprint.pipeline.rounding import all_rounded, rounded
 from geoprint.pipeline.target_report import targets_warnings
 from geoprint.quality import Uniformity
 from geoprint.results import Patch, Plan, Workpiece

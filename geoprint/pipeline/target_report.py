@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from geoprint.account.rounding import rounded
 from geoprint.export import Json
 from geoprint.motion.controller import close_targets
-from geoprint.pipeline.rounding import rounded
 from geoprint.results import Plan
 
 

@@ -6,6 +6,7 @@ from geoprint.results.comparison import (
     Planned as Planned,
     Refused as Refused,
 )
+from geoprint.results.inspection import FileInspection as FileInspection
 from geoprint.results.plan import (
     Laid as Laid,
     Plan as Plan,

@@ -15,7 +15,7 @@ from geoprint import cli
 from geoprint.config import job_of
 from geoprint.errors import InputError
 from geoprint.pipeline import inspection_text, plan
-from geoprint.pipeline.inspecting import FileInspection
+from geoprint.results import FileInspection
 from geoprint.surfaces.files import load, save_ply, unit_hint
 from geoprint.surfaces.repair import inspect, prepare
 from tests import meshes
