@@ -1,20 +1,18 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
+from geoprint.account.calibration import (
+    calibration_summary as calibration_summary,
+    calibration_text as calibration_text,
+)
 from geoprint.account.inspection import (
     inspection_summary as inspection_summary,
     inspection_text as inspection_text,
 )
 from geoprint.pipeline.calibrating import (
-    CalibratedFixture as CalibratedFixture,
-    CalibratedTool as CalibratedTool,
     calibrate as calibrate,
     calibrate_cell as calibrate_cell,
     calibrate_tool as calibrate_tool,
     save_calibrated as save_calibrated,
-)
-from geoprint.pipeline.calibration_text import (
-    calibration_summary as calibration_summary,
-    calibration_text as calibration_text,
 )
 from geoprint.pipeline.cell_writer import check_cell_writable as check_cell_writable
 from geoprint.pipeline.checking import (
@@ -34,13 +32,13 @@ from geoprint.pipeline.comparison_files import (
     save_comparisons as save_comparisons,
 )
 from geoprint.pipeline.doctor import examine as examine
-from geoprint.pipeline.drawn_curve import read_curve as read_curve
 from geoprint.pipeline.flow_fitting import (
     fit_flow as fit_flow,
     fit_summary as fit_summary,
     material_table as material_table,
 )
 from geoprint.pipeline.inspecting import inspect_file as inspect_file
+from geoprint.pipeline.number_tables import read_curve as read_curve
 from geoprint.pipeline.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,

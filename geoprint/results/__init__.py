@@ -1,5 +1,10 @@
 """What pipeline hands on: frozen values that hold every intermediate one of a plan or a comparison; no stages."""
 
+from geoprint.results.calibration import (
+    CalibratedFixture as CalibratedFixture,
+    CalibratedTool as CalibratedTool,
+    Suggestion as Suggestion,
+)
 from geoprint.results.comparison import (
     Comparison as Comparison,
     FailedPart as FailedPart,
