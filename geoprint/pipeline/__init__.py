@@ -8,6 +8,24 @@ from geoprint.account.inspection import (
     inspection_summary as inspection_summary,
     inspection_text as inspection_text,
 )
+from geoprint.account.comparison_summary import (
+    comparison_picture as comparison_picture,
+    comparison_report as comparison_report,
+    comparison_summary as comparison_summary,
+)
+from geoprint.account.patch_figures import patch_summary as patch_summary
+from geoprint.account.run_sheet import (
+    Checked as Checked,
+    Finding as Finding,
+    check_summary as check_summary,
+    run_sheet as run_sheet,
+)
+from geoprint.account.summary import (
+    outcome_text as outcome_text,
+    summary as summary,
+)
+from geoprint.account.table import comparison_table as comparison_table
+from geoprint.account.verdict import verdict as verdict
 from geoprint.pipeline.calibrating import (
     calibrate as calibrate,
     calibrate_cell as calibrate_cell,
@@ -16,20 +34,12 @@ from geoprint.pipeline.calibrating import (
 )
 from geoprint.pipeline.cell_writer import check_cell_writable as check_cell_writable
 from geoprint.pipeline.checking import (
-    Checked as Checked,
-    Finding as Finding,
     check_bundle as check_bundle,
 )
 from geoprint.pipeline.comparison import (
     COMPARED as COMPARED,
     compare as compare,
     compare_parts as compare_parts,
-)
-from geoprint.pipeline.comparison_files import (
-    comparison_picture as comparison_picture,
-    comparison_report as comparison_report,
-    comparison_summary as comparison_summary,
-    save_comparisons as save_comparisons,
 )
 from geoprint.pipeline.doctor import examine as examine
 from geoprint.pipeline.flow_fitting import (
@@ -42,7 +52,6 @@ from geoprint.pipeline.number_tables import read_curve as read_curve
 from geoprint.pipeline.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,
-    patch_summary as patch_summary,
     patch_text as patch_text,
 )
 from geoprint.pipeline.placing import (
@@ -63,15 +72,5 @@ from geoprint.pipeline.remeshing import (
     remeshing_summary as remeshing_summary,
     remeshing_text as remeshing_text,
 )
-from geoprint.pipeline.run_sheet import (
-    check_summary as check_summary,
-    run_sheet as run_sheet,
-)
-from geoprint.pipeline.saving import save_plan as save_plan
+from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.pipeline.several_patches import patches_of as patches_of
-from geoprint.pipeline.summary import (
-    outcome_text as outcome_text,
-    summary as summary,
-)
-from geoprint.pipeline.table import comparison_table as comparison_table
-from geoprint.pipeline.verdict import verdict as verdict

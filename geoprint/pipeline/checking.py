@@ -9,10 +9,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any, cast, final
 
+from geoprint.account.run_sheet import Checked, Finding
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
     MANIFEST,
@@ -56,40 +57,6 @@ from geoprint.pipeline.checking_motion import (
 RAPID_FOLDER = "rapid"
 # What a person asks to check who named another folder.
 _WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Something that is wrong: in which file and line (from 1), and why."""
-
-    file: str
-    line: int
-    reason: str
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
-    """A bundle that was checked.
-
-    Attributes:
-        folder: where it stands.
-        findings: what is wrong; empty where it is as it was planned.
-        summary: the content of plan.json.
-        setup: the cell, or None where it cannot be read.
-        orders: the targets, or None where they cannot be read.
-        settings: how the program is set to run, or None where the program is not the plan's.
-        switching: what flows when, or None where the program is not the plan's.
-    """
-
-    folder: Path
-    findings: tuple[Finding, ...]
-    summary: dict[str, Any]
-    setup: Setup | None
-    orders: Orders | None
-    settings: Settings | None
-    switching: Timeline | None
 
 
 def check_bundle(folder: Path) -> Checked:

@@ -11,7 +11,6 @@ from geoprint.account.rounding import all_rounded, rounded
 from geoprint.backends.marching import FastMarching
 from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError
-from geoprint.export import Json
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
 from geoprint.results import Patch
@@ -125,22 +124,6 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
         cut = piece_at(cut, centre)
     surface, after = prepare(trimmed(contracted(cut)))
     return Patch(surface, _all_changes(joined, before, after), whole, outside, missed, inside)
-
-
-def patch_summary(patch: Patch) -> dict[str, Json]:
-    """Return what `geoprint patch --json` prints; lengths are mm."""
-    found = patch.preparation
-    return {
-        "body": patch.body.name,
-        "topology": found.topology,
-        "area_mm2": rounded(found.area),
-        "rims_mm": all_rounded(found.boundary_lengths),
-        "faces": found.faces,
-        "outside": patch.outside,
-        "inside": patch.inside,
-        "point_off_body_mm": None if patch.missed is None else rounded(patch.missed),
-        "changes": list(found.changes()),
-    }
 
 
 def patch_text(patch: Patch) -> str:

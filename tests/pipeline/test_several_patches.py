@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from geoprint.account.patch_figures import patch_figures
+from geoprint.account.report_table import report_table
 from geoprint.backends import BACKENDS, Piecewise
 from geoprint.cli.application import app
 from geoprint.config import Job, job_of
@@ -26,8 +28,6 @@ from geoprint.pipeline import (
     save_plan,
     summary,
 )
-from geoprint.pipeline.patch_figures import patch_figures
-from geoprint.pipeline.report_table import report_table
 from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.results import Plan

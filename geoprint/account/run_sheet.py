@@ -4,22 +4,56 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
+from geoprint.account.robot_summary import switching_summary
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray
-from geoprint.pipeline.checking import Checked
-from geoprint.pipeline.switching_summary import switching_summary
 from geoprint.surfaces import in_words
 
 WIDTH = 100
 _LABEL = 18
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something that is wrong: in which file and line (from 1), and why."""
+
+    file: str
+    line: int
+    reason: str
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """A bundle that was checked.
+
+    Attributes:
+        folder: where it stands.
+        findings: what is wrong; empty where it is as it was planned.
+        summary: the content of plan.json.
+        setup: the cell, or None where it cannot be read.
+        orders: the targets, or None where they cannot be read.
+        settings: how the program is set to run, or None where the program is not the plan's.
+        switching: what flows when, or None where the program is not the plan's.
+    """
+
+    folder: Path
+    findings: tuple[Finding, ...]
+    summary: dict[str, Any]
+    setup: Setup | None
+    orders: Orders | None
+    settings: Settings | None
+    switching: Timeline | None
 
 
 def check_summary(checked: Checked) -> dict[str, Json]:

@@ -1,23 +1,17 @@
-"""How comparisons land on disk: compare.json, the report, pictures, and a bundle for each backend of each part."""
+"""What is said of comparisons: the content of compare.json, the report page, and the picture beside it."""
 
 from __future__ import annotations
 
-import json
-from collections import Counter
 from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 
-from geoprint.errors import VerificationError
-from geoprint.export import Json, json_bytes, write_bundle
-from geoprint.pipeline.coverage_picture import coverage_picture, paper_files
-from geoprint.pipeline.part_report import part_report
-from geoprint.pipeline.saving import plan_files, verify_files
-from geoprint.pipeline.spacing_table import spacing_table
-from geoprint.pipeline.summary import settings_summary, summary, uniformity_summary
-from geoprint.pipeline.verdict import verdict
+from geoprint.account.coverage_picture import coverage_picture
+from geoprint.account.part_report import part_report
+from geoprint.account.summary import settings_summary, summary, uniformity_summary
+from geoprint.account.verdict import verdict
+from geoprint.export import Json
 from geoprint.quality import agreement
 from geoprint.report import html_report
 from geoprint.results import Comparison, FailedPart, Planned, Refused
@@ -27,67 +21,6 @@ SCHEMA = 1
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
-
-
-def save_comparisons(
-    parts: Sequence[Comparison | FailedPart],
-    directory: Path,
-    *,
-    samples: bool = False,
-    figures: bool = False,
-    overwrite: bool = False,
-) -> None:
-    """Write compare.json, report.html, and for each part a picture and a bundle a planned backend: all or nothing.
-
-    One part's files stand in the folder itself, those of several in a folder each, named after the part.
-
-    Args:
-        parts: what was compared, at least one.
-        directory: where the result shall stand.
-        samples: whether spacing.csv is added to each bundle (`geoprint.pipeline.spacing_table` names its columns).
-        figures: whether figures for papers are added in the folder figures/ of each part.
-        overwrite: whether an existing result may be replaced.
-
-    Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
-        VerificationError: what was written differs from the plans when it is read back.
-    """
-    folders = part_folders(parts)
-    files = {"compare.json": json_bytes(comparison_summary(parts)), "report.html": comparison_report(parts)}
-    for part, folder in zip(parts, folders, strict=True):
-        if isinstance(part, Comparison):
-            files[f"{folder}compare.png"] = comparison_picture(part)
-            for name, outcome in part.planned:
-                files |= {f"{folder}{name}/{file}": content for file, content in plan_files(outcome.plan).items()}
-                if samples:
-                    files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity)
-            if figures:
-                drawn = paper_files(part.workpiece, part.planned)
-                files |= {f"{folder}figures/{file}": content for file, content in drawn.items()}
-
-    def verify(written: Path) -> None:
-        for part, folder in zip(parts, folders, strict=True):
-            for name, outcome in part.planned if isinstance(part, Comparison) else ():
-                verify_files(outcome.plan, written / folder / name)
-        found = [row["part"] for row in json.loads((written / "compare.json").read_bytes())["parts"]]
-        if found != [part.job.surface.name for part in parts]:
-            raise VerificationError("compare.json does not list the compared parts; write again.")
-
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
-
-
-def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
-    """Return the folder of each part, with a slash at its end: none for a single part; equal names are numbered."""
-    if len(parts) == 1:
-        return [""]
-    seen: Counter[str] = Counter()
-    folders: list[str] = []
-    for part in parts:
-        stem = part.job.surface.stem
-        seen[stem] += 1
-        folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
-    return folders
 
 
 def comparison_summary(parts: Sequence[Comparison | FailedPart]) -> dict[str, Json]:

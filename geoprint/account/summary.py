@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from geoprint.account.patch_figures import patches_summary, patches_text
+from geoprint.account.robot_summary import placement_warnings, robot_summary, robot_text, targets_warnings
 from geoprint.account.rounding import all_rounded, rounded
 from geoprint.backends import diagnostics
 from geoprint.backends.lscm import distortion, predicted_spacing
@@ -17,12 +19,8 @@ from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.pipeline.laying import laid_summary, laid_text
-from geoprint.pipeline.patch_figures import patches_summary, patches_text
-from geoprint.pipeline.robot_summary import placement_warnings, robot_summary, robot_text
-from geoprint.pipeline.target_report import targets_warnings
-from geoprint.quality import Uniformity
-from geoprint.results import Patch, Plan, Workpiece
+from geoprint.quality import Thickness, Uniformity
+from geoprint.results import Laid, Patch, Plan, Workpiece
 from geoprint.surfaces import describe, edge_lengths, face_areas
 from geoprint.surfaces.files import unit_hint
 
@@ -300,3 +298,38 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
     if lean >= NOTABLE_LEAN:
         warnings.append(f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast.")
     return tuple(warnings)
+
+
+def laid_summary(laid: Laid) -> dict[str, Json]:
+    """Return what plan.json and compare.json say of the layer: thickness mm, its variation (CV) as shares of 1."""
+    flow = laid.following_flow[laid.following_flow > 0.0]
+    return {
+        "flow": "follows the width" if laid.mode == "analog" else "constant",
+        "share_away_from_medial_axis": rounded(laid.constant.away_share),
+        "constant_flow": _thickness(laid.constant),
+        "following_flow": _thickness(laid.following)
+        | {"least_mm3_per_mm": rounded(flow.min()), "most_mm3_per_mm": rounded(flow.max())},
+        "light": None if laid.light is None else asdict(laid.light),
+    }
+
+
+def laid_text(laid: Laid) -> str:
+    """Return the line that a person reads."""
+    away = laid.constant.cv is not None
+    constant, following = (
+        f"{(found.cv if away else found.near_cv) or 0.0:.2%}" for found in (laid.constant, laid.following)
+    )
+    which = "follows" if laid.mode == "analog" else "is constant"
+    where = "" if away else "; fronts meet all over this part"
+    return (
+        f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
+        f"it {which}{where}"
+    )
+
+
+def _thickness(found: Thickness) -> dict[str, Json]:
+    return {
+        "mean_mm": rounded(found.mean),
+        "cv": None if found.cv is None else rounded(found.cv),
+        "cv_near_medial_axis": None if found.near_cv is None else rounded(found.near_cv),
+    }

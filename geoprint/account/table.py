@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 
-from geoprint.pipeline.robot_summary import placement_warnings
-from geoprint.pipeline.verdict import verdict
+from geoprint.account.robot_summary import placement_warnings
+from geoprint.account.verdict import verdict
 from geoprint.results import Comparison, FailedPart, Planned, Refused
 
 # Wider than any table of figures, so that no cell is cut; a narrower terminal wraps whole lines.

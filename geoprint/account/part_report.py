@@ -8,15 +8,15 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.account.chart_picture import chart_pictures
+from geoprint.account.coverage_picture import coverage_panel, coverage_picture
+from geoprint.account.report_table import report_table
+from geoprint.account.robot_summary import placement_warnings
+from geoprint.account.summary import settings_summary
+from geoprint.account.verdict import verdict
 from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.arm import Arm
-from geoprint.pipeline.chart_picture import chart_pictures
-from geoprint.pipeline.coverage_picture import coverage_panel, coverage_picture
-from geoprint.pipeline.report_table import report_table
-from geoprint.pipeline.robot_summary import placement_warnings
-from geoprint.pipeline.summary import settings_summary
-from geoprint.pipeline.verdict import verdict
 from geoprint.quality import agreement
 from geoprint.report import (
     COVERED,

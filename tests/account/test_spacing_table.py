@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account.spacing_table import SPACING_COLUMNS, spacing_table
 from geoprint.config import job_of
 from geoprint.export import read_poses_table
 from geoprint.pipeline import compare, save_comparisons
-from geoprint.pipeline.spacing_table import SPACING_COLUMNS, spacing_table
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
