@@ -16,7 +16,7 @@ from geoprint.model import Flood, Material
 @final
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """What the lamp gives on its way over the part, beside what the material needs.
+    """What the lamp gives as it passes over the part, beside what the material needs.
 
     Attributes:
         one_pass: dose on the path's own line when the spot passes once [mJ/cm2].

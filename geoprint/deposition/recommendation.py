@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint.deposition.bead import bead, strand_diameter
 from geoprint.deposition.curing import Exposure, exposure
-from geoprint.deposition.rheology import bore_of, flow_through, pressure_for, starting_pressure
+from geoprint.deposition.rheology import Bore, bore_of, flow_through, pressure_for, starting_pressure
 from geoprint.errors import InputError
 from geoprint.model import PASCAL_PER_KPA, Flood, Fluid, Material, Process, Tool
 
@@ -82,20 +82,11 @@ def recommend(
         InputError: nothing flows at this pressure.
     """
     bore, fluid = bore_of(tool), material.fluid
-    start = starting_pressure(fluid, bore)
-    flow = float(flow_through(fluid, bore, pressures=np.array([pressure]))[0])
-    if flow <= 0.0:
-        raise InputError(
-            f"nothing flows at {pressure / PASCAL_PER_KPA:g} kPa: the yield stress holds the material in this nozzle "
-            f"up to {start / PASCAL_PER_KPA:.3g} kPa; raise the pressure or take a wider or shorter needle.",
-            starting_pressure=start,
-        )
+    flow, start = _flow(fluid, bore, pressure=pressure)
     needle, taper = (float(share[0]) for share in pressure_for(fluid, bore, flows=np.array([flow])))
-    area = flow / process.speed
+    area, layer, standoff = flow / process.speed, process.layer_height, process.standoff
     strand = strand_diameter(area)
-    pressed = strand >= process.standoff
-    width = bead(flow=flow, speed=process.speed, standoff=process.standoff).width if pressed else None
-    layer = process.layer_height
+    width = bead(flow=flow, speed=process.speed, standoff=standoff).width if strand >= standoff else None
     fitting = None if spacing is None else process.speed * spacing * layer
     meant = area / layer if spacing is None else spacing
     light = exposure(material, speed=process.speed, spacing=meant, flood=flood)
@@ -118,6 +109,19 @@ def recommend(
             *([] if light is None or light.lacking is None else [light.lacking]),
         ),
     )
+
+
+def _flow(fluid: Fluid, bore: Bore, *, pressure: float) -> tuple[float, float]:
+    """Return the flow [mm3/s] at a pressure [Pa], and the pressure [Pa] above which anything flows at all."""
+    start = starting_pressure(fluid, bore)
+    flow = float(flow_through(fluid, bore, pressures=np.array([pressure]))[0])
+    if flow <= 0.0:
+        raise InputError(
+            f"nothing flows at {pressure / PASCAL_PER_KPA:g} kPa: the yield stress holds the material in this nozzle "
+            f"up to {start / PASCAL_PER_KPA:.3g} kPa; raise the pressure or take a wider or shorter needle.",
+            starting_pressure=start,
+        )
+    return flow, start
 
 
 def _wall_shear_rate(fluid: Fluid, stress: float) -> float:
