@@ -16,7 +16,7 @@ from geoprint.backends.heat import Heat
 from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.config import job_of, load_cell
 from geoprint.model import FloatArray, GoodPrint, Surface
-from geoprint.pipeline import recommendation
+from geoprint.pipeline import recommendation, recommendation_text
 from geoprint.surfaces import (
     boundary_loops,
     closest,
@@ -198,7 +198,7 @@ PRINTS = {
 @pytest.mark.parametrize("case", PRINTS)
 def test_recommend_judges_each_print_of_the_paper_as_it_came_out(case: str) -> None:
     job = job_of(surface="", cell=DATA / f"paper_case_{case}.toml")
-    _, text = recommendation(job, part=False, pressure_kpa=None, good=None)
+    text = recommendation_text(recommendation(job, part=False, pressure_kpa=None, good=None))
     for words in PRINTS[case]:
         assert words in text
 

@@ -7,10 +7,11 @@ from typing import final
 
 import numpy as np
 
+from geoprint.account.patches import patch_summary
 from geoprint.account.rounding import all_rounded, rounded
 from geoprint.export import Json
 from geoprint.model import FloatArray
-from geoprint.results import Patch, Plan
+from geoprint.results import Plan
 from geoprint.surfaces import component_labels, face_areas, middle_of, pieces
 
 
@@ -90,19 +91,3 @@ def patches_text(plan: Plan) -> list[str]:
 def evenness(figures: PatchFigures) -> str:
     """Return how much the spacing of a patch varies, in words."""
     return "- with one level" if figures.cv is None else f"{figures.cv:.2%}"
-
-
-def patch_summary(patch: Patch) -> dict[str, Json]:
-    """Return what `geoprint patch --json` prints; lengths are mm."""
-    found = patch.preparation
-    return {
-        "body": patch.body.name,
-        "topology": found.topology,
-        "area_mm2": rounded(found.area),
-        "rims_mm": all_rounded(found.boundary_lengths),
-        "faces": found.faces,
-        "outside": patch.outside,
-        "inside": patch.inside,
-        "point_off_body_mm": None if patch.missed is None else rounded(patch.missed),
-        "changes": list(found.changes()),
-    }

@@ -210,10 +210,10 @@ def recommend(
 ) -> None:  # fmt: skip
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
     from geoprint.config import job_of
-    from geoprint.pipeline import recommendation
+    from geoprint.pipeline import recommendation, recommendation_summary, recommendation_text
 
     job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=rounds_of(rounds, step), cell=cell)
-    found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
-    say(text)
+        typer.echo(json.dumps(recommendation_summary(found), indent=2))
+    say(recommendation_text(found))

@@ -4,16 +4,33 @@ from geoprint.account.calibration import (
     calibration_summary as calibration_summary,
     calibration_text as calibration_text,
 )
-from geoprint.account.inspection import (
-    inspection_summary as inspection_summary,
-    inspection_text as inspection_text,
-)
 from geoprint.account.comparison_summary import (
     comparison_picture as comparison_picture,
     comparison_report as comparison_report,
     comparison_summary as comparison_summary,
 )
-from geoprint.account.patch_figures import patch_summary as patch_summary
+from geoprint.account.inspection import (
+    inspection_summary as inspection_summary,
+    inspection_text as inspection_text,
+)
+from geoprint.account.patches import (
+    patch_summary as patch_summary,
+    patch_text as patch_text,
+)
+from geoprint.account.proposal import (
+    proposal_summary as proposal_summary,
+    proposal_text as proposal_text,
+)
+from geoprint.account.recommendation import (
+    fit_summary as fit_summary,
+    material_table as material_table,
+    recommendation_summary as recommendation_summary,
+    recommendation_text as recommendation_text,
+)
+from geoprint.account.remeshing import (
+    remeshing_summary as remeshing_summary,
+    remeshing_text as remeshing_text,
+)
 from geoprint.account.run_sheet import (
     Checked as Checked,
     Finding as Finding,
@@ -42,35 +59,22 @@ from geoprint.pipeline.comparison import (
     compare_parts as compare_parts,
 )
 from geoprint.pipeline.doctor import examine as examine
-from geoprint.pipeline.flow_fitting import (
-    fit_flow as fit_flow,
-    fit_summary as fit_summary,
-    material_table as material_table,
+from geoprint.pipeline.mesh_files import (
+    inspect_file as inspect_file,
+    remesh_file as remesh_file,
 )
-from geoprint.pipeline.inspecting import inspect_file as inspect_file
 from geoprint.pipeline.number_tables import read_curve as read_curve
 from geoprint.pipeline.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,
-    patch_text as patch_text,
 )
-from geoprint.pipeline.placing import (
-    Proposal as Proposal,
-    propose_placement as propose_placement,
-)
+from geoprint.pipeline.placing import propose_placement as propose_placement
 from geoprint.pipeline.planning import (
     plan as plan,
 )
-from geoprint.pipeline.proposal_text import (
-    proposal_summary as proposal_summary,
-    proposal_text as proposal_text,
-)
-from geoprint.pipeline.recommending import recommendation as recommendation
-from geoprint.pipeline.remeshing import (
-    Remeshed as Remeshed,
-    remesh_file as remesh_file,
-    remeshing_summary as remeshing_summary,
-    remeshing_text as remeshing_text,
+from geoprint.pipeline.recommending import (
+    fit_flow as fit_flow,
+    recommendation as recommendation,
 )
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.pipeline.several_patches import patches_of as patches_of

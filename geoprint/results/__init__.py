@@ -11,11 +11,22 @@ from geoprint.results.comparison import (
     Planned as Planned,
     Refused as Refused,
 )
-from geoprint.results.inspection import FileInspection as FileInspection
+from geoprint.results.mesh_files import (
+    FileInspection as FileInspection,
+    Remeshed as Remeshed,
+)
 from geoprint.results.plan import (
     Laid as Laid,
     Plan as Plan,
     RobotPlan as RobotPlan,
+)
+from geoprint.results.proposal import (
+    STAND_DECIMALS as STAND_DECIMALS,
+    Proposal as Proposal,
+)
+from geoprint.results.recommendation import (
+    Advice as Advice,
+    Beside as Beside,
 )
 from geoprint.results.workpiece import (
     Patch as Patch,

@@ -1,11 +1,13 @@
-"""What the mesh doctor found out about a file."""
+"""What was made of a mesh file: its examination, or a part with another mesh."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import final
 
-from geoprint.surfaces.repair import Inspection
+from geoprint.model import Surface
+from geoprint.surfaces.remesh import Deviation
+from geoprint.surfaces.repair import Inspection, PreparationReport
 
 
 @final
@@ -32,3 +34,25 @@ class FileInspection:
     found: Inspection
     regions: tuple[tuple[str, int, float], ...]
     backends: tuple[tuple[str, str], ...]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Remeshed:
+    """A part with another mesh.
+
+    Attributes:
+        before: the part as prepared.
+        preparation: what preparing changed.
+        after: the part with its new mesh.
+        steps: what was done, in words.
+        deviation: how far the two lie apart.
+        allowed: how far they may [mm].
+    """
+
+    before: Surface
+    preparation: PreparationReport
+    after: Surface
+    steps: tuple[str, ...]
+    deviation: Deviation
+    allowed: float
