@@ -24,8 +24,8 @@ import numpy as np
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import least_seconds, row, rule
 from geoprint.backends import BACKENDS
+from geoprint.backends.distortion import distortion, predicted_spacing
 from geoprint.backends.lscm.chart import conformal_chart, farthest_pair
-from geoprint.backends.lscm.distortion import distortion, predicted_spacing
 from geoprint.backends.lscm.seam_chart import flattened
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, IntArray, Surface

@@ -6,7 +6,7 @@
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
 - agreement: Pinocchio's forward kinematics of all branches against the poses that were asked for.
 - rotation: the search for turn about the nozzle and branch with a nozzle bent by 45 degrees: microseconds a pose, what
-  its way costs beside the cheapest way of a dense ladder (every pose a rung, 720 turns), and memory against poses.
+  its climb costs beside the cheapest of a dense ladder (every pose a rung, 720 turns), and memory against poses.
 - speed: share of the deposit at its set speed on real patches while the normals tremble, and what else is slower, with
   its joint.
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
@@ -52,7 +52,7 @@ ADDED = (
     "\n(TOPP-RA alone times one spline through joints that are known; Pinocchio alone turns them back into poses. What "
     "geoprint adds: the joints themselves, by a search over eight branches and the turn about the nozzle; the cap on "
     "the tip's speed from rest to rest, resampled each millisecond and verified; and "
-    "tool and arm swept past the part on the way that the controller takes, with controls.)"
+    "tool and arm swept past the part on the path that the controller takes, with controls.)"
 )
 
 

@@ -64,7 +64,7 @@ Isolines = tuple[list[FloatArray], list[int]]
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way from a surface to isolines at (k + 1/2) spacings from its border.
+    """A method that goes from a surface to isolines at (k + 1/2) spacings from its border.
 
     Attributes:
         library: that must be installed.

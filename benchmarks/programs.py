@@ -109,7 +109,7 @@ def deviations(planned: Plan, robot: RobotPlan) -> FloatArray:
 
 
 def _flow_on_travel(seen: Timeline) -> float:
-    """Return the longest way on which material flows before or after a deposit [mm]."""
+    """Return the longest path on which material flows before or after a deposit [mm]."""
     outside = np.column_stack([seen.material[:, 0] < seen.deposits[:, 0], seen.material[:, 1] > seen.deposits[:, 1]])
     return float(seen.errors[outside].max(initial=0.0))
 

@@ -1,4 +1,4 @@
-"""How does the raster of the flattening way grow, and what does its exact border bring? Prints Markdown tables.
+"""How does the raster of the flattening backend grow, and what does its exact border bring? Prints Markdown tables.
 
     python -m benchmarks.raster [--table NAME ...] [--smoke]
 
@@ -22,7 +22,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from benchmarks.parts.surfaces import make
-from geoprint.backends.lscm.chart_lookup import locate
+from geoprint.backends.chart_lookup import locate
 from geoprint.backends.lscm.raster import DistanceImage, filled, region_image
 from geoprint.backends.lscm.segment_distance import point_distances
 from geoprint.model import FloatArray

@@ -32,7 +32,7 @@ DENSE_PLACES = ((300.0, 0.0, 50.0), (220.0, 60.0, 50.0), (150.0, 280.0, 80.0), (
 
 
 def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
-    """Yield a table of the search for turn and branch, and the cost of its way beside that of a dense ladder."""
+    """Yield a table of the search for turn and branch, and the cost of its climb beside that of a dense ladder."""
     terms = cost_terms(arm, weights=SearchWeights(), minimum_wrist_angle=MINIMUM_WRIST_ANGLE)
     yield from table("poses", "turn and branch, us a pose", "with exact inverse and its checks", "peak bytes a pose")
     for count in counts:
@@ -42,7 +42,7 @@ def rotation(arm: Arm, *, counts: tuple[int, ...], dense: int) -> Iterator[str]:
         yield row(
             str(count), *(f"{seconds / count * 1e6:.1f}" for seconds in times), f"{_peak_bytes(search) / count:.0f}"
         )
-    yield from table("path", "cost of the way", "cost of the dense ladder", "ratio")
+    yield from table("path", "cost of the climb", "cost of the dense ladder", "ratio")
     streams = [("dome", place, spiral(dense, standoff=0.3)) for place in DENSE_PLACES]
     for name, place, poses in [*streams, ("arc about the base", (0.0, 0.0, 80.0), _arc(dense))]:
         T_base_work = transforms.rigid(np.eye(3), np.array(place))
@@ -67,7 +67,7 @@ def _searched(poses: PoseStream, arm: Arm, terms: Terms, *, T_base_work: FloatAr
 
 
 def _cost_of(attitudes: Attitudes, poses: PoseStream, terms: Terms, T_base_work: FloatArray) -> float:
-    """Return what the smooth way costs with every pose a rung."""
+    """Return what the smooth climb costs with every pose a rung."""
     rungs = _every_pose(poses, attitudes.rotations[:, None], T_base_work=T_base_work)
     return float(climb(rungs, terms, branches=np.arange(BRANCHES) == attitudes.branch).costs[attitudes.branch])
 

@@ -6,7 +6,7 @@ Parts are those in data/ and any mesh files [mm], planned `SPACING` apart. Thick
 `geoprint.quality.LevelledLayer`: the laid volume spreads over the surface, and neither the widths that set the flow nor
 any backend's field enters. Where fronts meet it is told apart. Below about 0.1 % the table shows no flow: circles on a
 flat disc of 15 mm radius, which a constant flow covers exactly, come out at 0.07 %, and at 0.10 % with measured widths
-(tests/quality/test_thickness.py). Between that and 0.5 % it is mostly the rim: a bead lies half way to it, but the area
+(tests/quality/test_thickness.py). Between that and 0.5 % it is mostly the rim: a bead lies halfway to it, but the area
 that it fills there lies farther out where the rim bends, and a ragged rim has corners that no bead reaches.
 """
 

@@ -21,9 +21,9 @@ from types import MappingProxyType
 
 from benchmarks.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
-from geoprint.backends.lscm import distortion
+from geoprint.backends import compared_backends, distortion
 from geoprint.config import job_of
-from geoprint.pipeline import COMPARED, compare, comparison_picture
+from geoprint.pipeline import compare, comparison_picture
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 
@@ -180,7 +180,7 @@ def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> R
     compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
     if picture is not None and title == PICTURED:
         picture.mkdir(parents=True, exist_ok=True)
-        pair = tuple((name, outcome) for name, outcome in compared.outcomes if name in COMPARED)
+        pair = tuple((name, outcome) for name, outcome in compared.outcomes if name in compared_backends())
         (picture / "apex.png").write_bytes(comparison_picture(replace(compared, outcomes=pair)))
     return _row(title, compared)
 
@@ -202,7 +202,7 @@ def _row(title: str, compared: Comparison) -> Row:
 def _area_scale(compared: Comparison) -> tuple[float, float] | None:
     for _, outcome in compared.planned:
         if outcome.plan.flattenings:
-            scales = distortion(compared.workpiece.surface, outcome.plan.flattenings[0].chart.flat)
+            scales = distortion(compared.workpiece.surface, outcome.plan.flattenings[0].flat)
             return scales.scale_percentile(1), scales.scale_percentile(99)
     return None
 

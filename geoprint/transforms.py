@@ -81,12 +81,12 @@ def smallest_rotation(start: FloatArray, ends: FloatArray) -> FloatArray:
 
 
 def interpolate_poses(Ts_from: FloatArray, Ts_to: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return poses on the way from one to another: straight line and slerp, as MoveL runs.
+    """Return poses between one and another: straight line and slerp, as MoveL runs.
 
     Args:
         Ts_from: (k, 4, 4) poses.
         Ts_to: (k, 4, 4) poses.
-        shares: (k,) share of the way in [0, 1].
+        shares: (k,) share of the motion in [0, 1].
 
     Returns:
         (k, 4, 4) poses.

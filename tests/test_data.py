@@ -121,7 +121,7 @@ def test_the_apex_has_a_radius_of_seven_and_a_half_millimetres() -> None:
 
 
 @pytest.mark.parametrize("name", PATCHES)
-def test_a_patch_lies_on_the_heart_and_faces_its_way(name: str) -> None:
+def test_a_patch_lies_on_the_heart_and_faces_its_direction(name: str) -> None:
     patch, heart = part(name), part("heart.ply")
     centres = patch.vertices[patch.faces].mean(axis=1)
     points, distances = closest(heart, np.concatenate([patch.vertices, centres]))
@@ -145,7 +145,7 @@ def test_the_rim_of_a_patch_is_smooth_and_everywhere_as_far_from_its_middle(
     assert distance == pytest.approx(np.full(rim.size, radius), abs=0.4)
 
 
-def test_the_apex_patch_is_strongly_curved_yet_faces_one_way() -> None:
+def test_the_apex_patch_is_strongly_curved_yet_faces_one_direction() -> None:
     patch = part("heart_apex_patch.ply")
     assert cone(patch) == pytest.approx(53.6, abs=0.5)
     assert np.linalg.norm(mean_normal(patch)) == pytest.approx(0.77, abs=0.005)

@@ -2,7 +2,7 @@
 
 Structured triangulations flatter the heat method, so that every surface here is an irregular triangulation of a flat
 region, lifted: points of a jittered hexagonal grid (`irregular`), the same stretched by 20 (`anisotropic`), or points
-at random with a part of the edges turned the wrong way (`sliver`).
+at random with a part of the edges turned to the wrong diagonal (`sliver`).
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ JITTER = 0.25
 # Interior points keep this share of the mesh width from the border, so that border edges are edges of the Delaunay
 # triangulation: no point lies in the circle over one.
 CLEARANCE = 0.6
-# Share of the inner edges that the sliver style turns the wrong way.
+# Share of the inner edges that the sliver style turns to the wrong diagonal.
 TURNED = 0.15
 # Pieces into which the oracle cuts each border edge: it measures from vertices only.
 BORDER_PIECES = 8

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.backends.lscm import chart_images, distortion, locate
+from geoprint.backends import distortion, locate
 from geoprint.model import Seed
 from geoprint.report import FlattenedPart, chart_figure
 from geoprint.results import Plan
@@ -27,31 +27,28 @@ def chart_pictures(plan: Plan) -> dict[str, bytes]:
 
 
 def _picture(plan: Plan, index: int) -> bytes:
-    workpiece, contours, chart = plan.workpiece, plan.contours, plan.flattenings[index].chart
+    workpiece, contours, shown = plan.workpiece, plan.contours, plan.flattenings[index]
     piece, part = pieces(workpiece.surface)[index], pieces(workpiece.part)[index].surface
     curves, levels = piece.own(contours.curves), contours.levels[piece.holds(contours.curves)]
     seed = Seed(piece.own(workpiece.seed.curves))
-    region, image = chart_images(piece.surface, chart, seed, resolution=PICTURE_PIXELS)
-    inside = region.values >= 0.0
-    places = np.argwhere(inside)[:, ::-1] * region.pixel + region.origin
-    scales = np.ones(inside.shape)
-    found = distortion(piece.surface, chart.flat).area_scales
-    scales[inside] = found[locate(chart.flat, places).faces]
-    chart_places = positions(chart.flat, curves.points)[:, :2]
-    nearest = chart.continuation.nearest_images(chart_places[1:], to=chart_places[:-1])
-    crossing = np.flatnonzero((nearest != chart_places[1:]).any(axis=1)) + 1
-    low = region.origin - 0.5 * region.pixel
-    high = low + region.pixel * np.array(inside.shape[::-1])
+    image = shown.image(seed, PICTURE_PIXELS)
+    places = np.argwhere(image.inside)[:, ::-1] * image.pixel + image.origin
+    scales = np.ones(image.inside.shape)
+    found = distortion(piece.surface, shown.flat).area_scales
+    scales[image.inside] = found[locate(shown.flat, places).faces]
+    chart_places = positions(shown.flat, curves.points)[:, :2]
+    low = image.origin - 0.5 * image.pixel
+    high = low + image.pixel * np.array(image.inside.shape[::-1])
     flattened = FlattenedPart(
         area_scales=scales,
-        distances=image.values,
-        inside=inside.astype(np.float64),
+        distances=image.distances,
+        inside=image.inside.astype(np.float64),
         extent=np.array([low[0], high[0], low[1], high[1]]),
         chart_places=chart_places,
         places=positions(piece.surface, curves.points),
         offsets=curves.offsets,
         levels=levels,
-        chart_offsets=np.union1d(curves.offsets, crossing),
+        chart_offsets=np.union1d(curves.offsets, shown.jumps(chart_places)),
     )
     which = f", patch {index + 1}" if len(plan.flattenings) > 1 else ""
     return chart_figure(
@@ -59,5 +56,5 @@ def _picture(plan: Plan, index: int) -> bytes:
         flattened,
         R_view_work=workpiece.upright,
         spacing=contours.spacing,
-        title=f"{plan.job.surface.name}{which}, flattened by the least squares conformal map (lscm)",
+        title=f"{plan.job.surface.name}{which}, flattened by {shown.mapped}",
     )

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geoprint.report import Coverage, coverage_figure, paper_figures
+from geoprint.report import CoveragePanel, coverage_figure, paper_figures
 from geoprint.results import Planned, Workpiece
 
 
@@ -42,13 +42,13 @@ def paper_files(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) ->
     )
 
 
-def coverage_panel(name: str, outcome: Planned) -> Coverage:
+def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
     """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing."""
     measured, poses = outcome.uniformity, outcome.plan.poses
     outermost = poses.deposit & (poses.levels == poses.levels[poses.deposit].min())
     _, counts = np.unique(poses.runs[outermost], return_counts=True)
     sizes = np.concatenate([np.diff(measured.offsets), counts])
-    return Coverage(
+    return CoveragePanel(
         title=name,
         caption=f"spacing CV {measured.cv:.1%}, uncovered {measured.uncovered:.1%}",
         places=np.concatenate([measured.places, poses.surface_points[outermost]]),

@@ -14,6 +14,7 @@ from geoprint.account.report_table import report_table
 from geoprint.account.robot_summary import placement_warnings
 from geoprint.account.summary import settings_summary
 from geoprint.account.verdict import verdict
+from geoprint.backends import backend
 from geoprint.export import Json
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.arm import Arm
@@ -35,12 +36,6 @@ from geoprint.report import (
 from geoprint.results import Comparison, Plan, Planned, RobotPlan
 from geoprint.transforms import apply, inverse
 
-# What each backend is, in a few words.
-TITLES = {
-    "lscm": "flattened, planned in 2D",
-    "heat": "heat method on the mesh",
-    "fast-marching": "fast marching on the mesh",
-}
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -116,7 +111,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
     )
     return BackendView(
         name=name,
-        title=TITLES[name],
+        title=backend(name).factory.title,
         distance=plan.contours.distance.values[view.vertices],
         spacing_ratios=panel.ratios[np.asarray(nearest)],
         coverage=marks[np.asarray(judged)],

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geoprint.account.patch_figures import evenness, patch_figures
-from geoprint.backends.lscm import distortion, predicted_spacing
+from geoprint.backends import distortion, predicted_spacing
 from geoprint.report import Row
 from geoprint.results import Planned
 from geoprint.surfaces import in_words

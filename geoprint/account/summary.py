@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from geoprint.account.patch_figures import patches_summary, patches_text
 from geoprint.account.robot_summary import placement_warnings, robot_summary, robot_text, targets_warnings
 from geoprint.account.rounding import all_rounded, rounded
-from geoprint.backends import diagnostics
-from geoprint.backends.lscm import distortion, predicted_spacing
+from geoprint.backends import accuracy, backend, diagnostics, distortion, most_accurate_backend, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.motion.placing import NOTABLE_SHARE
@@ -26,10 +26,8 @@ from geoprint.surfaces.files import unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
-# Paths whose spacing varies by more than this could be more even ...
+# Paths whose spacing varies by more than this could be more even with a more accurate backend.
 NOTABLE_CV = 0.01
-# ... with the backend nearest to the exact distance.
-CLOSEST_BACKEND = "fast-marching"
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
 
@@ -124,21 +122,11 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
 def settings_summary(plan: Plan) -> dict[str, Json]:
     """Return what was asked for and with which cell: lengths mm, speeds mm/s."""
     process = plan.workpiece.cell.process
+    settings = cast("dict[str, Json]", plan.job.settings())
     return {
-        "backend": plan.job.backend,
+        **settings,
         "spacing_mm": plan.contours.spacing,
-        "resolution": plan.job.resolution,
-        "rounds": plan.job.rounds,
-        "seed": plan.job.seed,
-        "flip": plan.job.flip,
-        "label": plan.job.label,
-        "patches": [region.model_dump(exclude_none=True) for region in plan.job.patches],
-        "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
-        "place": plan.job.place,
-        "max_tilt_deg": plan.job.max_tilt,
-        "on_slowdown": plan.job.on_slowdown,
-        "robot": plan.job.robot,
         "speed_mm_s": process.speed,
         "travel_speed_mm_s": process.travel_speed,
         "standoff_mm": process.standoff,
@@ -285,9 +273,14 @@ def _warnings(plan: Plan) -> tuple[str, ...]:
             f"closed runs shorter than one spacing were left out: {plan.toolpath.dropped_runs}, "
             f"{plan.toolpath.dropped_length:.2f} mm long in all."
         )
-    if plan.job.backend != CLOSEST_BACKEND and plan.uniformity is not None and plan.uniformity.cv > NOTABLE_CV:
+    nearest = most_accurate_backend()
+    if (
+        plan.uniformity is not None
+        and plan.uniformity.cv > NOTABLE_CV
+        and accuracy(nearest) > accuracy(backend(plan.job.backend))
+    ):
         warnings.append(
-            f"spacing varies by {plan.uniformity.cv:.1%}; `--backend {CLOSEST_BACKEND}` is nearer to the true distance."
+            f"spacing varies by {plan.uniformity.cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
         )
     if len(plan.toolpath.splits):
         warnings.append(

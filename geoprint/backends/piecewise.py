@@ -7,9 +7,9 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends.interface import Backend
+from geoprint.backends.interface import Backend, Showing, Shown
 from geoprint.errors import naming
-from geoprint.model import Contours, ScalarField, Seed, Surface
+from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface
 from geoprint.surfaces import all_curves, in_words, middle_of, pieces, some_curves
 
 
@@ -37,19 +37,24 @@ class Piecewise:
         for name, piece in zip(self._names, self._pieces, strict=True):
             with naming(name):
                 found.append(build(piece.surface))
-        self.backends = tuple(found)
+        self._backends = tuple(found)
+        self._latest: tuple[Seed, ScalarField] | None = None
 
     def distance(self, seed: Seed) -> ScalarField:
         """Return the distance from that part of the seed which lies on the same piece, at the vertices [mm].
 
+        It is kept until something is asked of another seed.
+
         Raises:
             InputError: a piece has no part of the seed.
         """
+        if self._latest is not None and self._latest[0] is seed:
+            return self._latest[1]
         values = np.zeros(self._vertices)
-        for name, piece, backend in zip(self._names, self._pieces, self.backends, strict=True):
+        for name, piece, backend in zip(self._names, self._pieces, self._backends, strict=True):
             with naming(name):
                 values[piece.vertices] = backend.distance(Seed(piece.own(seed.curves))).values
-        return ScalarField(values)
+        return self._kept(seed, values)
 
     def contours(self, seed: Seed, *, spacing: float) -> Contours:
         """Return the level curves of all pieces at one spacing [mm]; those of a level in the order of the pieces.
@@ -60,11 +65,19 @@ class Piecewise:
         """
         found: list[Contours] = []
         values = np.zeros(self._vertices)
-        for name, piece, backend in zip(self._names, self._pieces, self.backends, strict=True):
+        for name, piece, backend in zip(self._names, self._pieces, self._backends, strict=True):
             with naming(name):
                 found.append(backend.contours(Seed(piece.own(seed.curves)), spacing=spacing))
             values[piece.vertices] = found[-1].distance.values
         levels = np.concatenate([contours.levels for contours in found])
         order = np.argsort(levels, kind="stable")
         whole = [piece.on_whole(contours.curves) for piece, contours in zip(self._pieces, found, strict=True)]
-        return Contours(some_curves(all_curves(whole), order), levels[order], spacing, ScalarField(values))
+        return Contours(some_curves(all_curves(whole), order), levels[order], spacing, self._kept(seed, values))
+
+    def shown(self, *, spacing: float) -> tuple[Shown, ...]:
+        """Return what the backend can show of itself on each piece for a spacing [mm]; nothing of most."""
+        return tuple(one.shown(spacing=spacing) for one in self._backends if isinstance(one, Showing))
+
+    def _kept(self, seed: Seed, values: FloatArray) -> ScalarField:
+        self._latest = (seed, ScalarField(values))
+        return self._latest[1]

@@ -82,13 +82,13 @@ def recommend(
         InputError: nothing flows at this pressure.
     """
     bore, fluid = bore_of(tool), material.fluid
-    flow, start = _flow(fluid, bore, pressure=pressure)
+    start = starting_pressure(fluid, bore)
+    flow = _flow_at(pressure, fluid=fluid, bore=bore, start=start)
     needle, taper = (float(share[0]) for share in pressure_for(fluid, bore, flows=np.array([flow])))
-    area, layer, standoff = flow / process.speed, process.layer_height, process.standoff
+    area, layer = flow / process.speed, process.layer_height
     strand = strand_diameter(area)
-    width = bead(flow=flow, speed=process.speed, standoff=standoff).width if strand >= standoff else None
-    fitting = None if spacing is None else process.speed * spacing * layer
-    meant = area / layer if spacing is None else spacing
+    width = _bead_width(flow, strand, process=process)
+    fitting, meant = (None, area / layer) if spacing is None else (process.speed * spacing * layer, spacing)
     light = exposure(material, speed=process.speed, spacing=meant, flood=flood)
     return Recommendation(
         flow=flow,
@@ -111,9 +111,15 @@ def recommend(
     )
 
 
-def _flow(fluid: Fluid, bore: Bore, *, pressure: float) -> tuple[float, float]:
-    """Return the flow [mm3/s] at a pressure [Pa], and the pressure [Pa] above which anything flows at all."""
-    start = starting_pressure(fluid, bore)
+def _bead_width(flow: float, strand: float, *, process: Process) -> float | None:
+    """Return the width of the bead that the nozzle presses [mm], or None where the strand is thinner than the gap."""
+    if strand < process.standoff:
+        return None
+    return bead(flow=flow, speed=process.speed, standoff=process.standoff).width
+
+
+def _flow_at(pressure: float, *, fluid: Fluid, bore: Bore, start: float) -> float:
+    """Return the flow at a pressure [mm3/s]; none below the pressure at which it starts is refused."""
     flow = float(flow_through(fluid, bore, pressures=np.array([pressure]))[0])
     if flow <= 0.0:
         raise InputError(
@@ -121,7 +127,7 @@ def _flow(fluid: Fluid, bore: Bore, *, pressure: float) -> tuple[float, float]:
             f"up to {start / PASCAL_PER_KPA:.3g} kPa; raise the pressure or take a wider or shorter needle.",
             starting_pressure=start,
         )
-    return flow, start
+    return flow
 
 
 def _wall_shear_rate(fluid: Fluid, stress: float) -> float:

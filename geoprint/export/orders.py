@@ -36,10 +36,10 @@ class Orders:
         quaternions: (t, 4) attitude of the tool, w x y z.
         configuration: (t, 4) cf1, cf4, cf6, cfx.
         zones: (t,) radius in which the controller may round the target [mm]; 0 stops there.
-        speeds: (t,) of the tip on the way to the target [mm/s].
+        speeds: (t,) of the tip in the move to the target [mm/s].
         runs: (t,) run of each target.
         laid: (t,) whether material is laid from the target to the next one; not from the last.
-        flow: (t,) volume to lay per length on the way from the target to the next [mm3/mm], 0 where none is laid.
+        flow: (t,) volume to lay per length from the target to the next [mm3/mm], 0 where none is laid.
         times: (t,) when each is passed; home is left at 0 [s].
         start: (6,) joints at the first target [rad].
         aloft: (6,) joints at the first target of the dry run, which is driven higher [rad].
@@ -85,9 +85,9 @@ class Orders:
 
     @property
     def shortest_move(self) -> float:
-        """Shortest way of the tip from a target to the next, turns on the spot left out [mm]."""
-        ways = np.linalg.norm(np.diff(self.tips, axis=0), axis=1)
-        return float(ways.min(where=ways > SMALLEST_STEP, initial=np.inf))
+        """Shortest move of the tip from a target to the next, turns on the spot left out [mm]."""
+        lengths = np.linalg.norm(np.diff(self.tips, axis=0), axis=1)
+        return float(lengths.min(where=lengths > SMALLEST_STEP, initial=np.inf))
 
     @property
     def lifted_otherwise(self) -> int:
@@ -130,13 +130,7 @@ def orders_of(
         InputError: the targets do not serve the whole stream or do not stop where the signals switch, or the
             placement is another one.
     """
-    difference = float(np.abs(joint_path.T_base_work - placement.T_base_work).max())
-    if difference > _SAME_PLACEMENT:
-        raise InputError(
-            f"the joint path was computed for another placement of the part (frames differ by {difference:.3g}); "
-            "compute it again for this one.",
-            difference=difference,
-        )
+    _check_placement(joint_path, placement)
     poses, chosen = joint_path.poses, targets.poses
     _check_targets(poses, targets)
     laid = np.append(poses.laid, np.False_)[chosen]
@@ -159,13 +153,22 @@ def orders_of(
     )
 
 
+def _check_placement(joint_path: JointPath, placement: Placement) -> None:
+    difference = float(np.abs(joint_path.T_base_work - placement.T_base_work).max())
+    if difference > _SAME_PLACEMENT:
+        raise InputError(
+            f"the joint path was computed for another placement of the part (frames differ by {difference:.3g}); "
+            "compute it again for this one.",
+            difference=difference,
+        )
+
+
 def _mean_flow(poses: PoseStream, chosen: IntArray) -> FloatArray:
-    """Return (t,) the volume from each target to the next over the length of the way between them."""
+    """Return (t,) the volume from each target to the next over the length of path between them."""
     steps = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
     volume = np.append(0.0, np.cumsum(steps * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
-    length = np.append(0.0, np.cumsum(steps))[chosen]
-    ways = np.diff(length)
-    return np.append(np.where(ways > 0.0, np.diff(volume) / np.where(ways > 0.0, ways, 1.0), 0.0), 0.0)
+    lengths = np.diff(np.append(0.0, np.cumsum(steps))[chosen])
+    return np.append(np.where(lengths > 0.0, np.diff(volume) / np.where(lengths > 0.0, lengths, 1.0), 0.0), 0.0)
 
 
 def _check_targets(poses: PoseStream, targets: Targets) -> None:

@@ -2,7 +2,7 @@
 
 The valve is told to open so long before the material has to flow as it takes to open, and to close likewise; the lamp
 leads and trails the material. Where the cell has a vacuum, it draws the material back from when the valve is told to
-close until it is told to open again, or the last lift ends, so that nothing oozes on the way. Each of these moments is
+close until it is told to open again, or the last lift ends, so that nothing oozes on travel. Each of these moments is
 turned into a place: the move on which the trajectory is at that moment, and the distance of the tip from the end of
 that move. A place is what `TriggIO` switches at, in step with the robot's own motion. Its form by time is not used,
 because it counts from the end of a move only and cannot reach beyond the braking there; nor is `TriggEquip`, whose lag
@@ -34,7 +34,7 @@ SAME_MOMENT = 1e-4
 @final
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An output that switches on the way to a target.
+    """An output that switches during the move to a target.
 
     Attributes:
         target: index of the target that the move leads to.
@@ -63,7 +63,7 @@ def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tu
         tips_at: the tip's motion as it was timed.
 
     Raises:
-        UsageError: a lag is longer than the way that is there for it.
+        UsageError: a lag is longer than the motion that is there for it.
     """
     moments = _moments(orders, signals)
     tips = tips_at(np.array([moment for moment, _, _ in moments]))
@@ -128,8 +128,8 @@ def _check_spans(
     for (_, end), (start, _) in pairwise([(0.0, float(orders.times[0])), *spans]):
         if start - signals.valve_open < end - SAME_MOMENT:
             raise UsageError(
-                f"signals.valve_open_s is {signals.valve_open:g} s, longer than the way to a run at {start:.1f} s "
-                "takes: the valve would be told to open in the run before, and is shut where a run begins. Raise "
+                f"signals.valve_open_s is {signals.valve_open:g} s, longer than the approach to a run at {start:.1f} "
+                "s takes: the valve would be told to open in the run before, and is shut where a run begins. Raise "
                 "retract_mm or lower travel_speed_mm_s."
             )
     if lamp[0][0] < orders.times[0] - SAME_MOMENT or lamp[-1][1] > orders.times[-1] + SAME_MOMENT:

@@ -68,7 +68,7 @@ class TrajectoryTable:
         times: (k,) [s].
         joints: (k, 6) [rad].
         deposit: (k,).
-        runs: (k,) -1 on the way from and to home.
+        runs: (k,) -1 from and to home.
     """
 
     times: FloatArray

@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.tables import PosesTable, read_columns, table_bytes, whole_column
-from geoprint.model import FloatArray
+from geoprint.model import BoolArray, FloatArray, IntArray
 
 # The configuration of each target, and behind `flow` that of the dry run, which is driven higher.
 TARGETS_COLUMNS = (
@@ -56,16 +56,8 @@ def read_orders(
     """
     data = read_columns(path, columns=TARGETS_COLUMNS)
     whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in _WHOLE]
-    chosen = whole[0]
-    if not chosen.size or chosen.min() < 0 or chosen.max() >= len(poses.runs) or (np.diff(chosen) <= 0).any():
-        raise VerificationError(
-            f"{path}: the poses do not rise from 0 to {len(poses.runs) - 1}, the last row of poses.csv; write the plan "
-            "again."
-        )
-    laid = whole[2] == 1
-    if not laid.any() or laid[-1]:
-        what = "material is laid after the last target" if laid.any() else "no material is laid"
-        raise VerificationError(f"{path}: {what}; write the plan again.")
+    chosen, laid = whole[0], whole[2] == 1
+    _check_rows(chosen, laid, path=path, last=len(poses.runs) - 1)
     lifted = np.where(poses.deposit, standoff, 0.0)[:, None] * poses.normals
     return Orders(
         poses=chosen,
@@ -84,3 +76,14 @@ def read_orders(
         extent=extent,
         duration=duration,
     )
+
+
+def _check_rows(chosen: IntArray, laid: BoolArray, *, path: Path, last: int) -> None:
+    """Refuse poses that do not rise or go beyond the last, and rows that lay nothing or to the end."""
+    if not chosen.size or chosen.min() < 0 or chosen.max() > last or (np.diff(chosen) <= 0).any():
+        raise VerificationError(
+            f"{path}: the poses do not rise from 0 to {last}, the last row of poses.csv; write the plan again."
+        )
+    if not laid.any() or laid[-1]:
+        what = "material is laid after the last target" if laid.any() else "no material is laid"
+        raise VerificationError(f"{path}: {what}; write the plan again.")

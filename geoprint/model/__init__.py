@@ -47,6 +47,7 @@ from geoprint.model.surface import (
     Contours as Contours,
     ScalarField as ScalarField,
     Seed as Seed,
+    Strokes as Strokes,
     Surface as Surface,
     SurfaceCurves as SurfaceCurves,
     SurfacePoints as SurfacePoints,

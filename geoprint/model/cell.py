@@ -226,7 +226,7 @@ class SearchWeights:
     """What the choice of rotation, lean and branch counts, each against the others; 1 unless the cell says otherwise.
 
     Attributes:
-        motion: of the joints along the way.
+        motion: of the joints along the path.
         limits: nearness of joint limits.
         singularities: nearness of wrist, elbow and shoulder singularity.
         lean: of the nozzle from the attitude of the path.

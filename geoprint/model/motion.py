@@ -66,7 +66,7 @@ class Slowdown:
     Attributes:
         run: run of the pose stream.
         kind: 'lowered' where the speed of the whole run was lowered to what holds all along it, 'dip' where the tip
-            slows down on the way; the ramps at the ends of runs are neither.
+            slows down within it; the ramps at the ends of runs are neither.
         place: tip where the least is held, in the work frame [mm].
         arc: of that place, from the start of the run [mm].
         length: of the stretch [mm].
@@ -95,7 +95,7 @@ class Trajectory:
     Attributes:
         times: (k,) [s], evenly spaced from 0.
         joints: (k, 6) [rad].
-        runs: (k,) run of the pose stream, -1 on the way from and to home.
+        runs: (k,) run of the pose stream, -1 from and to home.
         deposit: (k,) whether material is laid.
         pose_times: (p,) when each pose of the stream is reached [s].
         stretched: runs that were slowed because the time parameterisation broke a limit between its grid points.
@@ -135,7 +135,7 @@ class Targets:
     Attributes:
         poses: (t,) ascending indices into the pose stream; all stops and all changes of deposit are among them.
         zones: (t,) radius in which the controller may round a target [mm]; 0 stops there (fine).
-        speeds: (t,) speed of the tip on the way to each target [mm/s].
+        speeds: (t,) speed of the tip in the move to each target [mm/s].
     """
 
     poses: IntArray
@@ -152,7 +152,7 @@ class ControllerPath:
     """The motion as the controller interpolates it: joint moves from and to home, straight lines between targets.
 
     Sampled so finely that `step` bounds what happens between neighbouring rows. Where the controller may round a
-    target, the rows pass halfway between the target and the widest way past it, off by at most `rounding`.
+    target, the rows pass halfway between the target and the widest path past it, off by at most `rounding`.
 
     Attributes:
         joints: (k, 6) [rad], from home to home.

@@ -20,7 +20,7 @@ class Process:
     Attributes:
         speed: of the tip on deposit [mm/s].
         travel_speed: of the tip between runs [mm/s].
-        joint_speed_share: share of the joint speeds used on the way from and to home, in (0, 1].
+        joint_speed_share: share of the joint speeds used from and to home, in (0, 1].
         standoff: height of the tip over the surface [mm].
         clearance: smallest distance kept between tool and anything else, above the tip zone [mm].
         retract: lift between runs along the normal [mm].

@@ -149,6 +149,37 @@ class Contours:
             raise InputError(f"Contours need one level a curve: {self.levels.size} levels, {self.curves.count} curves.")
 
 
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Strokes:
+    """Curves that cover a surface, before anybody orders them: what a pattern draws and a path is made of.
+
+    Attributes:
+        curves: c curves with k points in all, each open or closed and on one piece of the surface.
+        row: (k,) row that each point lies on, counted from the seed: k along a contour, rising by one a turn along a
+            spiral, the number of the row for guided ones.
+        spacing: (k,) distance wanted at each point to the neighbouring row [mm].
+        width: (k,) of the strip of surface that each point is to fill, over the spacing.
+    """
+
+    curves: SurfaceCurves
+    row: FloatArray
+    spacing: FloatArray
+    width: FloatArray
+
+    def __post_init__(self) -> None:
+        count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k")["k"]
+        if count != self.curves.points.faces.size:
+            raise InputError(f"strokes need one row a point: {count} rows, {self.curves.points.faces.size} points.")
+        if self.spacing.min(initial=1.0) <= 0.0 or self.width.min(initial=1.0) <= 0.0:
+            raise InputError("Strokes.spacing and Strokes.width must be positive.")
+
+    @property
+    def levels(self) -> IntArray:
+        """(c,) whole part of the row at which each curve starts."""
+        return np.floor(self.row[self.curves.offsets[:-1]]).astype(np.int64)
+
+
 def check_offsets(offsets: IntArray, *, curves: int, points: int) -> None:
     """Check that offsets cut `points` items into `curves` pieces, none of them empty.
 

@@ -1,1 +1,1 @@
-"""From poses to a checked trajectory: placement, kinematics, timing and clearance. Metres stay inside."""
+"""The arm's motion from poses to a checked trajectory: kinematics, reach, timing, clearance. Metres stay inside."""

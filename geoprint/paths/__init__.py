@@ -1,4 +1,4 @@
-"""From contours to the pose stream: order, resampling, attitude and travel."""
+"""From strokes to the pose stream: order, resampling, attitude and travel."""
 
 from geoprint.paths.arrange import arrange as arrange
 from geoprint.paths.poses import (

@@ -1,4 +1,4 @@
-"""Contours put into printing order: outside to inside, seams next to each other, resampled along the arc."""
+"""Strokes put into printing order: from the seed inwards, seams next to each other, resampled along the arc."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import Contours, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, Toolpath
+from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath
 from geoprint.paths.corners import round_corners
 from geoprint.paths.resample import resample
 from geoprint.surfaces import arc_lengths, component_labels, positions
@@ -19,7 +19,7 @@ CHORD_ERROR_SHARE = 1.0 / 500.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Run:
-    """One contour on its way into the toolpath: its points, where they are, and whether it is closed."""
+    """One stroke that becomes a run: its points, where they are, and whether it is closed."""
 
     points: SurfacePoints
     places: FloatArray
@@ -28,48 +28,44 @@ class _Run:
     piece: int
 
 
-def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
-    """Order, orient and resample the contours.
+def arrange(strokes: Strokes, surface: Surface, *, speed: float) -> Toolpath:
+    """Order, orient and resample strokes.
 
-    Runs go from the seed inwards, level by level; inside a level the next run is the one nearest to where the tool
-    is. A closed run starts at its point nearest to the end of the run before, so that seams lie side by side and
-    travel is short; it keeps its direction. An open run starts at its nearer end. Closed runs shorter than one
-    spacing would be a blob rather than a bead: they are dropped and counted.
+    Runs go from the seed inwards, level by level, which is the whole part of the row at which a stroke starts; inside a
+    level the next run is the one nearest to where the tool is. A closed run starts at its point nearest to the end of
+    the run before, so that seams lie side by side and travel is short; it keeps its direction. An open run starts at
+    its nearer end. Closed runs shorter than one spacing would be a blob rather than a bead: they are dropped and
+    counted.
 
     A surface in several pieces is printed piece by piece, each in the order that it has alone: the first one first,
     then always the one whose start is nearest to where the tool is.
 
     Args:
-        contours: c curves.
-        surface: what they were traced on.
+        strokes: c curves.
+        surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
 
     Returns:
-        The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split.
+        The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split. Where
+        the spacing differs, the smallest counts.
 
     Raises:
         FieldError: nothing is left to print of the surface, or of a piece of it.
     """
-    runs, dropped = _worth_printing(_runs_of(contours, surface), spacing=contours.spacing)
+    spacing = float(strokes.spacing.min())
+    runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
     if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
         which = "the part" if not runs else f"patch {min(lost) + 1}"
         raise FieldError(
-            f"at a spacing of {contours.spacing:g} mm every contour of {which} is shorter than one spacing: choose a "
+            f"at a spacing of {spacing:g} mm every contour of {which} is shorter than one spacing: choose a "
             "smaller spacing."
         )
     ordered = _piece_by_piece(runs)
     sampled = [
-        resample(
-            surface,
-            run.points,
-            step=STEP_SHARE * contours.spacing,
-            chord_error=CHORD_ERROR_SHARE * contours.spacing,
-        )
+        resample(surface, run.points, step=STEP_SHARE * spacing, chord_error=CHORD_ERROR_SHARE * spacing)
         for run in ordered
     ]
-    rounded = round_corners(
-        surface, sampled, closed=[run.closed for run in ordered], spacing=contours.spacing, speed=speed
-    )
+    rounded = round_corners(surface, sampled, closed=[run.closed for run in ordered], spacing=spacing, speed=speed)
     pieces = rounded.pieces
     return Toolpath(
         curves=SurfaceCurves(
@@ -82,7 +78,7 @@ def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
         ),
         levels=np.array([ordered[piece.run].level for piece in pieces]),
         layers=np.zeros(len(pieces), dtype=np.int64),
-        spacing=contours.spacing,
+        spacing=spacing,
         dropped_runs=len(dropped),
         dropped_length=float(sum(_length(run) for run in dropped)),
         fillets=rounded.fillets,
@@ -90,8 +86,8 @@ def arrange(contours: Contours, surface: Surface, *, speed: float) -> Toolpath:
     )
 
 
-def _runs_of(contours: Contours, surface: Surface) -> list[_Run]:
-    curves = contours.curves
+def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
+    curves = strokes.curves
     places = positions(surface, curves.points)
     pieces = component_labels(surface)[curves.points.faces[curves.offsets[:-1]]]
     slices = [slice(*curves.offsets[i : i + 2]) for i in range(curves.count)]
@@ -103,7 +99,7 @@ def _runs_of(contours: Contours, surface: Surface) -> list[_Run]:
             level=int(level),
             piece=int(label),
         )
-        for piece, closed, level, label in zip(slices, curves.closed, contours.levels, pieces, strict=True)
+        for piece, closed, level, label in zip(slices, curves.closed, strokes.levels, pieces, strict=True)
     ]
 
 
@@ -145,7 +141,7 @@ def _in_order(runs: list[_Run]) -> list[_Run]:
 
 
 def _first_start(runs: list[_Run]) -> FloatArray:
-    """Start where the first level is nearest to the last one, so that the row of seams runs inwards the short way."""
+    """Start where the first level is nearest to the last one, so that the row of seams runs inwards straight."""
     outer = np.concatenate([run.places for run in runs if run.level == runs[0].level])
     inner = np.concatenate([run.places for run in runs if run.level == runs[-1].level])
     return outer[int(np.argmin(np.linalg.norm(outer - inner.mean(axis=0), axis=1)))]

@@ -65,7 +65,7 @@ def tool_quaternions(axes: FloatArray, *, R_base_work: FloatArray) -> FloatArray
 
 
 def slerp(start: FloatArray, end: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return (k, 4) attitudes at (k,) shares of the way between two quaternions (4,), by the short way round."""
+    """Return (k, 4) attitudes at (k,) shares of the shorter turn between two quaternions (4,)."""
     T_start, T_end = (rigid(rotation_of(quaternion), np.zeros(3)) for quaternion in (start, end))
     poses = np.broadcast_to(T_start, (shares.size, 4, 4)), np.broadcast_to(T_end, (shares.size, 4, 4))
     return same_sign(quaternion_of(interpolate_poses(*poses, shares)[:, :3, :3]))

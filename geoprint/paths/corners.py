@@ -39,7 +39,7 @@ ERROR_ROUNDING = 1.1
 CROWDED = 0.01
 
 
-class Piece(NamedTuple):
+class RoundedRun(NamedTuple):
     """What a run, or a part of it, became.
 
     Attributes:
@@ -62,7 +62,7 @@ class Rounded(NamedTuple):
         splits: (g, 3) corners at which a run was split [mm].
     """
 
-    pieces: list[Piece]
+    pieces: list[RoundedRun]
     fillets: FloatArray
     splits: FloatArray
 
@@ -72,10 +72,10 @@ def round_corners(
 ) -> Rounded:
     """Round the corners of runs, or split the runs there.
 
-    An arc starts and ends along the run, at most half a spacing and half way to the next corner away; it keeps within a
+    An arc starts and ends along the run, at most half a spacing and halfway to the next corner away; it keeps within a
     twentieth of the spacing of the run, and its samples lie on the surface. Where it would be so tight that the tip
     could not keep half its speed, the run is split. A closed run that is split, or has a corner next to its seam,
-    starts and ends at that corner instead. Corners next to the ends of an open run stay: the tip is slow there anyway.
+    starts and ends at that corner instead. Corners next to the ends of an open run stay: the tip is slow there.
 
     Args:
         surface: what the runs lie on.
@@ -270,12 +270,12 @@ def _angles(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.arctan2(across, np.einsum("ij,ij->i", first, second))
 
 
-def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, _Outline]]) -> list[Piece]:
+def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, _Outline]]) -> list[RoundedRun]:
     """Return the pieces as points on the surface: those of their runs, the new ones projected."""
     added = [outline.places[outline.rows < 0] for _, outline in drawn]
     landed, _ = closest(surface, np.concatenate(added)) if any(len(places) for places in added) else (None, None)
     begin = 0
-    pieces: list[Piece] = []
+    pieces: list[RoundedRun] = []
     for (run, outline), places in zip(drawn, added, strict=True):
         new = outline.rows < 0
         faces, weights = runs[run].faces[outline.rows].copy(), runs[run].weights[outline.rows].copy()
@@ -285,5 +285,5 @@ def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[i
                 landed.weights[begin : begin + len(places)],
             )
         begin += len(places)
-        pieces.append(Piece(run, SurfacePoints(faces, weights), outline.closed))
+        pieces.append(RoundedRun(run, SurfacePoints(faces, weights), outline.closed))
     return pieces

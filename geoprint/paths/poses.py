@@ -17,7 +17,7 @@ from geoprint.transforms import rotation_of, same_sign
 # A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
 # stops there for an instant.
 CORNER_ANGLE = np.radians(30.0)
-# Ways shorter than this [mm] have no direction; where they meet others, the tool stops.
+# Steps shorter than this [mm] have no direction; where they meet others, the tool stops.
 SHORTEST = 1e-9
 
 
@@ -62,7 +62,7 @@ def poses(
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
         body: what the part lies on, or None.
-        travel: "high" crosses over everything, for where the low way turns out not to be clear.
+        travel: "high" crosses over everything, for where low travel turns out not to be clear.
 
     Returns:
         The stream in the work frame; it starts and ends above the whole part.
@@ -76,8 +76,8 @@ def poses(
     for run, following in pairwise(runs):
         start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
         axes = -rotation_of(np.stack([run.quaternions[-1], following.quaternions[0]]))[:, :, 2]
-        way = crossing(start, end, axes=axes, terrain=ground, retract=retract)
-        stretches += [run, _travel(run, following, way)]
+        corners = crossing(start, end, axes=axes, terrain=ground, retract=retract)
+        stretches += [run, _travel(run, following, corners)]
     stretches += [runs[-1], _retreat(runs[-1], up=up, retract=retract, top=top)]
     return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacing * layer_height)
 
@@ -142,16 +142,16 @@ def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
     return stretch.tips[row] - retract * rotation_of(stretch.quaternions[row])[:, 2]
 
 
-def _travel(run: _Stretch, following: _Stretch, way: FloatArray) -> _Stretch:
+def _travel(run: _Stretch, following: _Stretch, corners: FloatArray) -> _Stretch:
     """Lift off, cross, come down; the ends themselves are rows of the runs. The tool turns while it crosses."""
-    ends = np.vstack([run.tips[-1:], way, following.tips[:1]])
-    tips, corners = sampled_polyline(ends)
+    ends = np.vstack([run.tips[-1:], corners, following.tips[:1]])
+    tips, rows = sampled_polyline(ends)
     arcs = arc_lengths(tips)
-    lifted, lowering = arcs[corners[1]], arcs[corners[-2]]
+    lifted, lowering = arcs[rows[1]], arcs[rows[-2]]
     shares = np.clip((arcs - lifted) / max(lowering - lifted, 1e-9), 0.0, 1.0)
     stops = np.zeros(arcs.size, dtype=np.bool_)
-    stops[corners] = _corners(ends)
-    stops[corners[[1, -2]]] = True
+    stops[rows] = _corners(ends)
+    stops[rows[[1, -2]]] = True
     before: BoolArray = shares[:, None] < 0.5
     inner = slice(1, -1)
     return _Stretch(

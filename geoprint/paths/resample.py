@@ -41,7 +41,7 @@ def resample(surface: Surface, points: SurfacePoints, *, step: float, chord_erro
 def interpolate(
     surface: Surface, points: SurfacePoints, first: IntArray, second: IntArray, shares: FloatArray
 ) -> SurfacePoints:
-    """Return points on the way between pairs of surface points.
+    """Return points between pairs of surface points.
 
     Inside a common triangle that is exact. Where a pair has none, the chord's point is projected to the surface; its
     ends stay what they are.
@@ -51,7 +51,7 @@ def interpolate(
         points: (k,) points.
         first: (j,) index of the point each result starts from.
         second: (j,) index of the point it goes towards.
-        shares: (j,) share of the way, in [0, 1].
+        shares: (j,) share of the distance, in [0, 1].
 
     Returns:
         (j,) points.

@@ -96,7 +96,7 @@ def terrain(surfaces: Sequence[Surface], *, tool: Tool, up: FloatArray, kept: fl
 
 
 def crossing(start: FloatArray, end: FloatArray, *, axes: FloatArray, terrain: Terrain, retract: float) -> FloatArray:
-    """Return the corners of the way between two lifted points: the lowest one that does not bob.
+    """Return the corners of the travel between two lifted points: the lowest one that does not bob.
 
     It runs over the straight line on the ground, like a string over the heights that the tool needs there while it
     turns from one attitude to the other, and at most over everything.
@@ -120,7 +120,7 @@ def crossing(start: FloatArray, end: FloatArray, *, axes: FloatArray, terrain: T
     most = np.array([over(tip, up=terrain.up, retract=retract, top=top) for tip in line])
     highest = (most - line) @ terrain.up
     lifts = np.array([terrain.lift(tip, axis) for tip, axis in zip(line, turned, strict=True)])
-    # Half the way between opposite attitudes the tool may lie in any direction.
+    # In the middle between opposite attitudes the tool may lie in any direction.
     lifts = np.where(lengths > LEAST_LENGTH, np.minimum(lifts, highest), highest)
     lifts[[0, -1]] = 0.0
     if np.isfinite(terrain.kept):

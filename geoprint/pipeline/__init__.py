@@ -54,7 +54,6 @@ from geoprint.pipeline.checking import (
     check_bundle as check_bundle,
 )
 from geoprint.pipeline.comparison import (
-    COMPARED as COMPARED,
     compare as compare,
     compare_parts as compare_parts,
 )

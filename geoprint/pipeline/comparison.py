@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from geoprint.backends import compared_backends
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError, PlanError
 from geoprint.motion.reach import lost_shares
+from geoprint.pipeline.choice import check_options, with_backend
 from geoprint.pipeline.planning import plan_paths, with_robot
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import RASTERED, prepare_workpiece, require_raster, with_rounds
+from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece
-
-COMPARED = ("lscm", "heat")
 
 
 def compare(
-    job: Job, *, backends: Sequence[str] = COMPARED, observe: Callable[[str], None] = lambda _: None
+    job: Job, *, backends: Sequence[str] | None = None, observe: Callable[[str], None] = lambda _: None
 ) -> Comparison:
     """Plan one part with several backends and measure how even each is.
 
@@ -27,7 +27,7 @@ def compare(
 
     Args:
         job: what to plan; its backend is ignored, its resolution means the backends that have a raster.
-        backends: which to compare; a name that comes twice counts once.
+        backends: which to compare, a name that comes twice counts once; those that say so of themselves by default.
         observe: called with the name of each stage as it starts.
 
     Returns:
@@ -37,12 +37,12 @@ def compare(
         UsageError: the job or its cell is unclear or contradicts itself.
         InputError: the part cannot be read, or no backend can plan on it.
     """
-    require_raster(job, backends)
+    backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
+    check_options(job, backends)
     job, shared = with_rounds(job), Stages(observe)
     workpiece, unplaced = _placed_workpiece(job, shared, backends=backends)
     outcomes = tuple(
-        (name, _outcome(replace_backend(job, name), workpiece, unplaced=unplaced, observe=observe))
-        for name in dict.fromkeys(backends)
+        (name, _outcome(with_backend(job, name), workpiece, unplaced=unplaced, observe=observe)) for name in backends
     )
     comparison = Comparison(job, workpiece, outcomes)
     if not comparison.planned:
@@ -51,7 +51,7 @@ def compare(
 
 
 def compare_parts(
-    jobs: Sequence[Job], *, backends: Sequence[str] = COMPARED, observe: Callable[[str], None] = lambda _: None
+    jobs: Sequence[Job], *, backends: Sequence[str] | None = None, observe: Callable[[str], None] = lambda _: None
 ) -> tuple[Comparison | FailedPart, ...]:
     """Compare the backends on several parts; one part's failure does not end the run.
 
@@ -81,11 +81,6 @@ def compare_parts(
 def _named(observe: Callable[[str], None], part: str, *, of: int) -> Callable[[str], None]:
     """Return an observer that hears of which part a stage is, where there are several."""
     return observe if of == 1 else lambda stage: observe(f"{part}: {stage}")
-
-
-def replace_backend(job: Job, name: str) -> Job:
-    """Return the same job for another backend; without the resolution where that has no raster."""
-    return job.model_copy(update={"backend": name, "resolution": job.resolution if name in RASTERED else None})
 
 
 def _placed_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import BACKENDS
+from geoprint.backends import backend as find_backend, backend_names
 from geoprint.errors import GeoprintError, InputError, MeshError, UsageError
 from geoprint.model import Seed, Surface
 from geoprint.results import FileInspection, Remeshed
@@ -53,7 +53,7 @@ def inspect_file(
         size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
         found=found,
         regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
-        backends=tuple((name, _trial(name, found)) for name in BACKENDS),
+        backends=tuple((name, _trial(name, found)) for name in backend_names()),
     )
 
 
@@ -117,7 +117,7 @@ def _trial(name: str, found: Inspection) -> str:
     if len(surface.faces) > TRIAL_FACES:
         return f"{NOT_TRIED}: {len(surface.faces)} faces, {TRIAL_FACES} at most are tried; plan it"
     try:
-        backend, seed = BACKENDS[name](surface), _seed(surface)
+        backend, seed = find_backend(name).factory(surface), _seed(surface)
         backend.contours(seed, spacing=backend.distance(seed).maximum / TRIAL_LEVELS)
     except GeoprintError as error:
         return f"no: {error}"

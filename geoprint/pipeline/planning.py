@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from geoprint.backends import Piecewise
-from geoprint.backends.lscm import Lscm
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, ReachError, naming
 from geoprint.export import orders_of
@@ -18,12 +16,12 @@ from geoprint.export.rapid import check_timeline, rapid_program, read_back, time
 from geoprint.model import (
     Cell,
     Clearance,
+    Contours,
     ControllerPath,
     FloatArray,
     JointPath,
     Placement,
     PoseStream,
-    Surface,
     Toolpath,
 )
 from geoprint.motion.arm import Arm, check_load
@@ -39,9 +37,10 @@ from geoprint.motion.controller import (
 from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
+from geoprint.pipeline.choice import backend_of, check_options, pattern_of
 from geoprint.pipeline.laying import lay
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import backend_factory, prepare_workpiece, require_raster, with_rounds
+from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import uniformity, widths_at_poses
 from geoprint.results import Plan, RobotPlan, Workpiece
 
@@ -61,6 +60,7 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
         InputError: a file cannot be planned on.
         PlanError: no valid motion exists; says where and why.
     """
+    check_options(job, [job.backend])
     job, stage = with_rounds(job), Stages(observe)
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     paths = plan_paths(job, workpiece, stage)
@@ -83,17 +83,16 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
 
 
 def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with contours and turn them into poses; evenness and the robot are left out."""
+    """Cover the workpiece with strokes and turn them into poses; evenness and the robot are left out."""
     surface = workpiece.surface
     with stage("contours"):
-        backend = _backend(job, surface)
-        spacing = job.spacing
-        if spacing is None:
-            spacing = backend.distance(workpiece.seed).maximum / (job.rounds or 1)
-        contours = backend.contours(workpiece.seed, spacing=spacing)
-        flattenings = tuple(one.flattening(spacing=spacing) for one in backend.backends if isinstance(one, Lscm))
+        backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
+        spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
+        strokes = pattern_of(job).strokes(surface, seed, backend=backend, spacing=spacing)
+        contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
+        flattenings = backend.shown(spacing=spacing)
     with stage("path"):
-        toolpath = arrange(contours, surface, speed=workpiece.cell.process.speed)
+        toolpath = arrange(strokes, surface, speed=workpiece.cell.process.speed)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     return Plan(job, workpiece, contours, toolpath, stream, None, None, tuple(stage.timings), flattenings)
 
@@ -233,9 +232,3 @@ def _clearance(
         body=workpiece.body,
         obstacles=workpiece.cell.obstacles,
     )
-
-
-def _backend(job: Job, surface: Surface) -> Piecewise:
-    require_raster(job, [job.backend])
-    rastered = partial(Lscm, resolution=job.resolution)
-    return Piecewise(surface, backend_factory(job.backend) if job.resolution is None else rastered)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import BACKENDS, BackendFactory, Piecewise
+from geoprint.backends import Piecewise, backend
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
@@ -22,6 +22,7 @@ from geoprint.motion.placing import (
     normal_uncertainty,
     refuse_uncertain,
 )
+from geoprint.pipeline.choice import backend_of
 from geoprint.pipeline.outside import printed_side
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.stages import Stages
@@ -41,8 +42,6 @@ from geoprint.transforms import apply
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
-# The backends that `--resolution` means.
-RASTERED = ("lscm",)
 # A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
 SEED_TOLERANCE = 1.0
 
@@ -61,7 +60,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         ReachError: the part has no demonstration placement.
         ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
-    factories = [backend_factory(name) for name in backends]
+    factories = [backend(name).factory for name in backends]
     with stage("reading"):
         cell = load_cell(job.cell)
         _require_placement(job, cell)
@@ -99,30 +98,6 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         placement=placement,
         uncertainty=uncertainty,
     )
-
-
-def backend_factory(name: str) -> BackendFactory:
-    """Return a backend of the registry.
-
-    Raises:
-        UsageError: there is none of that name.
-    """
-    if name not in BACKENDS:
-        raise UsageError(f"there is no backend named '{name}'; choose one of: {', '.join(BACKENDS)}.")
-    return BACKENDS[name]
-
-
-def require_raster(job: Job, backends: Sequence[str]) -> None:
-    """Check that a resolution, if given, means one of the backends.
-
-    Raises:
-        UsageError: none of them has a raster.
-    """
-    if job.resolution is not None and not set(RASTERED).intersection(backends):
-        raise UsageError(
-            f"`--resolution {job.resolution}` sets the raster of {', '.join(RASTERED)}, but {', '.join(backends)} has "
-            f"none: leave it out, or choose the backend {RASTERED[0]}."
-        )
 
 
 def _require_placement(job: Job, cell: Cell) -> None:
@@ -199,7 +174,7 @@ def largest_distance(job: Job, part: Surface) -> float:
     """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
     alone = [piece.surface for piece in pieces(part)]
     coarse = united([refine(piece, edge_length=_size(piece) / TRIANGLES_ACROSS) for piece in alone])
-    return Piecewise(coarse, backend_factory(job.backend)).distance(_seed(job, coarse)).maximum
+    return Piecewise(coarse, backend_of(job)).distance(_seed(job, coarse)).maximum
 
 
 def with_rounds(job: Job) -> Job:

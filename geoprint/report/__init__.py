@@ -5,7 +5,7 @@ from geoprint.report.chart_figure import (
     chart_figure as chart_figure,
 )
 from geoprint.report.figures import (
-    Coverage as Coverage,
+    CoveragePanel as CoveragePanel,
     coverage_figure as coverage_figure,
 )
 from geoprint.report.inspection_figure import inspection_figure as inspection_figure

@@ -1,4 +1,4 @@
-"""The flattening way in one picture, as figures 4 and 5 of the paper: chart, distance image, curves on the surface."""
+"""Flattening in one picture, as figures 4 and 5 of the paper: chart, distance image, curves on the surface."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false

@@ -38,7 +38,7 @@ LETTER_WIDTH = 0.6
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Coverage:
+class CoveragePanel:
     """One panel: the runs of a toolpath and the spacing measured along them.
 
     Attributes:
@@ -57,7 +57,7 @@ class Coverage:
 
 
 def coverage_figure(
-    surface: Surface, panels: Sequence[Coverage], *, R_view_work: FloatArray, spacing: float, title: str
+    surface: Surface, panels: Sequence[CoveragePanel], *, R_view_work: FloatArray, spacing: float, title: str
 ) -> bytes:
     """Draw toolpaths side by side as seen from above the part, coloured by local spacing.
 
@@ -144,7 +144,7 @@ def add_ruler(axis: Axes, *, font_size: float = 9.0) -> None:
     axis.set_ylim(bottom - 0.09 * (top - bottom), top)
 
 
-def _draw_runs(axis: Axes, panel: Coverage, R_view_work: FloatArray, *, spacing: float) -> None:
+def _draw_runs(axis: Axes, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float) -> None:
     from matplotlib import colormaps
     from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize

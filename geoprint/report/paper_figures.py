@@ -17,7 +17,7 @@ from geoprint.report.figures import (
     COLOUR_RANGE,
     LINE_SHARE,
     UNMEASURED,
-    Coverage,
+    CoveragePanel,
     add_ruler,
     draw_part,
     png_bytes,
@@ -45,7 +45,7 @@ LEAST_SHARE = 0.01
 
 
 def paper_figures(
-    surface: Surface, panels: Sequence[Coverage], *, R_view_work: FloatArray, spacing: float
+    surface: Surface, panels: Sequence[CoveragePanel], *, R_view_work: FloatArray, spacing: float
 ) -> dict[str, bytes]:
     """Return name and content of each file; the same bytes for the same input.
 
@@ -68,7 +68,7 @@ def paper_figures(
     return files
 
 
-def _map(surface: Surface, panels: Sequence[Coverage], R_view_work: FloatArray, *, spacing: float) -> Figure:
+def _map(surface: Surface, panels: Sequence[CoveragePanel], R_view_work: FloatArray, *, spacing: float) -> Figure:
     """Draw the paths of every backend side by side, coloured by local spacing."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -98,7 +98,7 @@ def _map(surface: Surface, panels: Sequence[Coverage], R_view_work: FloatArray, 
 
 
 def _draw_stretches(
-    axis: Axes, panel: Coverage, R_view_work: FloatArray, *, spacing: float, panel_inches: float
+    axis: Axes, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float, panel_inches: float
 ) -> None:
     """Draw the runs, cut where their shade changes."""
     from matplotlib import colormaps
@@ -128,7 +128,7 @@ def _draw_stretches(
     )
 
 
-def _histogram(panels: Sequence[Coverage], *, spacing: float) -> Figure:
+def _histogram(panels: Sequence[CoveragePanel], *, spacing: float) -> Figure:
     """Draw the spread of the spacing of every backend on one axis; logarithmic, as the even ones fill few bins."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter

@@ -167,7 +167,7 @@ class PartReport:
         verdict: sentences in plain words; the first one decides and is set large.
         cautions: what nobody may overlook: what was not checked, a placement that is not calibrated.
         overview: its cells in the table over all parts, as (heading, value).
-        surface: to draw on; see `view_surface`.
+        surface: to draw on, with no more faces than a page bears (`view_surface`).
         R_view_work: (3, 3) rotation to the view: z up, as the part stands in the cell or along its mean normal.
         spacing: wanted spacing [mm].
         backends: what was planned, in the order of the table.

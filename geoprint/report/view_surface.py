@@ -40,7 +40,7 @@ def view_surface(surface: Surface, *, faces: int = 100_000) -> ViewSurface:
     """Return the surface, thinned to be drawn: not to be measured.
 
     All vertices in a cell of a grid become the one nearest to their mean. Vertices of the border become one of the
-    border, and sides of a thin wall that face different ways stay apart, so that neither is pulled in.
+    border, and sides of a thin wall that face different directions stay apart, so that neither is pulled in.
 
     Args:
         surface: any.
@@ -72,7 +72,7 @@ def shading_normals(surface: Surface) -> FloatArray:
 
 
 def _kinds(surface: Surface) -> IntArray:
-    """Return a number for each vertex; only equal ones may be merged: on the border or not, and facing one way."""
+    """Return a number for each vertex; only equal ones may be merged: on the border or not, and facing alike."""
     octants: IntArray = (shading_normals(surface) > 0.0).astype(np.int64) @ np.array([1, 2, 4])
     border = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
     octants[np.unique(border)] += KINDS // 2

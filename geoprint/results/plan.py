@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from geoprint.backends.lscm import Flattening
+from geoprint.backends import Shown
 from geoprint.config import Job
 from geoprint.deposition import Exposure
 from geoprint.export import Orders
@@ -88,7 +88,7 @@ class Plan:
     Attributes:
         job: what was asked for.
         workpiece: what was planned on.
-        contours: level curves of the backend.
+        contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
         poses: tool poses, in the work frame; with a robot as the robot is commanded.
         uniformity: how even the paths are, or None where there is but one level.
@@ -106,10 +106,10 @@ class Plan:
     uniformity: Uniformity | None
     robot: RobotPlan | None
     timings: tuple[tuple[str, float], ...]
-    flattenings: tuple[Flattening, ...]
+    flattenings: tuple[Shown, ...]
     laid: Laid | None = None
 
     @property
     def flat_surface(self) -> Surface:
         """The charts in the plane as one surface with the faces of the one that was flattened."""
-        return united([flattening.chart.flat for flattening in self.flattenings])
+        return united([one.flat for one in self.flattenings])

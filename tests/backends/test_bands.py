@@ -145,7 +145,7 @@ def test_another_cut_moves_no_curve_but_corners_by_part_of_a_pixel(monkeypatch: 
     assert [len(curves) for curves in first] == [len(curves) for curves in second]
     moved = np.concatenate([PolylineDistance(a, step=0.05)(np.vstack(b)) for a, b in zip(first, second, strict=True)])
     assert np.percentile(moved, 95) < 1e-3
-    assert moved.max() < 0.75 * backend.flattening(spacing=1.0).pixel
+    assert moved.max() < 0.75 * backend.shown(spacing=1.0).pixel
 
 
 @pytest.mark.parametrize("seed", ["border", "point"])
@@ -169,7 +169,7 @@ def test_around_a_point_curves_are_circles_that_close_round_the_band(vertex: int
     # The mesh is not quite the cone; behind the band curves have corners.
     error = np.abs(found / wanted - 1.0)
     assert np.percentile(error, 99) < 2e-3
-    assert np.abs(found - wanted).max() < backend.flattening(spacing=spacing).pixel
+    assert np.abs(found - wanted).max() < backend.shown(spacing=spacing).pixel
     for line, closed in zip(lines_of(surface, contours), contours.curves.closed, strict=True):
         ends = line[[0, -1], 2]
         assert closed or np.minimum(ends, shape.height - ends).max() < 0.05

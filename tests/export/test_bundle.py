@@ -1,4 +1,4 @@
-"""How bundles land: complete and verified or not at all, whatever happens on the way."""
+"""How bundles land: complete and verified or not at all, whatever happens meanwhile."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_without_lags_outputs_switch_at_the_ends_of_the_deposits() -> None:
     assert len(events) == 4 * len(ORDERS.deposits)
 
 
-def test_a_valve_that_opens_late_is_told_on_the_way_down_and_one_that_shuts_late_before_the_end() -> None:
+def test_a_valve_that_opens_late_is_told_on_the_approach_and_one_that_shuts_late_before_the_end() -> None:
     events = switching_events(ORDERS, signals=signals(valve_open=0.05, valve_close=0.05), tips_at=TIPS)
     first, last = ORDERS.deposits[0]
     opens, shuts = (next(event for event in events if event.on == on and event.output == "dispenser") for on in (1, 0))
@@ -111,7 +111,7 @@ def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lea
 
 def test_a_valve_that_would_be_told_to_open_in_the_run_before_is_refused() -> None:
     slow, tips = unhurried()
-    with pytest.raises(UsageError, match=r"valve_open_s is 0\.4 s, longer than the way to a run at 4\.4 s"):
+    with pytest.raises(UsageError, match=r"valve_open_s is 0\.4 s, longer than the approach to a run at 4\.4 s"):
         switching_events(slow, signals=signals(valve_open=0.4, valve_close=0.3), tips_at=tips)
 
 
@@ -169,12 +169,12 @@ def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
     ("lags", "reason"),
     [
         ({"valve_close": 5.0}, "would close before it opens"),
-        ({"valve_open": 0.3}, "longer than the way to a run"),
+        ({"valve_open": 0.3}, "longer than the approach to a run"),
         ({"uv_lead": 0.2}, "shorten them"),
         ({"uv_tail": 0.2}, "shorten them"),
     ],
 )
-def test_lags_longer_than_the_way_that_is_there_for_them_are_refused(lags: dict[str, float], reason: str) -> None:
+def test_lags_longer_than_the_motion_that_is_there_for_them_are_refused(lags: dict[str, float], reason: str) -> None:
     with pytest.raises(UsageError, match=reason):
         switching_events(ORDERS, signals=signals(**lags), tips_at=TIPS)
 

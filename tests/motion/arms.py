@@ -112,7 +112,7 @@ def other_conventions(*, offsets: FloatArray, signs: FloatArray, T_base_foot: Fl
 
     Args:
         offsets: (6,) angle at which each joint is at zero, counted as ABB does [rad].
-        signs: (6,) 1, or -1 where a joint counts the other way.
+        signs: (6,) 1, or -1 where a joint counts in the opposite sense.
         T_base_foot: (4, 4) foot of axis 1 in the URDF's base frame [mm].
         seed: of the random turns of its frames.
     """

@@ -148,7 +148,7 @@ def test_iteration_says_where_it_does_not_converge() -> None:
     assert np.isnan(arm.inverse.solutions(poses)).all()
 
 
-def test_iteration_finds_every_way_of_an_arm_whose_ways_the_signs_tell_apart() -> None:
+def test_iteration_finds_every_solution_of_an_arm_whose_solutions_the_signs_tell_apart() -> None:
     arm = arm_of(three_parallel_axes())
     joints = away_from_singularities(arm, random_joints(60))
     found = arm.solutions(arm.tool_poses(joints))

@@ -10,9 +10,10 @@ from scipy.spatial import KDTree
 from geoprint.backends.heat import Heat
 from geoprint.backends.isolines import isolines
 from geoprint.errors import FieldError
-from geoprint.model import Contours, FloatArray, PoseStream, ScalarField, Surface, Toolpath
+from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Strokes, Surface, SurfaceCurves, Toolpath
 from geoprint.paths import arrange, largest_lean, mean_lean, poses
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
+from geoprint.patterns import PATTERNS
 from geoprint.surfaces import boundary_seed, positions
 from geoprint.transforms import rotation_of
 from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
@@ -23,13 +24,18 @@ MAX_TILT = float(np.radians(15.0))
 
 
 def planned(surface: Surface, *, spacing: float) -> tuple[Toolpath, PoseStream]:
-    contours = Heat(surface).contours(boundary_seed(surface), spacing=spacing)
-    toolpath = arrange(contours, surface, speed=SPEED)
+    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=spacing)
+    toolpath = arrange(strokes, surface, speed=SPEED)
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=RETRACT, layer_height=0.5,
         max_tilt=MAX_TILT, tool=straight_cell().tool, body=None,
     )  # fmt: skip
     return toolpath, stream
+
+
+def strokes_of(curves: SurfaceCurves, levels: IntArray, *, spacing: float) -> Strokes:
+    row = np.repeat(levels, np.diff(curves.offsets)).astype(np.float64)
+    return Strokes(curves, row, np.full(row.size, spacing), np.ones(row.size))
 
 
 def unit(vectors: FloatArray) -> FloatArray:
@@ -59,13 +65,13 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:
     x, y = surface.vertices[:, 0], surface.vertices[:, 1]
     field = ScalarField(np.minimum(np.minimum(x, 30.0 - x), np.minimum(y, 30.0 - y)))
     curves, levels = isolines(surface, field, levels=np.array([2.0, 14.7]))
-    toolpath = arrange(Contours(curves, levels, 3.0, field), surface, speed=SPEED)
+    toolpath = arrange(strokes_of(curves, levels, spacing=3.0), surface, speed=SPEED)
     assert toolpath.levels.tolist() == [0]
     assert toolpath.dropped_runs == 1
     assert toolpath.dropped_length == pytest.approx(4 * 0.6, abs=0.4)
     inner, _ = isolines(surface, field, levels=np.array([14.7]))
     with pytest.raises(FieldError, match="shorter than one spacing"):
-        arrange(Contours(inner, np.array([0]), 3.0, field), surface, speed=SPEED)
+        arrange(strokes_of(inner, np.array([0]), spacing=3.0), surface, speed=SPEED)
 
 
 def test_the_nozzle_stands_on_the_normal_at_the_stand_off() -> None:

@@ -12,6 +12,7 @@ from geoprint.backends.heat import Heat
 from geoprint.model import FloatArray, SurfacePoints
 from geoprint.paths import arrange, poses
 from geoprint.paths.corners import CORNER_ANGLE, FILLET_ERROR_SHARE, Rounded, round_corners
+from geoprint.patterns import PATTERNS
 from geoprint.surfaces import PolylineDistance, boundary_seed, closest, positions
 from tests.meshes import plate
 from tests.motion.cells import straight_cell
@@ -120,7 +121,8 @@ def test_a_closed_run_with_two_hairpins_becomes_two_open_ones() -> None:
 
 def test_nothing_is_laid_at_rest_on_a_plate_and_every_corner_is_told() -> None:
     surface = plate((40.0, 30.0), (80, 60))
-    toolpath = arrange(Heat(surface).contours(boundary_seed(surface), spacing=4.0), surface, speed=SPEED)
+    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=4.0)
+    toolpath = arrange(strokes, surface, speed=SPEED)
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=0.3, retract=5.0, layer_height=0.5, max_tilt=0.2,
         tool=straight_cell().tool, body=None,

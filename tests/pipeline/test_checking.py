@@ -159,7 +159,7 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     flow = r"TriggSpeed tGeoFlow,0\\Start,0\.05,aoFlow,(0\.1\d*)\*geoOn\\DipLag:=0\.05;"
     assert len(re.findall(flow, path)) >= 2
     (out / "rapid" / "GeoPrint.mod").write_text(re.sub(r"aoFlow,0\.1\d*\*", "aoFlow,0.25*", path, count=1))
-    assert any("the flow on the way here" in finding.reason for finding in check_bundle(out).findings)
+    assert any("the flow in the move here" in finding.reason for finding in check_bundle(out).findings)
 
 
 @pytest.mark.parametrize("station", ["purge", "flood"])

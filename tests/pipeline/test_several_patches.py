@@ -17,6 +17,7 @@ from geoprint.config import Job, job_of
 from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, ReachError
 from geoprint.model import Surface
 from geoprint.paths import arrange
+from geoprint.patterns import PATTERNS
 from geoprint.pipeline import (
     check_bundle,
     compare,
@@ -32,7 +33,7 @@ from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.results import Plan
 from geoprint.surfaces import boundary_seed, united
-from geoprint.surfaces.files import Loaded, load, load_file, save_ply
+from geoprint.surfaces.files import MeshFile, load, load_file, save_ply
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
 from tests.meshes import disc, plate, sphere
@@ -161,9 +162,10 @@ def test_a_patch_that_cannot_be_planned_is_named(
 def test_a_patch_whose_every_curve_is_too_short_is_named() -> None:
     small = Surface(disc(radius=2.0).vertices + np.array([50.0, 0.0, 0.0]), disc(radius=2.0).faces)
     surface = united([refine(disc(radius=12.0), edge_length=0.8), refine(small, edge_length=0.2)])
-    contours = Piecewise(surface, BACKENDS["heat"]).contours(boundary_seed(surface), spacing=3.8)
+    backend = Piecewise(surface, BACKENDS["heat"])
+    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=backend, spacing=3.8)
     with pytest.raises(FieldError, match="every contour of patch 2 is shorter than one spacing"):
-        arrange(contours, surface, speed=20.0)
+        arrange(strokes, surface, speed=20.0)
 
 
 def test_a_file_in_several_pieces_is_still_refused_and_pointed_to_patches() -> None:
@@ -177,7 +179,7 @@ def test_patches_on_separate_pieces_have_all_of_them_in_the_way_each_once(tmp_pa
     loaded = united([one, Surface(one.vertices + np.array([50.0, 0.0, 0.0]), one.faces)])
     discs = [disc_at(place, 5.0) for place in ((0.0, 0.0, RADIUS), (50.0, 0.0, RADIUS), (50.0, RADIUS, 0.0))]
     for regions, pieces in ((discs[1:], 1), (discs, 2)):
-        body = prepared_part(job(tmp_path / "two.ply", *regions), Loaded(loaded, "mm", (), {})).body
+        body = prepared_part(job(tmp_path / "two.ply", *regions), MeshFile(loaded.vertices, loaded.faces, "mm")).body
         assert body is not None
         assert len(body.faces) == pieces * len(one.faces)
 
@@ -186,14 +188,15 @@ def test_a_body_with_a_speck_is_in_the_way_once_however_its_patches_are_cut(tmp_
     one = sphere(radius=RADIUS, subdivisions=3)
     speck = Surface(np.array([[0.0, 0.0, 25.0], [0.1, 0.0, 25.0], [0.0, 0.1, 25.0]]), np.array([[0, 1, 2]]))
     regions = [disc_at(PLACES[0], 5.0), box((-25.0, -25.0), (0.0, 25.0))]
-    body = prepared_part(job(tmp_path / "ball.ply", *regions), Loaded(united([one, speck]), "mm", (), {})).body
+    both = united([one, speck])
+    body = prepared_part(job(tmp_path / "ball.ply", *regions), MeshFile(both.vertices, both.faces, "mm")).body
     assert body is not None
     assert len(body.faces) == len(one.faces) + 1
 
 
 def test_patches_that_face_different_ways_have_no_demonstration_placement(ball: Path) -> None:
     regions = [disc_at((0.0, 0.0, RADIUS), 5.0), disc_at((0.0, 0.0, -RADIUS), 5.0)]
-    with pytest.raises(ReachError, match="patches that face the same way"):
+    with pytest.raises(ReachError, match="patches that face alike"):
         plan(job(ball, *regions, robot=True, place="demo"))
 
 

@@ -106,16 +106,16 @@ class Page:
             self._devtools("Input.dispatchMouseEvent", {"type": "mouseMoved", "x": box["x"] + x, "y": box["y"]})
 
     def drag(self, selector: str, *, to: float) -> None:
-        """Drag the handle of a slider with the mouse to a share of its way; beyond 0 and 1 it stops at its ends."""
-        way = self.run(
+        """Drag the handle of a slider with the mouse to a share of its track; beyond 0 and 1 it stops at its ends."""
+        places = self.run(
             f"(() => {{ const slider = document.querySelector({json.dumps(selector)});"
             " slider.scrollIntoView({ block: 'center', behavior: 'instant' });"
             " const b = slider.getBoundingClientRect(), handle = b.height / 2;"
             " const x = (share) => b.x + handle + share * (b.width - 2 * handle);"
             f" return [x((slider.value - slider.min) / (slider.max - slider.min)), x({to}), b.y + b.height / 2] }})()"
         )
-        assert isinstance(way, list)
-        first, last, y = (float(value) for value in way)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        assert isinstance(places, list)
+        first, last, y = (float(value) for value in places)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
         for kind, x, button in (
             ("mouseMoved", first, "none"), ("mousePressed", first, "left"), ("mouseMoved", last, "left"),
             ("mouseReleased", last, "left"),
@@ -183,7 +183,7 @@ class Page:
 
 @contextmanager
 def opened_browser() -> Generator[Page]:
-    """Start a browser; skips where there is none, see `required_browser`."""
+    """Start a browser; where there is none the test is skipped, or fails if it is required."""
     chromium, path = required_browser()
     options = ChromeOptions()
     options.binary_location = chromium

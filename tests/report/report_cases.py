@@ -11,7 +11,7 @@ from geoprint.report import GAP, OVERLAP, BackendView, PartReport, PathDistances
 
 RADIUS, HEIGHT = 20.0, 6.0
 SPACING = 2.0
-# Where the tip is before and after printing [mm], and how long the way from there and to there takes [s].
+# Where the tip is before and after printing [mm], and how long the motion from there and to there takes [s].
 BEFORE, AFTER, APPROACH = np.array([-40.0, 0.0, 60.0]), np.array([20.0, 30.0, 40.0]), 2.0
 # A whole PNG of one grey pixel.
 PIXEL = bytes.fromhex(
@@ -61,8 +61,8 @@ def replay(*, frames: int = 80, seconds: float = 40.0) -> Replay:
     bead, offsets = circles([19.0, 15.0, 11.0, 7.0, 3.0])
     times: FloatArray = np.linspace(0.0, seconds, frames)
     bead_times: FloatArray = np.linspace(APPROACH, seconds - APPROACH, len(bead))
-    way, way_times = np.vstack([BEFORE, bead, AFTER]), np.concatenate([[0.0], bead_times, [seconds]])
-    tips = np.column_stack([np.interp(times, way_times, way[:, axis]) for axis in range(3)])
+    tip_places, passing = np.vstack([BEFORE, bead, AFTER]), np.concatenate([[0.0], bead_times, [seconds]])
+    tips = np.column_stack([np.interp(times, passing, tip_places[:, axis]) for axis in range(3)])
     base = np.array([-120.0, 0.0, -20.0])
     above = np.array([[-80.0, 0.0, 90.0], [0.0, 0.0, 80.0], [0.0, 0.0, 45.0]])
     joints = np.concatenate([np.broadcast_to(base, (frames, 1, 3)), tips[:, None] + above], axis=1)

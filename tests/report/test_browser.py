@@ -224,7 +224,7 @@ def seconds(page: Page) -> tuple[float, float]:
 
 
 def played(page: Page, still: NDArray[np.float32]) -> None:
-    """Play from the first moment to the last, with a pause on the way in which the stage is not the still one."""
+    """Play from the first moment to the last, with a pause between in which the stage is not the still one."""
     page.run("document.querySelector('.player select').value = '1'")
     page.focus(PLAY)
     page.press("Enter")

@@ -10,12 +10,13 @@ parallel to it.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 from scipy.sparse import csc_array, diags_array
 
 from geoprint.backends.heat.elements import Elements
+from geoprint.backends.interface import Accuracy
 from geoprint.backends.intrinsic import delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances, linear_edge_length
@@ -57,6 +58,11 @@ class Heat:
         UsageError: the time factor is not positive, or the number of renormalisations is negative.
         MeshError: the surface is no manifold, or a triangle has no area.
     """
+
+    title: ClassVar[str] = "heat method on the mesh"
+    summary: ClassVar[str] = "Lets heat flow over the surface and fits a distance to its directions."
+    accuracy: ClassVar[Accuracy] = Accuracy.EDGE_LENGTH
+    compared: ClassVar[bool] = True
 
     def __init__(self, surface: Surface, *, time_factor: float = 0.5, renormalisations: int = 12) -> None:
         if not time_factor > 0.0:

@@ -1,32 +1,32 @@
-"""The paper's way: flatten, rasterise, distance transform, marching squares, lift.
+"""The paper's backend: flatten, rasterise, distance transform, marching squares, lift.
 
 Its distance is measured in the chart, so it is as even on the surface as the chart is true to length: exact on a
-plane, good on a nearly flat patch, and off by the chart's scale where the surface bends both ways or forms a cap.
+plane, good on a nearly flat patch, and off by the chart's scale where the surface is doubly bent or forms a cap.
 
 A band, such as a cylinder, is cut and laid flat. Distances are then taken to the seed and its images in moved copies of
 the chart, and curves are joined across the cut, so that nothing depends on where it runs.
 
-Straight distance in the chart is shorter than any way within the surface where it crosses a hole or a bay of the
-border. From the whole border it never does, since the nearest point of it comes first; from any other seed it may.
+Straight distance in the chart is shorter than the shortest way where it crosses a hole or a bay of the border. From the
+whole border it never does, since the nearest point of it comes first; from any other seed it may.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
+from geoprint.backends.chart_lookup import holds, locate
+from geoprint.backends.distortion import local_scales
+from geoprint.backends.interface import Accuracy, ChartImage, Shown
 from geoprint.backends.levels import level_distances, linear_edge_length
-from geoprint.backends.lscm.chart_lookup import holds, locate
 from geoprint.backends.lscm.continuation import Chart
-from geoprint.backends.lscm.distortion import local_scales
 from geoprint.backends.lscm.raster import DistanceImage, clipped, region_image, seed_image
 from geoprint.backends.lscm.seam_chart import flattened
 from geoprint.backends.lscm.seam_joins import joined
 from geoprint.errors import FieldError, UsageError
-from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface, SurfaceCurves
+from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface, SurfaceCurves
 from geoprint.surfaces import boundary_half_edges, half_edges, in_words, positions
 
 # Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
@@ -46,24 +46,6 @@ AT_VERTEX = 1e-9
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
-class Flattening:
-    """How the surface was flattened and rasterised.
-
-    Attributes:
-        chart: the flat surface [mm]: same faces, z = 0, same area; and how it goes on if it was cut.
-        resolution: pixels along its longer side.
-        pixel: side of a pixel in the chart [mm].
-        largest_pixel: side of the largest pixel lifted to the surface [mm].
-    """
-
-    chart: Chart
-    resolution: int
-    pixel: float
-    largest_pixel: float
-
-
-@final
 class Lscm:
     """The `lscm` backend: surfaces that a conformal map flattens, straight distance in the chart.
 
@@ -76,6 +58,11 @@ class Lscm:
         UsageError: the resolution is outside 16 ... 8192.
         FieldError: the surface cannot be flattened, or its chart overlaps itself.
     """
+
+    title: ClassVar[str] = "flattened, planned in 2D"
+    summary: ClassVar[str] = "Flattens the surface by a conformal map and takes straight distances in the plane."
+    accuracy: ClassVar[Accuracy] = Accuracy.CHART
+    compared: ClassVar[bool] = True
 
     def __init__(self, surface: Surface, *, resolution: int | None = None) -> None:
         if resolution is not None and not SMALLEST_RESOLUTION <= resolution <= LARGEST_RESOLUTION:
@@ -103,7 +90,7 @@ class Lscm:
         vertices = self._chart.flat.vertices[: len(self._surface.vertices), :2]
         return ScalarField(self._chart.continuation.distances(seed_segments(self._chart, seed), vertices))
 
-    def flattening(self, *, spacing: float) -> Flattening:
+    def shown(self, *, spacing: float) -> Shown:
         """Return the chart, and the raster that `contours` takes for a positive spacing [mm].
 
         Raises:
@@ -127,7 +114,15 @@ class Lscm:
                 spacing=spacing,
                 resolution=resolution,
             )
-        return Flattening(self._chart, resolution, pixel, pixel * stretch)
+        return Shown(
+            flat=self._chart.flat,
+            mapped="the least squares conformal map (lscm)",
+            resolution=resolution,
+            pixel=pixel,
+            largest_pixel=pixel * stretch,
+            image=self._image,
+            jumps=self._jumps,
+        )
 
     def contours(self, seed: Seed, *, spacing: float) -> Contours:
         """Return the level curves of the distance image, lifted to the surface [mm].
@@ -142,8 +137,8 @@ class Lscm:
         """
         field = self.distance(seed)
         distances = level_distances(field, spacing=spacing)
-        resolution = self.flattening(spacing=spacing).resolution
-        region, image = chart_images(self._surface, self._chart, seed, resolution=resolution)
+        resolution = self.shown(spacing=spacing).resolution
+        region, image = self._images(seed, resolution=resolution)
         found = image.contours(distances)
         if image is not region:
             found = [[piece for line in level for piece in clipped(line, region)] for level in found]
@@ -157,6 +152,26 @@ class Lscm:
             )
         levels = np.repeat(np.arange(distances.size), [len(level) for level in found])
         return Contours(self._lifted(lines), levels, spacing, field)
+
+    def _images(self, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
+        """Return the distance to the border in the chart, negative outside, and the distance to the image of a seed.
+
+        Where the seed is the whole border both are one and the same image.
+        """
+        chart = self._chart
+        border = border_segments(self._surface, chart)
+        region = region_image(border, resolution=resolution, continuation=chart.continuation)
+        if _is_whole_border(self._surface, seed):
+            return region, region
+        return region, seed_image(region, seed_segments(chart, seed), continuation=chart.continuation)
+
+    def _image(self, seed: Seed, resolution: int) -> ChartImage:
+        region, image = self._images(seed, resolution=resolution)
+        return ChartImage(region.values >= 0.0, image.values, region.origin, region.pixel)
+
+    def _jumps(self, places: FloatArray) -> IntArray:
+        nearest = self._chart.continuation.nearest_images(places[1:], to=places[:-1])
+        return np.flatnonzero((nearest != places[1:]).any(axis=1)) + 1
 
     def _lifted(self, lines: list[FloatArray]) -> SurfaceCurves:
         """Find the chart triangle of every node and keep its barycentric weights: the same point of the surface."""
@@ -183,27 +198,6 @@ class Lscm:
     def _tightest(self) -> str:
         """Return where the chart shrinks the surface most."""
         return in_words(self._surface.vertices[int(np.argmin(self._scales))])
-
-
-def chart_images(surface: Surface, chart: Chart, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
-    """Return the distance to the border in a chart, negative outside, and the distance to the image of a seed.
-
-    Where the seed is the whole border both are one and the same image.
-
-    Args:
-        surface: that was flattened.
-        chart: of it.
-        seed: on it.
-        resolution: pixels along the longer side of the chart.
-
-    Raises:
-        InputError: a point of the seed names a face that the surface does not have.
-    """
-    border = border_segments(surface, chart)
-    region = region_image(border, resolution=resolution, continuation=chart.continuation)
-    if _is_whole_border(surface, seed):
-        return region, region
-    return region, seed_image(region, seed_segments(chart, seed), continuation=chart.continuation)
 
 
 def border_segments(surface: Surface, chart: Chart) -> FloatArray:

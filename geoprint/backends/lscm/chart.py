@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csc_array
 
+from geoprint.backends.distortion import signed_areas
 from geoprint.backends.lscm.conformal_map import PinnedMap, conformal_energy, turning_pull
-from geoprint.backends.lscm.overlap import refuse_overlaps, signed_areas
+from geoprint.backends.lscm.overlap import refuse_overlaps
 from geoprint.errors import FieldError
 from geoprint.model import IntArray, Surface
 from geoprint.surfaces import boundary_loops, component_labels, describe, euler_characteristic, face_areas
-
-__all__ = ["conformal_chart", "farthest_pair", "signed_areas"]
 
 
 def conformal_chart(surface: Surface) -> Surface:
@@ -20,7 +19,7 @@ def conformal_chart(surface: Surface) -> Surface:
     A disc is pinned at two far vertices of its border, as in [Levy2002]. With holes two pins do not settle the map: on
     a band about a cylinder z and 1/z are both conformal, and a sum of them folds. There the longest loop, as a
     function of its arc length, has its first harmonic fixed instead, which asks it to go round once,
-    counter-clockwise; of maps that keep all angles, as on a plane part, that changes the scale alone. Either way it is
+    counter-clockwise; of maps that keep all angles, as on a plane part, that changes the scale alone. Both are
     one sparse positive definite system. The chart is scaled so that its area is the surface's, which makes chart
     lengths right on average.
 

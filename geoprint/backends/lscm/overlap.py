@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.backends.distortion import signed_areas
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces import in_words, triple
@@ -49,17 +50,6 @@ def refuse_overlaps(surface: Surface, flat: FloatArray, loops: tuple[IntArray, .
     if len(crossing):
         place = surface.vertices[start[crossing[0, 0]]]
         raise _overlap(f"the border of {surface.name} crosses itself {len(crossing)} times", place, len(crossing))
-
-
-def signed_areas(flat: FloatArray, faces: IntArray) -> FloatArray:
-    """Return the (m,) areas of triangles in the plane, positive where they are counter-clockwise [mm2].
-
-    Examples:
-        >>> signed_areas(np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 1]]))
-        array([ 1., -1.])
-    """
-    a, b, c = (flat[faces[:, corner], :2] for corner in range(3))
-    return 0.5 * _cross(b - a, c - a)
 
 
 def crossing_segments(start: FloatArray, end: FloatArray) -> IntArray:

@@ -20,7 +20,7 @@ from geoprint.motion.controller import LIFT
 _FRAME_SHARE = 0.2
 # Digits of these limits, which are rounded down.
 _LIMIT_DIGITS = 4
-# The tip's speed on ways that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
+# The tip's speed in motions that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
 _SLOW = "[20,10,5000,1000]"
 # A joint move that is planned to take no time, because the arm is there already, is given this [s].
 _SHORTEST_MOVE = 0.1
@@ -114,7 +114,7 @@ def cell_module(
 
     Args:
         cell: tool, home and outputs.
-        orders: joints and times of the ways from and to home, and the part's extent.
+        orders: joints and times of the motions from and to home, and the part's extent.
         placement: uframe and oframe of the work object.
         declarations: lines of the shared speeddata and zonedata.
         header: comment lines.

@@ -8,7 +8,7 @@ throughout.
 collisions; a controller that would reach a target in another configuration stops instead of printing on. The dry run
 drives the same targets higher, where an axis may stand in another quadrant: such a target goes through `GeoAloft` of
 the guard, which gives it the configuration that it has there, so that the dry run is driven with `ConfL\On` as well.
-`SingArea\Off`: the nozzle's attitude is never traded for a way around a singularity.
+`SingArea\Off`: the nozzle's attitude is never traded for a path around a singularity.
 
 The modules run dry until somebody sets `geoDryRun` to FALSE: until then, and on runs before `geoFirstRun`, `geoOn` is 0
 and the path is lifted; every trigger that switches on writes `geoOn`. Where somebody has yet to state where fixture and
@@ -67,15 +67,14 @@ def rapid_program(
     """Write the modules that drive the tool through the targets, and verify them by reading them back.
 
     The program asks its questions, goes home and to the first target in the planned times (MoveAbsJ), along the
-    targets in part coordinates (MoveL), and home again. Valve and lamp switch on the way, at the places of
+    targets in part coordinates (MoveL), and home again. Valve and lamp switch as it goes, at the places of
     `switching_events`. The same input gives the same bytes.
 
     Args:
         orders: targets and times.
         cell: the robot, the tool, the signals.
         placement: where the part stands: uframe and oframe of the work object.
-        surface_within: what its surface is known within along its normal, in 95 of 100 calibrations [mm], for the
-            header; None where nobody calibrated.
+        surface_within: what its surface is known within along its normal, in 95 of 100 calibrations [mm], or None.
         tips_at: the tip's motion as it was timed.
         part_name: for the header.
         spacing: distance of neighbouring paths [mm], for the header.
@@ -86,8 +85,7 @@ def rapid_program(
         The modules, and `GeoPrint.pgf` which lists those that are loaded at once.
 
     Raises:
-        UsageError: the cell names or describes something that RAPID cannot take, a lag is longer than the way that is
-            there for it, or a run is longer than a module.
+        UsageError: the cell has what RAPID cannot take, a lag is longer than its motion, or a run than a module.
         VerificationError: the text that was written does not read back as the plan.
     """
     names = _name_shared_data(orders)
@@ -98,20 +96,23 @@ def rapid_program(
         cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
         runs=len(runs), targets=orders.count, checked=checked, not_checked=not_checked,
     )  # fmt: skip
-    print_modules = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
-    loading = len(print_modules) > 1
-    guard = guard_module(cell, placement=placement, loading=loading)
-    data = [*names.declarations, *triggers.declarations]
-    modules = [
-        ("GeoCell.mod", cell_module(cell, orders, placement=placement, declarations=data, header=header)),
-        ("GeoGuard.mod", guard),
-        *print_modules,
-    ]
-    listed = [name for name, _ in modules if not name.startswith("GeoPath")]
-    modules.append(("GeoPrint.pgf", program_file(listed)))
-    program = Program(modules=tuple(modules), targets=orders.count, dry_run=bool(placement.missing))
+    shared = [*names.declarations, *triggers.declarations]
+    cell_text = cell_module(cell, orders, placement=placement, declarations=shared, header=header)
+    printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
+    program = _program(cell_text, printing, cell=cell, placement=placement, targets=orders.count)
     verify_program(program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events)
     return program
+
+
+def _program(
+    cell_text: str, printing: list[tuple[str, str]], *, cell: Cell, placement: Placement, targets: int
+) -> Program:
+    """Return the cell's module, the guard, the modules that print, and the list of those that are loaded at once."""
+    guard = guard_module(cell, placement=placement, loading=len(printing) > 1)
+    modules = [("GeoCell.mod", cell_text), ("GeoGuard.mod", guard), *printing]
+    at_once = [name for name, _ in modules if not name.startswith("GeoPath")]
+    modules.append(("GeoPrint.pgf", program_file(at_once)))
+    return Program(tuple(modules), targets=targets, dry_run=bool(placement.missing))
 
 
 @dataclass(frozen=True, slots=True)

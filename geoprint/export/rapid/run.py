@@ -125,13 +125,13 @@ class _Runner:
         if procedure.place.module not in self._loaded:
             refuse(call.place, f"{call.name} is called, but {procedure.place.module} is not loaded")
         if call.late == (procedure.place.module == call.place.module):
-            refuse(call.place, "a routine of a module that is loaded on the way, and only such a one, is called by %")
+            refuse(call.place, "a routine of a module that is loaded later, and only such a one, is called by %")
         self.run(procedure)
 
     def _load(self, loading: Loading) -> None:
         if loading.verb == "StartLoad":
             if self._loading is not None or loading.file in self._loaded:
-                refuse(loading.place, f"{loading.file} is loaded while another is on its way, or twice")
+                refuse(loading.place, f"{loading.file} is loaded while another is being loaded, or twice")
             self._loading = loading.file
         elif loading.verb == "WaitLoad":
             if self._loading is None:

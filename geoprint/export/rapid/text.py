@@ -112,7 +112,7 @@ class Call:
 @final
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """StartLoad or UnLoad of a file, or WaitLoad for the one that is on its way (no file)."""
+    """StartLoad or UnLoad of a file, or WaitLoad for the one that is being loaded (no file)."""
 
     place: Place
     verb: LoadVerb

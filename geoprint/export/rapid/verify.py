@@ -36,7 +36,7 @@ _PLACE_TOLERANCE = 2e-4
 _FLOW_SHARE = 0.0102
 _NO_AXES = 9e9
 _LIST = "GeoPrint.pgf"
-# Modules that are there from the start; the others a program loads on its way.
+# Modules that are there from the start; the others a program loads as it runs.
 _RESIDENT = frozenset({CELL_MODULE, "GeoPrint.mod"})
 _ENTRY = Place("GeoPrint.mod", 1)
 
@@ -83,16 +83,16 @@ def program_findings(
 
     Checked: that no name is declared twice in the task; the guard, word for word; every target's position, attitude,
     zone and speed, its configuration, printed and lifted, and that no move goes nowhere; the tool, the work object,
-    home and the times of the ways to and from it; that valve and lamp switch exactly where the plan has it, always by
+    home and the times to and from it; that valve and lamp switch exactly where the plan has it, always by
     `geoOn` or 0; the flow; that modules are there when they are called.
 
     Args:
         modules: name and text of each file.
-        orders: as in `verify_program`.
-        cell: as in `verify_program`.
-        placement: as in `verify_program`.
-        surface_within: as in `verify_program`.
-        events: as in `verify_program`.
+        orders: the targets.
+        cell: tool, home and outputs.
+        placement: where the part stands.
+        surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
+        events: where the outputs switch.
     """
     texts = dict(modules)
     paths = tuple((name, text) for name, text in modules if name not in {GUARD, _LIST})
@@ -204,7 +204,7 @@ def _verify_targets(steps: tuple[Step, ...], text: RapidText, orders: Orders) ->
 
 
 def _refuse_standing(steps: tuple[Step, ...]) -> None:
-    """Refuse a move that ends where it begins: a controller may stop there, and there is nothing to do on the way."""
+    """Refuse a move that ends where it begins: a controller may stop there, and there is nothing to do between."""
     data = np.array([step.move.target for step in steps], dtype=np.float64).reshape(-1, 17)
     near = np.abs(np.diff(data[:, :3], axis=0)).max(axis=1, initial=0.0) < _POSITION_TOLERANCE
     standing = np.flatnonzero(near & ~_turned(data[1:, 3:7], data[:-1, 3:7]))
@@ -291,7 +291,7 @@ def _verify_switching(steps: tuple[Step, ...], events: tuple[Event, ...], *, sig
         found = [trigger for trigger in step.triggers if isinstance(trigger, SwitchAt)]
         wanted = planned.get(index, [])
         if len(found) != len(wanted):
-            refuse(step.move.place, f"{len(found)} outputs switch on the way here, the plan switches {len(wanted)}")
+            refuse(step.move.place, f"{len(found)} outputs switch in the move here, the plan switches {len(wanted)}")
         for trigger, event in zip(found, wanted, strict=True):
             said = (trigger.signal, trigger.on, trigger.from_start)
             if said != (names[event.output], event.on, event.from_start):
@@ -323,7 +323,7 @@ def _verify_flow(steps: tuple[Step, ...], orders: Orders, *, signals: Signals) -
         laid = index > 0 and bool(orders.laid[index - 1])
         wanted = scale * float(orders.flow[index - 1]) if laid else 0.0
         if abs(current - wanted) > _FLOW_SHARE * wanted:
-            refuse(step.move.place, f"the flow on the way here is {current:g} a mm/s, the plan has {wanted:g}")
+            refuse(step.move.place, f"the flow in the move here is {current:g} a mm/s, the plan has {wanted:g}")
         if laid and scale > 0.0 and ends == bool(orders.laid[index]):
             refuse(step.move.place, "the flow ends where the plan goes on, or goes on where the plan ends")
         current = 0.0 if ends else current

@@ -1,4 +1,4 @@
-"""Compares the data of a RAPID program that was read back with the cell, the placement and the ways of the joints."""
+"""Compares the data of a RAPID program that was read back with the cell, the placement and the joint motions."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Place
     _verify_tool(declared(text, "tGeoNozzle", kind="tooldata", storage="PERS", place=_CELL), cell=cell)
     _verify_work(text, placement=placement)
     _verify_frame_limits(text, orders.extent, standoff=cell.process.standoff)
-    _verify_ways(text, orders, cell=cell)
+    _verify_motions(text, orders, cell=cell)
 
 
 def verify_header(text: RapidText, *, placement: Placement, surface_within: float | None) -> None:
@@ -127,7 +127,7 @@ def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float
         )
 
 
-def _verify_ways(text: RapidText, orders: Orders, *, cell: Cell) -> None:
+def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell) -> None:
     """Check the joint moves: home, the first targets, their times, and where nozzle and part are primed and flooded."""
     joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.aloft}
     times = {"nGeoThere": max(orders.there, _SHORTEST_MOVE), "nGeoBack": max(orders.back, _SHORTEST_MOVE)}

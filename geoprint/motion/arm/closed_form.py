@@ -45,7 +45,7 @@ def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
 
 @numba.njit(cache=True, error_model="numpy")
 def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
-    """Fill (8, 6) joints of one pose: on each side of axis 1, with the elbow either way, and the wrist turned over."""
+    """Fill (8, 6) joints of one pose: on each side of axis 1, with the elbow up or down, and the wrist turned over."""
     a1, a2, b, c1, c2, c3, c4 = lengths
     forearm, bend = math.hypot(a2, c3), math.atan2(a2, c3)
     joints[:] = np.nan

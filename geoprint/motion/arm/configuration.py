@@ -1,6 +1,6 @@
-"""Which of the eight ways to reach a pose the arm uses: branch numbers and RAPID configuration data.
+"""Which of the eight solutions for a pose the arm uses: branch numbers and RAPID configuration data.
 
-RAPID (technical reference, data type confdata; robots with a serial arm, the IRB 120 among them) tells the ways apart
+RAPID (technical reference, data type confdata; robots with a serial arm, the IRB 120 among them) tells them apart
 by the three singularities of the arm:
 
 | cfx | wrist centre relative to axis 1 | wrist centre relative to lower arm | axis 5 |
@@ -66,11 +66,11 @@ def wrist_angles(joints: FloatArray, *, arm: Arm) -> FloatArray:
 def require_abb_conventions(arm: Arm) -> None:
     """Refuse an arm for which RAPID targets and configuration data would mean something else.
 
-    A RAPID program is for an ABB controller, whose arms with a spherical wrist count their joints in one way: all at
-    zero the lower arm is upright and the forearm points ahead, and axes 1 to 6 turn about z y y x y x.
+    A RAPID program is for an ABB controller, whose arms with a spherical wrist count their joints alike: all
+    at zero the lower arm is upright and the forearm points ahead, and axes 1 to 6 turn about z y y x y x.
 
     Raises:
-        UsageError: the arm has no spherical wrist, or its URDF counts joints, base or flange in another way.
+        UsageError: the arm has no spherical wrist, or its URDF counts joints, base or flange otherwise.
     """
     name, inverse = arm.robot.model, arm.inverse
     left = "reach, timing and clearance can be had from the library, `geoprint plan` needs an ABB arm or --no-robot"
@@ -90,7 +90,7 @@ def require_abb_conventions(arm: Arm) -> None:
             else f"its {'base' if moved[0] else 'flange'} frame is another"
         )
         raise UsageError(
-            f"no RAPID program can be written for the arm {name}: by ABB's way of counting {what}, so that angles and "
+            f"no RAPID program can be written for the arm {name}: {what} as ABB counts, so that angles and "
             f"configuration data would mean something else on the controller; write its URDF as ABB counts, or: {left}."
         )
 

@@ -36,7 +36,7 @@ JOINT_AGREEMENT = 1e-8
 PROBES = 8
 ASIDE = 0.05
 BENT = 0.2
-# From this far off [rad] iteration must find its way back to a probe.
+# From this far off [rad] iteration must lead back to a probe.
 OFF_PROBE = 0.02
 
 
@@ -72,10 +72,10 @@ class Arm:
 
     The geometry is that of the robot's URDF. Where its axes form an ortho-parallel base and a spherical wrist, however
     the URDF counts its joints, the inverse is the closed form of [Brandstötter2014]; else it is iteration, a thousand
-    times slower and without a promise to find every way. The constructor compares it with Pinocchio before anybody
+    times slower and without a promise to find every solution. The constructor compares it with Pinocchio before anybody
     relies on it.
 
-    Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, see `configuration.branch_of`.
+    Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, each 0 or 1 (`configuration.branch_of`).
 
     Args:
         robot: the arm and its limits; the limits are not applied here.
@@ -163,7 +163,7 @@ class Arm:
 
     @property
     def sense_of_turn(self) -> float:
-        """1 or -1 where turning the tool about its nozzle moves joint 6 only, that way or the other; else 0."""
+        """1 or -1 where turning the tool about its nozzle moves joint 6 only, in its sense or against it; else 0."""
         if self.closed_form is None:
             return 0.0
         T_end_tool = self.closed_form.T_end_flange @ self.T_flange_tool

@@ -1,9 +1,9 @@
 """The inverse of six-axis arms that no closed form covers: damped least squares [Nakamura1986] from many starts.
 
-Such an arm has up to sixteen ways to reach a pose, and nothing orders them by itself. They are told apart here by the
-same three signs as those of arms with a spherical wrist: on which side of axis 1 the wrist is, which way the elbow
-bends, and which way axis 6 is turned from axis 4. For arms whose singularities are just these (a UR5's are) that
-numbers all ways. For others the name may change while the arm passes no singularity, or two ways share it: then the
+Such an arm has up to sixteen solutions for a pose, and nothing orders them by itself. They are told apart here by the
+same three signs as those of arms with a spherical wrist: on which side of axis 1 the wrist is, to which side the elbow
+bends, and to which side axis 6 is turned from axis 4. For arms whose singularities are just these (a UR5's are) that
+numbers all of them. For others the name may change while the arm passes no singularity, or two share it: then the
 one that continues the row before is kept. Whoever follows a branch must look for jumps, as `following` does.
 """
 
@@ -26,9 +26,9 @@ LARGEST_STEP = 0.5
 # Damping as a share of the squared miss: it vanishes as the pose comes near, so that the last steps are Newton's.
 DAMPING = 0.05
 LEAST_DAMPING = 1e-14
-# Starts for ways that no neighbouring row gives: with 32, 1 in 50 ways of a pose alone is missed, with 64 1 in 1000.
+# Starts for solutions that no neighbouring row gives: with 32, 1 in 50 of a lone pose is missed, with 64 1 in 1000.
 STARTS = 64
-# Rows within this distance of the one before (share of the reach, and entries of a rotation) follow a path: their ways
+# Rows within this distance of the one before (share of the reach, and entries of a rotation) follow a path: solutions
 # come from their neighbours, and the starts, which take a hundred times longer, are tried at each so many rows only.
 NEAR = 0.05
 FRESH = 8

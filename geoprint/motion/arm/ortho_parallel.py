@@ -35,7 +35,7 @@ class Lengths:
     Attributes:
         a1: from axis 1 to axis 2, ahead [mm].
         a2: from the forearm's axis 4 up to axis 3 [mm]; negative where axis 4 runs above axis 3.
-        b: sideways offset of the wrist centre [mm].
+        b: lateral offset of the wrist centre [mm].
         c1: height of axis 2 [mm].
         c2: length of the lower arm, axis 2 to axis 3 [mm].
         c3: length of the forearm, axis 3 to the wrist centre along axis 4 [mm].
@@ -159,16 +159,8 @@ def ortho_parallel(screws: Screws) -> OrthoParallel:
     turned = directions[4] * (-1.0 if directions[4] @ side < -ANGLE_ROUNDING else 1.0)
     out = _outwards(screws, wrist)
     second = _angle(up, lower - (lower @ side) * side, about=side)
-    offsets = np.array(
-        [
-            0.0,
-            second,
-            _angle(ahead, along, about=side) - second,
-            _angle(side, turned, about=along),
-            _angle(along, out, about=turned),
-            0.0,
-        ]
-    )
+    third, fourth = _angle(ahead, along, about=side) - second, _angle(side, turned, about=along)
+    offsets = np.array([0.0, second, third, fourth, _angle(along, out, about=turned), 0.0])
     end = np.array([np.cross(turned, out), turned, out]).T
     height = float((screws.T_base_flange[:3, 3] - wrist) @ out)
     T_base_end = transforms.rigid(end, wrist + height * out)

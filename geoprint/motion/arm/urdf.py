@@ -27,7 +27,7 @@ FORBIDDEN = ("<!DOCTYPE", "<!ENTITY")
 @final
 @dataclass(frozen=True, slots=True)
 class Chain:
-    """What a URDF says about the way from the base to the flange.
+    """What a URDF says about the joints from the base to the flange.
 
     Attributes:
         base: name of the link that does not move.

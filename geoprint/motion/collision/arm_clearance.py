@@ -1,7 +1,7 @@
 """The links of the arm against part, body and obstacles, against the tool that the arm carries, and one another.
 
 Every link is a group of cylinders (`link_solids`) that moves past the targets as the tool does, so that `sweep` proves
-the same for it: the kept distance at every placement and on the way between them. The tool moves past the base and the
+the same for it: the kept distance at every placement and between them. The tool moves past the base and the
 links 1 to 4, each in the frame of that link; it is allowed to touch link 6, on which it is bolted, and link 5, which
 bears it. Links that are three joints or more apart move past each other likewise, but for link 1. The base stands on
 what ends below its foot, and link 1 turns above it.
@@ -66,7 +66,7 @@ class ArmMotion:
     def __post_init__(self) -> None:
         freeze_arrays(self, Ts_work_link="float: k 7 4 4", corners="float: k 7 4 4")
 
-    def link_way(self, link: Link) -> Placements:
+    def link_placements(self, link: Link) -> Placements:
         """Where a link is in the work frame; of the base, which does not move, one step stands for all."""
         count = self.tool.count if link.joint > 0 else 2
         return replace(
@@ -77,11 +77,11 @@ class ArmMotion:
             deposit=self.tool.deposit[:count],
         )
 
-    def tool_way(self, link: Link) -> Placements:
+    def tool_placements(self, link: Link) -> Placements:
         """Where the tool is as a link sees it."""
         return self._seen(link, self.tool.poses, self.tool.corners)
 
-    def pair_way(self, first: Link, second: Link) -> Placements:
+    def pair_placements(self, first: Link, second: Link) -> Placements:
         """Where the second of two links is as the first sees it."""
         return self._seen(first, self.Ts_work_link[:, second.joint], self.corners[:, second.joint])
 
@@ -112,7 +112,7 @@ class ArmFinding:
 def arm_motion(
     path: ControllerPath, arm: Arm, *, tool: tuple[Solid, ...], links: tuple[Link, ...], T_work_base: FloatArray
 ) -> ArmMotion:
-    """Return the way of links and tool: the path's rows and, where something moves far, rows between them."""
+    """Return the motion of links and tool: the path's rows and, where something moves far, rows between them."""
     motion = _motion(path, arm, T_work_base=T_work_base)
     parts = np.maximum(
         step_parts(movements(tool, motion.tool.poses).max(axis=1), largest=LARGEST_STEP),
@@ -134,13 +134,13 @@ def check_arm(
     """Prove that links keep clear of targets and one another, and the tool of links, at and between placements.
 
     Args:
-        motion: the way of links and tool.
+        motion: of links and tool.
         links: the base and the links 1 to 6.
         tool: its solids.
         kept: distance that the links keep from the targets [mm].
         targets: what the links must not touch, in the work frame.
         base_targets: those that the base and link 1 must not touch: not what the arm stands on.
-        trees: pieces of the targets.
+        trees: fragments of the targets.
 
     Raises:
         ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link does
@@ -150,31 +150,41 @@ def check_arm(
     """
     placements = motion.tool
     inflated = [_inflated(link.solids, kept=kept) for link in links]
-    ways: list[tuple[CollisionWorld, Placements]] = []
-    for link in links:
-        world = CollisionWorld(inflated[link.joint], targets=targets if link.joint > 1 else base_targets)
-        ways.append((world, motion.link_way(link)))
+    in_work = [
+        (CollisionWorld(solids, targets=targets if link.joint > 1 else base_targets), motion.link_placements(link))
+        for link, solids in zip(links, inflated, strict=True)
+    ]
     carried_solids = _with_whole_needle(tool)
-    carried_inflated = _inflated(carried_solids, kept=kept)
-    carried: list[tuple[CollisionWorld, Placements]] = []
-    for link in links[:LINKS_APART_FROM_TOOL]:
-        world = CollisionWorld(carried_inflated, targets=tuple(solid_target(solid) for solid in link.solids))
-        carried.append((world, motion.tool_way(link)))
-    for first, second in _pairs(links):
-        world = CollisionWorld(inflated[second.joint], targets=tuple(solid_target(solid) for solid in first.solids))
-        carried.append((world, motion.pair_way(first, second)))
-    _refuse_inside(ways)
-    for world, way in (*ways, *carried):
-        hits = find_hits(world, way, largest_step=LARGEST_ARM_STEP)
+    carried = _as_links_see(motion, links, inflated=inflated, tool=_inflated(carried_solids, kept=kept))
+    _refuse_inside(in_work)
+    for world, moving in (*in_work, *carried):
+        hits = find_hits(world, moving, largest_step=LARGEST_ARM_STEP)
         if hits is not None:
-            raise _too_close(hits, world, placements, kept=kept, every_pose=way.count < placements.count)
-    closest = smallest_arm_distance(ways, trees)
+            raise _too_close(hits, world, placements, kept=kept, every_pose=moving.count < placements.count)
+    closest = smallest_arm_distance(in_work, trees)
     return ArmFinding(
         smallest=closest.distance,
         at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
         f"{closest.solid} to {closest.target}",
-        checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*ways, *carried])),
+        checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*in_work, *carried])),
     )
+
+
+def _as_links_see(
+    motion: ArmMotion, links: tuple[Link, ...], *, inflated: list[InflatedSolids], tool: InflatedSolids
+) -> list[tuple[CollisionWorld, Placements]]:
+    """Return where the tool, and links, move past the links that they must not touch, as those see it."""
+    solids = [tuple(solid_target(solid) for solid in link.solids) for link in links]
+    return [
+        *(
+            (CollisionWorld(tool, targets=solids[link.joint]), motion.tool_placements(link))
+            for link in links[:LINKS_APART_FROM_TOOL]
+        ),
+        *(
+            (CollisionWorld(inflated[second.joint], targets=solids[first.joint]), motion.pair_placements(first, second))
+            for first, second in _pairs(links)
+        ),
+    ]
 
 
 def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
@@ -190,8 +200,8 @@ def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tup
         (k - 1,) bounds from each placement to the next [mm].
     """
     bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
-    bounds += [movements(tool, motion.tool_way(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
-    bounds += [movements(second.solids, motion.pair_way(first, second).poses) for first, second in _pairs(links)]
+    bounds += [movements(tool, motion.tool_placements(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
+    bounds += [movements(second.solids, motion.pair_placements(first, second).poses) for first, second in _pairs(links)]
     return np.concatenate(bounds, axis=1).max(axis=1)
 
 
@@ -232,10 +242,10 @@ def _with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
     return (Solid(needle.name, tip.start, needle.end, needle.start_radius, needle.end_radius), *rest)
 
 
-def _refuse_inside(ways: Sequence[tuple[CollisionWorld, Placements]]) -> None:
+def _refuse_inside(moving: Sequence[tuple[CollisionWorld, Placements]]) -> None:
     """Refuse links inside a closed surface at the first placement: to get in later they had to pass through it."""
-    for world, way in ways:
-        centres = transforms.apply(way.poses[0], np.array([solid.centre for solid in world.solids]))
+    for world, moved in moving:
+        centres = transforms.apply(moved.poses[0], np.array([solid.centre for solid in world.solids]))
         for target in world.targets:
             if target.closed and inside(centres, target.triangles).any():
                 raise ClearanceError(
@@ -285,6 +295,6 @@ def _checked(
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
 
 
-def _rounded(ways: Sequence[tuple[CollisionWorld, Placements]]) -> str:
-    largest = max(float(way.rounding(world.solids).max()) for world, way in ways)
+def _rounded(moving: Sequence[tuple[CollisionWorld, Placements]]) -> str:
+    largest = max(float(moved.rounding(world.solids).max()) for world, moved in moving)
     return f"arm where the controller rounds targets, at most {largest:.3f} mm off its way"

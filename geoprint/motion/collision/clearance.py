@@ -84,25 +84,15 @@ def clearance(
     links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
     motion = arm_motion(path, arm, tool=tool_solids(tool), links=links, T_work_base=T_work_base)
     scene = _scene(
-        tool,
-        placements=motion.tool,
-        process=process,
-        part=part,
-        body=body,
-        obstacles=obstacles,
+        tool, placements=motion.tool, process=process, part=part, body=body, obstacles=obstacles,
         T_work_base=T_work_base,
-    )
+    )  # fmt: skip
     standoff = poses.standoff if poses.deposit.any() else None
     found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
     arm_found = check_arm(
-        motion,
-        links=links,
-        tool=scene.tool.solids,
-        kept=process.clearance,
-        targets=scene.targets,
-        base_targets=scene.base_targets,
-        trees=scene.trees,
-    )
+        motion, links=links, tool=scene.tool.solids, kept=process.clearance,
+        targets=scene.targets, base_targets=scene.base_targets, trees=scene.trees,
+    )  # fmt: skip
     return _with_arm(found, arm_found)
 
 
@@ -133,18 +123,12 @@ def check_placements(
         What was found, and what was not checked.
 
     Raises:
-        ClearanceError: as `clearance`.
-        InputError: as `clearance`.
-        VerificationError: as `clearance`.
+        ClearanceError: the tool touches something, comes too close, or is inside a closed surface.
+        InputError: a placement is not a rigid transform, or tool, process or an obstacle is impossible.
+        VerificationError: the check fails on what is known, or part and placements do not belong together.
     """
     scene = _scene(
-        tool,
-        placements=placements,
-        process=process,
-        part=part,
-        body=body,
-        obstacles=obstacles,
-        T_work_base=T_work_base,
+        tool, placements=placements, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base
     )
     return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
 
@@ -290,8 +274,8 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
 def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
     """Return the smallest room under the needle's rim on deposit.
 
-    The circle is widened so that those about two neighbouring placements hold the needle on the way between them, and
-    where a corner is rounded; the tip may be as much lower there.
+    The circle is widened so that those about two neighbouring placements hold the needle between them, and where a
+    corner is rounded; the tip may be as much lower there.
     """
     laying = placements.deposit.copy()
     laying[1:] |= placements.deposit[:-1]

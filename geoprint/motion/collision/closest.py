@@ -1,7 +1,7 @@
 """Where the tool is closest to what it must not touch, or deepest in it: the numbers of a message or a report.
 
 The check itself is `sweep`; here a few placements are measured exactly. Which ones is a choice by a cheap estimate, so
-that a number found here is true for its placement, and the smallest of the whole way as far as the choice was right.
+that a number found here is true for its placement, and the smallest of the whole motion as far as the choice was right.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from geoprint.motion.collision.contact import CollisionWorld
 from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import Hits, Placements
 from geoprint.motion.collision.tool_distance import (
-    Nearest,
+    NearestPoint,
     Revolution,
     circumscribed,
     nearest,
@@ -32,7 +32,7 @@ from geoprint.motion.collision.tool_solids import Solid
 
 # Hits that are measured, spread over all of them, and again around the worst.
 MEASURED_HITS = 40
-# Placements that are ranked, spread over the whole way, and the best ones of a target that are measured.
+# Placements that are ranked, spread over the whole motion, and the best ones of a target that are measured.
 RANKED_PLACEMENTS = 600
 MEASURED_PLACEMENTS = 8
 # Distance of the points of the axis by which placements are ranked, as a share of the radius, and least and most [mm].
@@ -40,9 +40,9 @@ AXIS_STEP_SHARE = 0.3
 AXIS_STEPS = (1.0, 25.0)
 # Axes closer than this are one: rounding.
 SAME_AXIS = 1e-9
-# So many pieces of a target tell how far a link is, and it may be nearer by so much [mm].
-ARM_PIECES = 400
-ARM_PIECE_MARGIN = 5.0
+# So many fragments of a target tell how far a link is, and it may be nearer by so much [mm].
+ARM_FRAGMENTS = 400
+ARM_FRAGMENT_MARGIN = 5.0
 # Triangles, spread over all of a target, whose distance says which others need a look.
 FIRST_TRIANGLES = 500
 # A target farther from the tool's axis than this [mm] does not rank: the part below the tip is nearer.
@@ -52,12 +52,12 @@ RANKED_ARM_PLACEMENTS = 60
 MEASURED_ARM_PLACEMENTS = 5
 # Below this distance [mm] placements around the best one are measured too: farther away a millimetre is of no interest.
 NEAR_ARM = 20.0
-# Pieces of a target for ranking have this radius [mm], or this share of its extent where that is larger.
-PIECE_RADIUS = 1.0
-PIECE_SHARE = 0.02
+# Fragments of a target for ranking have this radius [mm], or this share of its extent where that is larger.
+FRAGMENT_RADIUS = 1.0
+FRAGMENT_SHARE = 0.02
 
 
-# Middles of small pieces of each target, by which placements are ranked.
+# Middles of small fragments of each target, by which placements are ranked.
 Trees: TypeAlias = Mapping[Target, KDTree]
 
 
@@ -68,7 +68,7 @@ class Closest:
 
     Attributes:
         distance: [mm]; negative inside the solid.
-        solid: name of the piece of the tool, or of the link.
+        solid: name of the part of the tool, or of the link.
         target: name of the target.
         row: placement where it was measured, or before it.
         tip: (3,) origin of the frame that moves with the solid: for the tool the tip [mm].
@@ -134,15 +134,15 @@ def worst_hit(hits: Hits, world: CollisionWorld) -> Closest:
 
 
 def ranking_trees(targets: tuple[Target, ...]) -> Trees:
-    """Return the middles of small pieces of each target, by which placements are ranked."""
-    return {target: _pieces(target) for target in targets}
+    """Return the middles of small fragments of each target, by which placements are ranked."""
+    return {target: _fragments(target) for target in targets}
 
 
 def smallest_distance(placements: Placements, world: CollisionWorld, trees: Trees) -> Closest:
     """Return the smallest distance found between the tool above its tip zone and any target.
 
     For every target RANKED_PLACEMENTS placements are ordered by the distance of points of the tool's axis from small
-    pieces of the target; the first MEASURED_PLACEMENTS are measured exactly.
+    fragments of the target; the first MEASURED_PLACEMENTS are measured exactly.
     """
     rows = _spread(0, placements.count, RANKED_PLACEMENTS)
     shapes = [shape for shape in shapes_of(world.solids) if shape.solids[0].reach_below > 0.0]
@@ -156,19 +156,19 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     return min(best, key=lambda closest: closest.distance)
 
 
-def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> Closest:
+def smallest_arm_distance(moving: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> Closest:
     """Return the smallest distance found between any link and any target.
 
     RANKED_ARM_PLACEMENTS placements of every solid are ordered by how near a target may be; in this order the distance
-    of some pieces is taken while nearer ones may follow. The MEASURED_ARM_PLACEMENTS best are measured exactly, and
+    of some fragments is taken while nearer ones may follow. The MEASURED_ARM_PLACEMENTS best are measured exactly, and
     where that is near, placements around the best of them, ever closer.
     """
     found: list[tuple[float, _Case]] = []
     least = inf
-    for case in sorted(_arm_cases(ways, trees), key=lambda case: case.bound):
-        if case.bound > least + ARM_PIECE_MARGIN:
+    for case in sorted(_arm_cases(moving, trees), key=lambda case: case.bound):
+        if case.bound > least + ARM_FRAGMENT_MARGIN:
             break
-        distance = _piece_distance(case, trees[case.target])
+        distance = _fragment_distance(case, trees[case.target])
         least = min(least, distance)
         found.append((distance, case))
     first = [case for _, case in sorted(found, key=lambda pair: pair[0])[:MEASURED_ARM_PLACEMENTS]]
@@ -185,27 +185,27 @@ def smallest_arm_distance(ways: Sequence[tuple[CollisionWorld, Placements]], tre
     return best
 
 
-def _arm_cases(ways: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> list[_Case]:
+def _arm_cases(moving: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> list[_Case]:
     """Bound the distances at ranked placements, the last links first: what is farther than they needs no bound."""
     cases: list[_Case] = []
     least = inf
-    for world, placements in reversed(ways):
+    for world, placements in reversed(moving):
         rows = _spread(0, placements.count, RANKED_ARM_PLACEMENTS)
         for solid, target in product(world.solids, world.targets):
-            within = least + solid.start_radius + ARM_PIECE_MARGIN
+            within = least + solid.start_radius + ARM_FRAGMENT_MARGIN
             bounds = _ranks(placements.poses[rows], solid, trees[target], within=within)
             shape = revolution((solid,))
             pairs = zip(bounds.tolist(), rows.tolist(), strict=True)
             cases += [_Case(bound, shape, target, placements, row) for bound, row in pairs]
             lowest = cases[len(cases) - len(rows) + int(np.argmin(bounds))]
-            least = min(least, _piece_distance(lowest, trees[target]))
+            least = min(least, _fragment_distance(lowest, trees[target]))
     return cases
 
 
-def _piece_distance(case: _Case, tree: KDTree) -> float:
-    """Return the distance of a solid from the middles of some pieces of a target [mm]."""
+def _fragment_distance(case: _Case, tree: KDTree) -> float:
+    """Return the distance of a solid from the middles of some fragments of a target [mm]."""
     pose = case.placements.poses[case.row]
-    places = np.asarray(tree.data)[:: -(-tree.n // ARM_PIECES)]
+    places = np.asarray(tree.data)[:: -(-tree.n // ARM_FRAGMENTS)]
     return float(signed_distances(case.shape, (places - pose[:3, 3]) @ pose[:3, :3]).min())
 
 
@@ -232,20 +232,20 @@ def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int) -
     enough = max(float(signed_distances(shape, local[::stride]).min()), 0.0) + radii[:, None]
     low, high = shape.bounds
     near = ((local >= low - enough) & (local <= high + enough)).all(axis=1)
-    found: Nearest = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3])
+    found: NearestPoint = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3])
     solid = shape.solid_at(found.point).name
     return Closest(found.distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
 
 
-def _pieces(target: Target) -> KDTree:
+def _fragments(target: Target) -> KDTree:
     extent = float(np.linalg.norm(np.ptp(target.triangles, axis=(0, 1))))
-    largest = max(PIECE_RADIUS, PIECE_SHARE * extent)
-    pieces, rest = [np.empty((0, 3))], target.triangles
+    largest = max(FRAGMENT_RADIUS, FRAGMENT_SHARE * extent)
+    fragments, rest = [np.empty((0, 3))], target.triangles
     while len(rest):
         centres, radii = circumscribed(rest)
-        pieces.append(centres[radii <= largest])
+        fragments.append(centres[radii <= largest])
         rest = quarter(rest[radii > largest])
-    return KDTree(np.concatenate(pieces))
+    return KDTree(np.concatenate(fragments))
 
 
 def _ranks(poses: FloatArray, solid: Solid, tree: KDTree, *, within: float) -> FloatArray:

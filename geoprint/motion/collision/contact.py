@@ -127,7 +127,7 @@ class CollisionWorld:
         if not (reaches <= largest + REACH_ROUNDING).all():
             raise InputError(
                 f"a solid would have to be inflated by {np.max(reaches):.1f} mm to cover a step of its "
-                f"way, at most {largest} mm is allowed: sample the path more finely, or smooth a rough "
+                f"path, at most {largest} mm is allowed: sample the path more finely, or smooth a rough "
                 "part (`geoprint remesh --smooth`)."
             )
         rows = np.flatnonzero((reaches > NOT_TESTED).any(axis=1))

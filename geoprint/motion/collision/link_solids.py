@@ -17,7 +17,7 @@ from geoprint.motion.collision.tool_solids import Solid
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Link:
-    """A piece of the arm that moves as one.
+    """What of the arm moves as one.
 
     Attributes:
         name: what messages call it.

@@ -11,14 +11,14 @@ import numpy as np
 from geoprint.model import BoolArray, FloatArray, Surface
 from geoprint.surfaces import half_edges
 
-# Closed surfaces give 0 or 1, or -1 where they are wound the other way round; half is safely between.
+# Closed surfaces give 0 or 1, or -1 where they are wound inside out; half is safely between.
 INSIDE = 0.5
 # Pairs of points and triangles worked on at a time: about 150 MB of intermediate arrays.
 PAIRS_AT_A_TIME = 500_000
 
 
 def is_closed(surface: Surface) -> bool:
-    """Say whether every side of every face has a neighbour that runs along it the other way.
+    """Say whether every side of every face has a neighbour that runs along it in the opposite direction.
 
     Vertices at the very same place count as one, because some formats store every triangle by itself.
     """
@@ -31,7 +31,7 @@ def is_closed(surface: Surface) -> bool:
 
 
 def inside(points: FloatArray, triangles: FloatArray) -> BoolArray:
-    """Return (k,) whether (k, 3) points [mm] are inside a closed surface of (m, 3, 3) triangles, wound either way."""
+    """Return (k,) whether (k, 3) points [mm] are inside a closed surface of (m, 3, 3) triangles of either winding."""
     within = ((points >= triangles.min(axis=(0, 1))) & (points <= triangles.max(axis=(0, 1)))).all(axis=1)
     within[within] = np.abs(winding_numbers(points[within], triangles)) > INSIDE
     return within

@@ -1,15 +1,15 @@
-"""Where the tool, or a link of the arm, comes too close on its way: at every placement and everywhere between two.
+"""Where the tool, or a link of the arm, comes too close on its path: at every placement and everywhere between two.
 
 A placement stands for half of the step before it and half of the step behind it: each solid is inflated by the
 distance it has to keep and by half of the largest movement of any of its points in either step. Where that is free,
-the whole way is. Where it is not, the solid inflated by the kept distance alone decides; if that is free too, the
+the whole path is. Where it is not, the solid inflated by the kept distance alone decides; if that is free too, the
 steps beside the placement are cut into PARTS and the question is asked again, down to FINEST. What is still touched
 then is called a hit, so that everything nearer than the kept distance is found, and nothing that is farther by more
 than ALLOWANCE.
 
-Where the controller rounds a corner, its way lies anywhere between two edges, the placement halfway (`zones`). The
+Where the controller rounds a corner, its path lies anywhere between two edges, the placement halfway (`zones`). The
 *rounding*, the distance to either edge, is added to what a solid is inflated by; where that touches something, many
-placements across the way are asked instead.
+placements across the path are asked instead.
 
 Before that, blocks of steps are asked at once, with a larger inflation; most links are free in most of them.
 
@@ -30,7 +30,7 @@ from geoprint.errors import InputError
 from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray
 from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.collision.contact import NOT_TESTED, REACH_STEP, CollisionWorld
-from geoprint.motion.collision.tool_solids import EXCESS, Solid, movements, ways
+from geoprint.motion.collision.tool_solids import EXCESS, Solid, movements, movements_between
 
 # Steps that are tried at once where a solid is far from everything: first the many, then fewer where that failed.
 BLOCKS = (40, 8)
@@ -42,11 +42,11 @@ PARTS = 6
 # Half movement below which a step is not cut any more [mm].
 FINEST = 0.01
 # A distance that is larger than the kept one by more than this is never called a hit [mm]: half a movement and half the
-# distance of neighbours across the way, rounded up to the next reach, and what the shapes are too large.
+# distance of neighbours across the path, rounded up to the next reach, and what the shapes are too large.
 ALLOWANCE = FINEST + FINEST + REACH_STEP + EXCESS
 # Largest movement of any point of the tool between neighbouring placements [mm]; the tip zone stands for whole steps.
 LARGEST_STEP = 2.0
-# The same for links of the arm, and for the tool as a link sees it: on an arc of 100 mm radius, the way between two
+# The same for links of the arm, and for the tool as a link sees it: on an arc of 100 mm radius, the path between two
 # placements is straight within 0.02 mm then.
 LARGEST_ARM_STEP = 4.0
 
@@ -54,9 +54,9 @@ LARGEST_ARM_STEP = 4.0
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Placements:
-    """The way of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
+    """The motion of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
 
-    The way of a link of the arm is one too, and that of the tool past a link.
+    That of a link of the arm is one too, and that of the tool past a link.
 
     Attributes:
         poses: (k, 4, 4) T_work_tool, or of whatever moves in the frame of what it must not touch [mm].
@@ -74,7 +74,7 @@ class Placements:
     def __post_init__(self) -> None:
         sizes = freeze_arrays(self, poses="float: k 4 4", runs="int: k", deposit="bool: k", corners="float: k 4 4")
         if sizes["k"] < 2:
-            raise InputError(f"the collision check needs a way of at least two placements, found {sizes['k']}.")
+            raise InputError(f"the collision check needs a motion of at least two placements, found {sizes['k']}.")
 
     @property
     def count(self) -> int:
@@ -95,7 +95,7 @@ class Placements:
         return bool((~self.deposit & (self.runs >= 0))[rows].all())
 
     def stretch(self, row: int) -> str:
-        """Name the part of the way that a placement belongs to."""
+        """Name the part of the motion that a placement belongs to."""
         if self.runs[row] >= 0:
             return f"in run {self.runs[row] + 1}"
         return "on the way from home" if (self.runs[:row] < 0).all() else "on the way to home"
@@ -141,7 +141,7 @@ def rounding_of(solids: tuple[Solid, ...], poses: FloatArray, corners: FloatArra
     """Return the (k, s) bounds on how far any point of solids is from (k, 4, 4) poses to their corners [mm]."""
     result = np.zeros((len(poses), len(solids)))
     rows = np.flatnonzero((poses != corners).any(axis=(1, 2)))
-    result[rows] = ways(solids, poses[rows], corners[rows])
+    result[rows] = movements_between(solids, poses[rows], corners[rows])
     return result
 
 
@@ -176,11 +176,11 @@ def find_hits(world: CollisionWorld, placements: Placements, *, largest_step: fl
 
     Args:
         world: tool and targets.
-        placements: the way of the tool.
+        placements: the motion of the tool.
         largest_step: largest movement that is allowed between neighbouring placements [mm].
 
     Returns:
-        All hits among the placements; if there are none, hits between them; None where the whole way is free.
+        All hits among the placements; if there are none, hits between them; None where the whole motion is free.
 
     Raises:
         InputError: a pose is not rigid or finite, or two placements are too far apart.
@@ -215,7 +215,7 @@ def _look_between(world: CollisionWorld, steps: _Steps) -> tuple[Hits | None, _S
     poses, corners = (transforms.interpolate_poses(starts[:, i], ends[:, i], shares) for i in (0, 1))
     rows, travels = np.repeat(steps.rows, each), np.repeat(steps.travels, each)[:-1]
     solids = np.repeat(steps.solids, each, axis=0)[:-1]
-    # From the last part of one step to the first of the next there is no way of the tool.
+    # From the last part of one step to the first of the next the tool does not move.
     solids[PARTS::each] = False
     reaches = _step_reaches(world, movements(world.solids, poses), travels=travels, solids=solids)
     hits, open_solids = _settle(world, poses, corners, rows=rows, reaches=reaches)
@@ -248,7 +248,7 @@ def _settle(
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fan:
-    """Placements side by side across the ways of d others, from edge to edge of where a corner is rounded.
+    """Placements side by side across the paths of d others, from edge to edge of where a corner is rounded.
 
     Attributes:
         poses: (f, 4, 4) [mm].
@@ -270,7 +270,7 @@ class _Fan:
         return cls(transforms.interpolate_poses(poses[owners], corners[owners], shares), owners, parts)
 
     def touches(self, world: CollisionWorld, reaches: FloatArray) -> BoolArray:
-        """Say which of (d, s) inflated solids touch which targets, (d, s, t), anywhere across the way."""
+        """Say which of (d, s) inflated solids touch which targets, (d, s, t), anywhere across the path."""
         found = np.zeros((*reaches.shape, len(world.targets)), dtype=np.bool_)
         if len(self.owners):
             np.logical_or.at(found, self.owners, world.touches(self.poses, reaches=reaches[self.owners]))
@@ -305,7 +305,7 @@ def _free_blocks(
 ) -> BoolArray:
     """Return (k - 1, s) whether a solid is free in a whole block of steps, by one test in its middle.
 
-    The solid is inflated by its way from the middle to the farther end of the block, and by the rounding; where
+    The solid is inflated by its movement from the middle to the farther end of the block, and by the rounding; where
     that is too far, or it touches something, or `solids` does not ask for it, the block stays open.
     """
     starts = np.arange(0, len(moved), block)

@@ -22,9 +22,9 @@ from geoprint.motion.collision.tool_solids import TIP_ZONE
 SMALLEST_ROOM = 0.01
 # Surfaces this much farther below the tip than its stand-off are not looked for [mm].
 BELOW_STANDOFF = 0.2
-# Largest radius of the pieces that faces near the path are cut into [mm], so that few pieces are near each tip.
-PIECE_RADIUS = 0.5
-# Placements worked on at a time: some hundred pieces are near each, about 200 MB of intermediate arrays.
+# Largest radius of the fragments that faces near the path are cut into [mm], so that few fragments are near each tip.
+FRAGMENT_RADIUS = 0.5
+# Placements worked on at a time: some hundred fragments are near each, about 200 MB of intermediate arrays.
 PLACEMENTS_AT_A_TIME = 2000
 
 
@@ -46,24 +46,24 @@ def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float, stando
     centres = poses[:, :3, 3] - middle * poses[:, :3, 2]
     reach = float(np.hypot(radius, TIP_ZONE - middle))
     tops = np.full(len(poses), -inf)
-    pieces = _pieces_near(triangles, centres, reach=reach)
-    if not len(pieces):
+    fragments = _fragments_near(triangles, centres, reach=reach)
+    if not len(fragments):
         return -tops
-    tree = KDTree(pieces.mean(axis=1))
-    reach += float(circumscribed(pieces)[1].max())
+    tree = KDTree(fragments.mean(axis=1))
+    reach += float(circumscribed(fragments)[1].max())
     for first in range(0, len(poses), PLACEMENTS_AT_A_TIME):
         block = KDTree(centres[first : first + PLACEMENTS_AT_A_TIME])
         near = block.sparse_distance_matrix(tree, reach, output_type="ndarray")
         rows = np.asarray(near["i"], dtype=np.int64) + first
-        corners = _in_tool(pieces[near["j"]], poses=poses[rows])
+        corners = _in_tool(fragments[near["j"]], poses=poses[rows])
         _raise_tops(tops, rows, corners, radius=radius, lowest=lowest)
     return -tops
 
 
 def _raise_tops(tops: FloatArray, rows: IntArray, corners: FloatArray, *, radius: float, lowest: float) -> None:
-    """Raise the highest point found at each placement to those of pieces near it: rows[i] is the placement of piece i.
+    """Raise the highest point found at each placement to those of fragments near it, fragment i near rows[i].
 
-    The middle of a piece is a quick lower bound, which leaves the exact work to the few pieces that could be higher.
+    The middle of a fragment is a quick lower bound: the exact work is left to the few that could be higher.
     """
     heights = corners[:, :, 2]
     relevant = (heights.min(axis=1) <= TIP_ZONE) & (heights.max(axis=1) >= lowest)
@@ -116,21 +116,21 @@ def _highest_on_circle(corners: FloatArray, *, radius: float) -> FloatArray:
     return np.where(holds, heights, -inf)
 
 
-def _pieces_near(triangles: FloatArray, points: FloatArray, *, reach: float) -> FloatArray:
-    """Return the parts of triangles that are within reach of any of the points, cut into pieces of PIECE_RADIUS."""
+def _fragments_near(triangles: FloatArray, points: FloatArray, *, reach: float) -> FloatArray:
+    """Return what of triangles is within reach of any of the points, cut into fragments of FRAGMENT_RADIUS."""
     tree = KDTree(points)
     low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
     around = ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
-    pieces: list[FloatArray] = []
+    fragments: list[FloatArray] = []
     rest = triangles[around]
     while len(rest):
         centres, radii = circumscribed(rest)
         bound = reach + float(radii.max())
         near = tree.query(centres, distance_upper_bound=bound)[0] <= reach + radii
-        small = radii <= PIECE_RADIUS
-        pieces.append(rest[near & small])
+        small = radii <= FRAGMENT_RADIUS
+        fragments.append(rest[near & small])
         rest = quarter(rest[near & ~small])
-    return np.concatenate([np.empty((0, 3, 3)), *pieces])
+    return np.concatenate([np.empty((0, 3, 3)), *fragments])
 
 
 def _in_tool(corners: FloatArray, *, poses: FloatArray) -> FloatArray:

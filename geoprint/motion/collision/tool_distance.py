@@ -1,10 +1,10 @@
 """How far triangles are from the tool, or how deep inside it: exact, for the few placements that a message is about.
 
 The tool is covered by convex solids of revolution whose half profile is a polyline, so that the signed distance of a
-point is that of a point to a polyline in the plane, negative inside. It is convex and changes by at most the way
-between two points: over a triangle it is nowhere lower than its tangent plane at the triangle's middle, nor than its
-value there minus the triangle's radius. A triangle whose bound is above the smallest value found is dropped, and what
-is left is quartered until the answer is known to RESOLUTION: branch and bound.
+point is that of a point to a polyline in the plane, negative inside. It is convex and changes by at most the
+distance of two points: over a triangle it is nowhere lower than its tangent plane at the triangle's middle, nor than
+its value there minus the triangle's radius. A triangle whose bound is above the smallest value found is dropped, and
+what is left is quartered until the answer is known to RESOLUTION: branch and bound.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from geoprint.motion.collision.tool_solids import Solid
 # Distances are found to this [mm].
 RESOLUTION = 0.005
 # Most triangles kept while quartering, the most promising ones: a face that lies flat against a lid of the tool has
-# the same distance everywhere, and any of its pieces gives the answer.
-MOST_PIECES = 5_000
+# the same distance everywhere, and any of its fragments gives the answer.
+MOST_FRAGMENTS = 5_000
 
 
 @final
@@ -58,7 +58,7 @@ class Revolution:
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Nearest:
+class NearestPoint:
     """The point of some triangles that is nearest to a solid of revolution, or deepest inside it.
 
     Attributes:
@@ -84,7 +84,7 @@ def signed_distances(shape: Revolution, points: FloatArray) -> FloatArray:
     return _distances_and_slopes(shape, points)[0]
 
 
-def nearest(shape: Revolution, triangles: FloatArray) -> Nearest:
+def nearest(shape: Revolution, triangles: FloatArray) -> NearestPoint:
     """Find the point of triangles that is nearest to a solid of revolution, or deepest inside it.
 
     Args:
@@ -94,24 +94,24 @@ def nearest(shape: Revolution, triangles: FloatArray) -> Nearest:
     Returns:
         The nearest point, its distance right to RESOLUTION.
     """
-    best = Nearest(inf, np.zeros(3))
-    pieces = triangles
-    while len(pieces):
-        centres, radii = circumscribed(pieces)
+    best = NearestPoint(inf, np.zeros(3))
+    fragments = triangles
+    while len(fragments):
+        centres, radii = circumscribed(fragments)
         distances, slopes = _distances_and_slopes(shape, centres)
-        rises = np.einsum("mcx,mx->mc", pieces - centres[:, None], slopes)
+        rises = np.einsum("mcx,mx->mc", fragments - centres[:, None], slopes)
         # Where a slope is not known it is zero, and only the other bound holds.
         known = slopes.any(axis=1)
         lowest = np.where(known, distances + rises.min(axis=1), distances - radii)
         least = int(np.argmin(lowest))
-        tried = np.stack([centres[np.argmin(distances)], pieces[least, np.argmin(rises[least])]])
+        tried = np.stack([centres[np.argmin(distances)], fragments[least, np.argmin(rises[least])]])
         values = signed_distances(shape, tried)
         if values.min() < best.distance:
-            best = Nearest(float(values.min()), tried[np.argmin(values)])
+            best = NearestPoint(float(values.min()), tried[np.argmin(values)])
         kept = np.flatnonzero(lowest < best.distance - RESOLUTION)
-        if len(kept) > MOST_PIECES:
-            kept = kept[np.argpartition(lowest[kept], MOST_PIECES)[:MOST_PIECES]]
-        pieces = quarter(pieces[kept])
+        if len(kept) > MOST_FRAGMENTS:
+            kept = kept[np.argpartition(lowest[kept], MOST_FRAGMENTS)[:MOST_FRAGMENTS]]
+        fragments = quarter(fragments[kept])
     return best
 
 

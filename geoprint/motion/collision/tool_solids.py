@@ -49,7 +49,7 @@ ARC_ALLOWANCE = 1.01
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
-    """A piece of the tool or of a link: a cylinder or a cone between two circles, in the frame that moves with it.
+    """A part of the tool or of a link: a cylinder or a cone between two circles, in the frame that moves with it.
 
     Attributes:
         name: what messages call it.
@@ -121,23 +121,23 @@ def tool_solids(tool: Tool) -> tuple[Solid, ...]:
 
 
 def movements(solids: tuple[Solid, ...], poses: FloatArray) -> FloatArray:
-    """Return the (k - 1, s) `ways` of s solids from each of (k, 4, 4) poses to the next [mm]."""
-    return ways(solids, poses[:-1], poses[1:])
+    """Return the (k - 1, s) `movements_between` of s solids from each of (k, 4, 4) poses to the next [mm]."""
+    return movements_between(solids, poses[:-1], poses[1:])
 
 
-def ways(solids: tuple[Solid, ...], starts: FloatArray, ends: FloatArray) -> FloatArray:
+def movements_between(solids: tuple[Solid, ...], starts: FloatArray, ends: FloatArray) -> FloatArray:
     """Bound how far any point of each solid moves from a pose to another.
 
     A solid of revolution looks the same after a turn about its axis, so that only its axis counts: the end of the
-    axis that moves more, plus the radius times the change of direction, plus 1 % because ways are arcs.
+    axis that moves more, plus the radius times the change of direction, plus 1 % because points move on arcs.
 
     Args:
-        solids: s pieces of the tool.
+        solids: s of the tool or a link.
         starts: (k, 4, 4) poses of what the solids belong to [mm].
         ends: (k, 4, 4) where they go [mm].
 
     Returns:
-        (k, s) bounds on the length of the way [mm].
+        (k, s) bounds on the movement [mm].
     """
     rotations, shifts = ends[:, :3, :3] - starts[:, :3, :3], (ends - starts)[:, None, :3, 3]
     turns = np.linalg.norm(_turned(rotations, [solid.axis for solid in solids]), axis=2)
@@ -156,7 +156,7 @@ def inflated_profile(solid: Solid, *, by: float) -> FloatArray:
     """Return the convex half profile of a solid that is inflated by a distance.
 
     Args:
-        solid: a piece of the tool.
+        solid: one of the tool or a link.
         by: distance [mm], not negative.
 
     Returns:
@@ -189,7 +189,7 @@ def polytope(solid: Solid, *, by: float) -> tuple[FloatArray, IntArray]:
     """Return a convex polytope around all points within a distance of a solid.
 
     Args:
-        solid: a piece of the tool.
+        solid: one of the tool or a link.
         by: distance [mm], not negative.
 
     Returns:

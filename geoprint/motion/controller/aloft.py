@@ -1,8 +1,8 @@
-"""The path of a dry run: the same motion, higher, with a way down to each run for whoever resumes there.
+"""The path of a dry run: the same motion, higher, with a descent to each run for whoever resumes there.
 
 A program that runs dry drives `LIFT` above the part, with the zones of the print. One that resumes at a later run
 drives the runs before it dry, and comes straight down to the first target of the run that it prints. Both are checked
-before the program is written. Where runs end and begin the tool stops, so that no corner is rounded on the ways down.
+before the program is written. Where runs end and begin the tool stops, so that no corner is rounded on the descents.
 A lifted target may stand in other quadrants than the printed one: it has configuration data of its own.
 """
 
@@ -25,7 +25,7 @@ ALOFT_STEP = 2.0
 
 
 def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[JointPath, Targets]:
-    """Return a dry run through the targets of a path, with the ways down and up again before each run but the first.
+    """Return a dry run through the targets of a path, with the descents and ascents before each run but the first.
 
     Args:
         joint_path: p poses with their joints, and the branch.
@@ -37,7 +37,7 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
 
     Raises:
         InputError: the tool does not stop where a run begins or ends.
-        ReachError: the branch ends on the way, or comes down to a run with other joints than the print has there.
+        ReachError: the branch ends along the path, or comes down to a run with other joints than the print has there.
     """
     poses, chosen = joint_path.poses, targets.poses
     _refuse_rounded_ends(poses.runs[chosen], targets.zones)
@@ -85,7 +85,7 @@ def aloft_configuration(aloft: JointPath, joint_path: JointPath, targets: Target
 
 
 def _refuse_other_joints(differences: FloatArray, *, runs: IntArray) -> None:
-    """Refuse ways down, one a row of (k, 6) differences [rad], that do not end with the joints of the print."""
+    """Refuse descents, one a row of (k, 6) differences [rad], that do not end with the joints of the print."""
     if differences.max(initial=0.0) > SAME_JOINTS:
         row, joint = np.unravel_index(int(differences.argmax()), differences.shape)
         raise ReachError(
@@ -108,7 +108,7 @@ def _refuse_rounded_ends(runs: IntArray, zones: FloatArray) -> None:
 
 
 def _course(runs: IntArray) -> tuple[IntArray, BoolArray]:
-    """Return the targets in the order of the dry run, and which of them are raised: all but the ends of ways down."""
+    """Return the targets in the order of the dry run, and which of them are raised: all but the ends of descents."""
     firsts = np.flatnonzero(np.diff(runs) != 0) + 1
     last = firsts - 1
     rows = np.insert(np.arange(runs.size), np.repeat(firsts, 2), np.column_stack([firsts, last]).ravel())

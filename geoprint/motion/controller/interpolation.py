@@ -46,7 +46,7 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
 
     Raises:
         InputError: the step is not positive, or the targets leave out a pose that they must name.
-        ReachError: on the straight way between targets the branch ends, a joint leaves its limits or jumps, or a
+        ReachError: on the straight line between targets the branch ends, a joint leaves its limits or jumps, or a
             target is reached with other joints or another configuration than the joint path has there.
     """
     _refuse_incomplete(joint_path, targets, step=step)
@@ -116,7 +116,7 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     runs = np.append(poses.runs[chosen[1:]][rows], poses.runs[-1])
     joints = _followed(np.concatenate([between, passed[-1:]]), runs, joint_path, arm)
     off = transforms.wrapped(arm.solutions(commanded)[:, joint_path.branch] - joints[places])
-    _refuse_other_ways(joints[places] + off, joint_path, targets, arm)
+    _refuse_other_solutions(joints[places] + off, joint_path, targets, arm)
     rounding = off[rows] + shares[:, None] * (off[rows + 1] - off[rows])
     deposit = poses.laid[chosen[:-1]][rows]
     return _Lines(joints, np.concatenate([rounding, off[-1:]]), runs, np.append(deposit, np.False_))
@@ -160,7 +160,7 @@ def _refuse_incomplete(joint_path: JointPath, targets: Targets, *, step: float) 
         )
 
 
-def _refuse_other_ways(joints: FloatArray, joint_path: JointPath, targets: Targets, arm: Arm) -> None:
+def _refuse_other_solutions(joints: FloatArray, joint_path: JointPath, targets: Targets, arm: Arm) -> None:
     """Refuse targets (t, 6) that the controller reaches with other joints or another configuration than planned."""
     chosen = targets.poses
     commanded = tool_poses(joint_path.poses, T_base_work=joint_path.T_base_work)[chosen]
@@ -186,7 +186,7 @@ def _refuse(what: str, joint_path: JointPath, Ts_base_tool: FloatArray, runs: In
     work = transforms.apply(transforms.inverse(joint_path.T_base_work), base[None])[0]
     run = int(runs[at])
     raise ReachError(
-        f"run {run + 1}: the straight way of the controller {what} at {work.round(1).tolist()} mm (base "
+        f"run {run + 1}: the straight line of the controller {what} at {work.round(1).tolist()} mm (base "
         f"{base.round(1).tolist()} mm); move or turn the part, or keep more targets there.",
         run=run,
         work_mm=tuple(work.tolist()),

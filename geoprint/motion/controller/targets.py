@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Targets, Trajectory
-from geoprint.motion.reach import tip_ways, turns
+from geoprint.motion.reach import tip_lengths, turns
 from geoprint.transforms import same_sign
 
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
@@ -26,7 +26,7 @@ LARGEST_ZONE = 0.3
 SPEED_DECIMALS = 1
 SMALLEST_SPEED = 0.5
 
-# Ways of the tip below this [mm] are turns on the spot; their speed is that of the tool's turning.
+# Steps of the tip below this [mm] are turns on the spot; their speed is that of the tool's turning.
 COINCIDENT = 1e-6
 
 # No move is written that neither goes as far as this [mm], a tenth of what an arm repeats, nor turns the tool by this
@@ -34,7 +34,7 @@ COINCIDENT = 1e-6
 SHORTEST_MOVE = 1e-3
 SMALLEST_TURN = 5e-5
 
-# A straight move turns the tool by the shorter way; far below half a turn [rad] nobody can take it for the other one.
+# A straight move turns the tool in the shorter direction; far below half a turn [rad] nobody can take it for the other.
 LARGEST_TURN = float(np.radians(90.0))
 
 # Share of the period by which times of targets that keep it may seem shorter.
@@ -66,8 +66,8 @@ def written_targets(
     Zones are 0 at stops, which are fine points, and at the first and last target of each run, because whoever resumes
     at a run comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a
     neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds are those of the process, or the mean
-    speed of the tip on the way to the target where the trajectory is slower there: where joints limit it, and where the
-    way holds the ramp at a stop. The move to the first target has the travel speed.
+    speed of the tip up to the target where the trajectory is slower there: where joints limit it, and where the move
+    holds the ramp at a stop. The move to the first target has the travel speed.
 
     Args:
         joint_path: p poses.
@@ -86,9 +86,8 @@ def written_targets(
         raise UsageError(
             f"targets need a positive tolerance and period, found {tolerance:g} mm and {period:g} s; the usual values "
             "are 0.01 mm and 0.02 s.",
-            tolerance_mm=tolerance,
-            period_s=period,
-        )
+            tolerance_mm=tolerance, period_s=period,
+        )  # fmt: skip
     poses = joint_path.poses
     chosen = _thinned(poses, trajectory.pose_times, tolerance=tolerance, period=period)
     return Targets(
@@ -127,7 +126,7 @@ def required_poses(poses: PoseStream) -> IntArray:
 def _repeated(poses: PoseStream) -> BoolArray:
     """Tell which poses but the first one a stop or switch repeats right after it, so that a move would go nowhere."""
     switches = _switches(poses)
-    same = (tip_ways(poses) < SHORTEST_MOVE) & (turns(poses) < SMALLEST_TURN)
+    same = (tip_lengths(poses) < SHORTEST_MOVE) & (turns(poses) < SMALLEST_TURN)
     repeated = np.append(same & (poses.stops | switches)[1:], np.False_) & ~switches
     repeated[0] = False
     return repeated
@@ -158,7 +157,7 @@ def _thinned(poses: PoseStream, times: FloatArray, *, tolerance: float, period: 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Course:
-    """The way of the tool, and how far straight moves may leave it.
+    """The path of the tool, and how far straight moves may leave it.
 
     Attributes:
         tips: (p, 3) [mm].
@@ -174,7 +173,7 @@ class _Course:
         """Return the farthest pose up to the last to which a straight move keeps a share of the tolerances.
 
         The distance is doubled as long as this holds, then halved in; where a move is out of tolerance but a longer
-        one would not be, the shorter way is taken.
+        one would not be, the shorter move is taken.
         """
         good, length = first + 1, 2
         while good < last and self.deviation(first, min(first + length, last)) <= share:
@@ -196,14 +195,14 @@ class _Course:
         turn = 2.0 * float(np.arcsin(min(float(np.linalg.norm(quaternions[last] - quaternions[first])) / 2.0, 1.0)))
         if turn > LARGEST_TURN / 2.0:
             return np.inf
-        way, offsets = tips[last] - tips[first], tips[first + 1 : last] - tips[first]
+        line, offsets = tips[last] - tips[first], tips[first + 1 : last] - tips[first]
         between = quaternions[first + 1 : last]
-        square = float(way @ way)
+        square = float(line @ line)
         if square > COINCIDENT**2:
-            places = (offsets @ way / square).clip(0.0, 1.0)
+            places = (offsets @ line / square).clip(0.0, 1.0)
         else:
             places = _turned_shares(quaternions[first], quaternions[last], between, turn=turn)
-        missed = offsets - places[:, None] * way
+        missed = offsets - places[:, None] * line
         turned = between - _slerp(quaternions[first], quaternions[last], places, turn=turn)
         distance = float(np.einsum("ij,ij->i", missed, missed).max(initial=0.0)) ** 0.5
         angle = 2.0 * float(np.einsum("ij,ij->i", turned, turned).max(initial=0.0)) ** 0.5
@@ -211,7 +210,7 @@ class _Course:
 
 
 def _slerp(start: FloatArray, end: FloatArray, shares: FloatArray, *, turn: float) -> FloatArray:
-    """Return (k, 4) quaternions on the way from one to another, `turn` [rad] apart; straight where that is small."""
+    """Return (k, 4) quaternions between one and another, `turn` [rad] apart; straight where that is small."""
     if turn < SMALL_TURN:
         return start + shares[:, None] * (end - start)
     weights = np.sin(turn * np.column_stack([1.0 - shares, shares])) / np.sin(turn)
@@ -236,11 +235,11 @@ def _zones(poses: PoseStream, chosen: IntArray) -> FloatArray:
 
 
 def _speeds(poses: PoseStream, chosen: IntArray, times: FloatArray, *, process: Process) -> FloatArray:
-    """Return the speed on the way to each target [mm/s]."""
-    passed = np.append([0.0], np.cumsum(tip_ways(poses)))
-    ways, durations = np.diff(passed[chosen]), np.diff(times[chosen])
+    """Return the speed of the move to each target [mm/s]."""
+    passed = np.append([0.0], np.cumsum(tip_lengths(poses)))
+    lengths, durations = np.diff(passed[chosen]), np.diff(times[chosen])
     planned = np.where(poses.laid[chosen[:-1]], process.speed, process.travel_speed)
-    turning = (ways < COINCIDENT) | (durations <= 0.0)
-    mean = np.where(turning, planned, ways / np.where(turning, 1.0, durations))
+    turning = (lengths < COINCIDENT) | (durations <= 0.0)
+    mean = np.where(turning, planned, lengths / np.where(turning, 1.0, durations))
     rounded = np.round(mean, SPEED_DECIMALS)
     return np.append([process.travel_speed], np.minimum(planned, np.maximum(rounded, SMALLEST_SPEED)))

@@ -8,10 +8,10 @@ would be without a zone. So, whatever the controller does there, every point of 
 of its places at the zone's entry, at the target and at the zone's exit: for the parabola, for one of a smaller zone,
 and for the corner itself.
 
-The checked way passes the *middle* of each triangle, halfway between the target and the middle of the chord from entry
+The checked path passes the *middle* of each triangle, halfway between the target and the middle of the chord from entry
 to exit, where the parabola has its apex. With straight lines from middle to middle, no point of the triangles or of the
-lines between the targets is farther from the way than the target is from the middle, falling linearly to the next one:
-in coordinates along the chord (a, from -1 to 1) and from chord to target (b, from 0 to 1 - |a|), the way runs at
+lines between the targets is farther from the path than the target is from the middle, falling linearly to the next one:
+in coordinates along the chord (a, from -1 to 1) and from chord to target (b, from 0 to 1 - |a|), the path runs at
 b = 1/2 - |a|/2 or below. What a point of the tool may be off there, the *rounding*, is added to what the check
 inflates.
 """
@@ -30,7 +30,7 @@ COINCIDENT = 1e-9
 
 
 def triangle_middles(Ts_base_tool: FloatArray, zones: FloatArray) -> FloatArray:
-    """Return where the checked way passes each target.
+    """Return where the checked path passes each target.
 
     Args:
         Ts_base_tool: (t, 4, 4) targets [mm].

@@ -100,7 +100,7 @@ def calibrate_fixture(points: TouchedPoints) -> FixtureCalibration:
         points: four or more; their noise is estimated where it is not given.
 
     Raises:
-        InputError: the points cannot be right, see `fit_touched_points`.
+        InputError: fewer than four points, points on a line or listed mirrored, or one that does not fit the others.
 
     Examples:
         Corners of a square of edge 100 mm, touched within 0.2 mm: the middle is known to 0.2 mm / sqrt(4).

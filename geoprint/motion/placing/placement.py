@@ -22,7 +22,7 @@ PLANAR_SHARE = 5e-2
 # A mirror image that fits this many times better than any rotation means that the points are listed mirrored.
 MIRROR_FACTOR = 2.0
 
-# A shorter mean of the unit normals says that the part faces so many ways that "its normal up" means nothing.
+# A shorter mean of the unit normals says that the part faces so many directions that "its normal up" means nothing.
 SHORTEST_MEAN_NORMAL = 0.6
 
 # Three points fit wherever they were touched; only a fourth shows that one of them is wrong.
@@ -122,15 +122,15 @@ def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArr
         The placement, with the fixture's frame at the position and turned by the rotation.
 
     Raises:
-        ReachError: the part faces so many ways that its mean normal is undefined.
+        ReachError: the part faces so many directions that its mean normal is undefined.
     """
     mean = mean_normal(surface)
     length = float(np.linalg.norm(mean))
     if not length >= SHORTEST_MEAN_NORMAL:
         raise ReachError(
             f"{surface.name} has no demonstration placement: the mean of its unit normals has length {length:.2f}, "
-            f"needed is {SHORTEST_MEAN_NORMAL}, because it faces too many ways to say which is up; "
-            f"calibrate the cell with touched points, or plan a smaller patch or patches that face the same way.",
+            f"needed is {SHORTEST_MEAN_NORMAL}, because it faces too many directions to say which is up; "
+            f"calibrate the cell with touched points, or plan a smaller patch or patches that face alike.",
             length=length,
             needed=SHORTEST_MEAN_NORMAL,
         )

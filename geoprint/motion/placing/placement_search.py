@@ -79,8 +79,8 @@ class Room:
         part: (k, 3) corners of the part, in the fixture's frame [mm].
         body: (b, 3) corners of what it lies on, in the same frame [mm]; may be empty.
         obstacles: boxes in the base frame; both stand on or above them.
-        ceiling: height in the base frame below which the part stays [mm]: that of the tip at home, because the way from
-            there to the part goes down.
+        ceiling: height in the base frame below which the part stays [mm]: that of the tip at home, because the motion
+            from there to the part goes down.
     """
 
     part: FloatArray
@@ -119,7 +119,7 @@ class Room:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A stand, the way to reach the part there, and what it is worth.
+    """A stand, the motion that reaches the part there, and what it is worth.
 
     Attributes:
         stand: where the part stands.
@@ -150,7 +150,7 @@ class _Judge:
         self._rows = rows
 
     def best(self, stand: Stand, *, spins: FloatArray, branches: list[int]) -> Candidate:
-        """Return the stand with its best way among turns about the nozzle and branches."""
+        """Return the stand with its best motion among turns about the nozzle and branches."""
         Ts = stand.T_base_fixture @ self._samples.Ts_base_tool[self._rows] @ about_nozzle(spins)[:, None]
         count = self._rows.size
         joints = self._arm.solutions(Ts.reshape(-1, 4, 4)).reshape(spins.size, count, BRANCHES, JOINTS)

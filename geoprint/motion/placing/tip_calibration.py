@@ -65,7 +65,7 @@ def calibrate_tip(Ts_base_flange: FloatArray, *, noise: float | None = None) -> 
     if count < FEWEST_POSES:
         raise InputError(
             f"the tip touched its point in {count} poses; at least {FEWEST_POSES} are needed, because three fit "
-            "wherever they were: turn the tool another way and touch again.",
+            "wherever they were: turn the tool in another direction and touch again.",
             count=count,
         )
     rotations, positions = Ts_base_flange[:, :3, :3], Ts_base_flange[:, :3, 3]
@@ -101,7 +101,7 @@ def _require_swing(rotations: FloatArray) -> None:
         x, y, z = axes[:, 0]
         raise InputError(
             f"the orientations leave the tip open along ({x:.2f}, {y:.2f}, {z:.2f}) of the flange: in all poses that "
-            f"direction points the same way within {np.degrees(np.arcsin(swing)):.1f} degrees, needed are "
+            f"direction stays the same within {np.degrees(np.arcsin(swing)):.1f} degrees, needed are "
             f"{np.degrees(np.arcsin(SMALLEST_SWING)):.0f}; tilt the tool about two axes, by 30 degrees or more.",
             swing_deg=float(np.degrees(np.arcsin(swing))),
         )

@@ -5,7 +5,6 @@ from geoprint.motion.reach.inverse import reach as reach, reach_map as reach_map
 from geoprint.motion.reach.lean_room import (
     Leaning as Leaning,
     NozzleRoom as NozzleRoom,
-    laying as laying,
 )
 from geoprint.motion.reach.margins import (
     Margin as Margin,
@@ -16,12 +15,11 @@ from geoprint.motion.reach.pose_samples import (
     PoseSamples as PoseSamples,
     keyframes as keyframes,
     sample_poses as sample_poses,
-    tip_ways as tip_ways,
+    tip_lengths as tip_lengths,
     tool_poses as tool_poses,
     turns as turns,
 )
 from geoprint.motion.reach.reach_map import (
     ReachMap as ReachMap,
-    Reason as Reason,
     lost_shares as lost_shares,
 )

@@ -1,13 +1,13 @@
 """Which turn about the nozzle, and which lean, each pose of a stream gets: the ladder on keyframes, made smooth.
 
 A nozzle on the flange's axis is turned by one angle for the whole stream: turning moves joint 6 only, and the angle is
-that which keeps joint 6 inside its range and nearest to home. Any other nozzle turns along the way: the best constant
+that which keeps joint 6 inside its range and nearest to home. Any other nozzle turns along the path: the best constant
 turn of a few keyframes is the middle of the range, a coarse ladder on some keyframes ranks the branches, one on all of
-them finds the way of a branch, finer ladders around it follow. The range ends half a turn from its middle: the tool
+them finds the turns of a branch, finer ladders around it follow. The range ends half a turn from its middle: the tool
 never winds up.
 
-The nozzle leans only near where the upright one was refused. There keyframes are denser, and each may lean any way
-within the cone that leaves it room.
+The nozzle leans only near where the upright one was refused. There keyframes are denser, and each may lean in any
+direction within the cone that leaves it room.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ RANKED_RUNGS = 120
 # Steps of the finer ladders [rad]; each looks two steps to either side.
 FINER_STEPS = tuple(np.radians([8.0, 3.2, 1.3]).tolist())
 FINER_OFFSETS = np.arange(-2.0, 3.0)
-# Keyframes a millimetre where the nozzle lacks room or a way fails between them, and how far around these are denser
+# Keyframes a millimetre where the nozzle lacks room or a motion fails between them, and how far around these are denser
 # than usual [mm].
 DENSE_RATE = 1.0
-DENSE_WAY = 12.0
+DENSE_LENGTH = 12.0
 # Keyframes nearer than this [mm] to a place where the upright nozzle is refused may lean: room for a gentle ramp.
-LEAN_WAY = 12.0
+LEAN_LENGTH = 12.0
 # Turns that a leaning nozzle may take besides, from that of the upright one [rad].
 LEANING_TURNS = np.radians(15.0) * np.arange(-3.0, 4.0)
 # Branches that are tried with a leaning nozzle, best first.
@@ -131,7 +131,7 @@ def leaning_attitudes(
     if not wanted.any():
         return
     frames = keyframes_of(poses, T_base_work=T_base_work, rates=_rates(poses, dense=lacking))
-    free = np.flatnonzero(_distances(frames.lengths, path_lengths(poses)[wanted]) <= LEAN_WAY)
+    free = np.flatnonzero(_distances(frames.lengths, path_lengths(poses)[wanted]) <= LEAN_LENGTH)
     leans = candidate_leans(leaning.max_tilt)
     costs = np.full((frames.count, len(leans)), np.inf)
     costs[:, 0] = 0.0
@@ -234,7 +234,7 @@ def _rates(poses: PoseStream, *, dense: BoolArray) -> FloatArray:
     if not dense.any():
         return np.full(poses.count, usual)
     lengths = path_lengths(poses)
-    share = np.clip(2.0 - 2.0 * _distances(lengths, lengths[dense]) / DENSE_WAY, 0.0, 1.0)
+    share = np.clip(2.0 - 2.0 * _distances(lengths, lengths[dense]) / DENSE_LENGTH, 0.0, 1.0)
     return usual + max(DENSE_RATE - usual, 0.0) * share**2 * (3.0 - 2.0 * share)
 
 

@@ -44,7 +44,7 @@ class ConstantTurns:
         each = np.swapaxes(joints, 1, 2)
         holds = usable(each, arm, deposit=laying(poses)[rows], minimum_wrist_angle=minimum_wrist_angle)
         away = np.linalg.norm(transforms.wrapped(each - arm.robot.home), axis=3)
-        # No way is farther from home than this; so the share of served poses counts first.
+        # No solution is farther from home than this; so the share of served poses counts first.
         farthest = np.pi * np.sqrt(JOINTS)
         merit = holds.sum(axis=2) - np.where(holds, away, 0.0).sum(axis=2) / (rows.size * farthest)
         self._turns: FloatArray = turns[merit.argmax(axis=0)]

@@ -1,4 +1,4 @@
-"""One way along a whole stream: joint angles that are continuous and inside the limits, or what fails where."""
+"""One motion along a whole stream: joint angles that are continuous and inside the limits, or what fails where."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST_JUMP = float(np.radians(20.0))
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """A way along all samples of a stream.
+    """A motion along all samples of a stream.
 
     Attributes:
         branch: of the inverse kinematics.

@@ -22,7 +22,7 @@ from geoprint.motion.reach.following import Followed, follow
 from geoprint.motion.reach.ladder import cost_terms
 from geoprint.motion.reach.lean_room import Leaning, laying
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
-from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_ways, tool_poses
+from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_lengths, tool_poses
 from geoprint.motion.reach.reach_map import ReachMap, mapped
 
 # What is counted where the cell says nothing.
@@ -31,7 +31,7 @@ EQUAL_WEIGHTS = SearchWeights()
 # Turns about the nozzle by which a pose that fails is tried by itself: 5 degrees is finer than any comfortable margin.
 TRIED_TURNS = 72
 
-# How often keyframes are set denser where a way fails between them.
+# How often keyframes are set denser where a motion fails between them.
 DENSER_ATTEMPTS = 2
 
 # Samples asked at a time whether any turn serves them: about 100 MB of arrays.
@@ -53,7 +53,7 @@ def reach(
 ) -> JointPath:
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
 
-    The nozzle is round: a bent one is turned about itself along the way as joint motion, joint limits and
+    The nozzle is round: a bent one is turned about itself along the path as joint motion, joint limits and
     singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. All poses are reached on
     one of the eight branches, the cheapest that holds along all samples of the stream; the straight moves between the
     poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which can turn more than
@@ -66,7 +66,7 @@ def reach(
         poses: p poses in the work frame.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
-        weights: of what a way costs.
+        weights: of what a motion costs.
         leaning: how far the nozzle may lean and what it must not touch, or None where it may not.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
 
@@ -75,24 +75,15 @@ def reach(
 
     Raises:
         InputError: the stream is empty.
-        ReachError: no way holds for the whole stream; it tells what the best one loses, and where it fails first.
+        ReachError: no motion holds for the whole stream; it tells what the best one loses, and where it fails first.
         VerificationError: Pinocchio does not lead from a solution back to its pose, or the nozzle leaves the cone.
     """
-    way = _best_way(
+    motion = _best_motion(
         poses, arm, T_base_work=T_base_work, weights=weights, leaning=leaning, minimum_wrist_angle=minimum_wrist_angle
     )
-    if not way.followed.complete:
-        raise _mapped(way, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
-    joints = way.followed.joints[way.samples.starts]
-    path = JointPath(
-        poses=way.poses,
-        joints=joints,
-        configuration=configuration_data(joints, arm=arm),
-        branch=way.followed.branch,
-        rotations=way.attitudes.rotations,
-        leans=way.attitudes.leans,
-        T_base_work=T_base_work,
-    )
+    if not motion.followed.complete:
+        raise _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
+    path = _joint_path(motion, arm, T_base_work=T_base_work)
     _confirm(path, arm)
     if leaning is not None:
         _confirm_cone(path, poses, max_tilt=leaning.max_tilt)
@@ -107,13 +98,13 @@ def reach_map(
     weights: SearchWeights = EQUAL_WEIGHTS,
     minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
 ) -> ReachMap:
-    """Say of every pose whether the way that `reach` takes without a lean, or else the best, serves it, and why not.
+    """Say of every pose whether the motion that `reach` takes without a lean, or else the best, serves it, and why not.
 
     Args:
         poses: p poses in the work frame.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
-        weights: of what a way costs.
+        weights: of what a motion costs.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
 
     Returns:
@@ -122,22 +113,22 @@ def reach_map(
     Raises:
         InputError: the stream is empty.
     """
-    way = _best_way(
+    motion = _best_motion(
         poses, arm, T_base_work=T_base_work, weights=weights, leaning=None, minimum_wrist_angle=minimum_wrist_angle
     )
-    return _mapped(way, arm, minimum_wrist_angle=minimum_wrist_angle)
+    return _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle)
 
 
 def reach_margin(
     poses: PoseStream, arm: Arm, *, T_base_work: FloatArray, weights: SearchWeights = EQUAL_WEIGHTS
 ) -> Margin:
-    """Return the smallest margin, along the whole stream, of the way that `reach` takes, or else of the best one.
+    """Return the smallest margin, along the whole stream, of the motion that `reach` takes, or else of the best one.
 
     Args:
         poses: p poses in the work frame; the nozzle does not lean from them.
         arm: with its tool.
         T_base_work: (4, 4) where the part stands [mm].
-        weights: of what a way costs.
+        weights: of what a motion costs.
 
     Returns:
         The margin; negative where a pose is refused. Flips and windings do not count.
@@ -145,15 +136,15 @@ def reach_margin(
     Raises:
         InputError: the stream is empty.
     """
-    way = _best_way(
+    motion = _best_motion(
         poses, arm, T_base_work=T_base_work, weights=weights, leaning=None, minimum_wrist_angle=MINIMUM_WRIST_ANGLE
     )
-    return smallest_margin(way.followed.joints, arm, deposit=way.samples.deposit)
+    return smallest_margin(motion.followed.joints, arm, deposit=motion.samples.deposit)
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class _Way:
+class _StreamMotion:
     """Attitudes that were followed: the poses with them, and samples along these."""
 
     attitudes: Attitudes
@@ -173,7 +164,7 @@ class _Way:
         return np.logical_or.reduceat(failing, np.append(0, self.samples.starts[:-1] + 1))
 
 
-def _best_way(
+def _best_motion(
     poses: PoseStream,
     arm: Arm,
     *,
@@ -181,58 +172,60 @@ def _best_way(
     weights: SearchWeights,
     leaning: Leaning | None,
     minimum_wrist_angle: float,
-) -> _Way:
-    """Return the first way that holds along all samples, or else the one that fails at fewest.
+) -> _StreamMotion:
+    """Return the first motion that holds along all samples, or else the one that fails at fewest.
 
-    Among ways that may lean, the one that lacks room at fewest poses comes before the others.
+    Among motions that may lean, the one that lacks room at fewest poses comes before the others.
     """
     if poses.count == 0:
         raise InputError("the pose stream is empty; there is nothing to reach: plan at least one run.")
 
-    def way_of(attitudes: Attitudes) -> _Way:
+    def motion_with(attitudes: Attitudes) -> _StreamMotion:
         return _followed(poses, arm, attitudes, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
 
     if arm.closed_form is None:
         constant = ConstantTurns(poses, arm, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
-        return _upright(way_of, constant, count=poses.count)
+        return _upright(motion_with, constant, count=poses.count)
     terms = cost_terms(arm, weights=weights, minimum_wrist_angle=minimum_wrist_angle)
-    upright = _upright(way_of, UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms), count=poses.count)
+    upright = _upright(motion_with, UprightSearch(poses, arm, T_base_work=T_base_work, terms=terms), count=poses.count)
     if leaning is None:
         return upright
     proposed = leaning_attitudes(
         poses, arm, T_base_work=T_base_work, terms=terms, leaning=leaning, weight=weights.lean,
         upright=upright.attitudes, refused=upright.refused,
     )  # fmt: skip
-    ways = [upright]
+    motions = [upright]
     for attitudes in proposed:
-        ways.append(way_of(attitudes))
+        motions.append(motion_with(attitudes))
         # Room does not depend on the branch: another one is of use only to an arm that cannot follow.
-        if ways[-1].followed.complete:
+        if motions[-1].followed.complete:
             break
-    return min(ways, key=lambda way: (way.failures, _lacking(way, leaning, T_base_work=T_base_work)))
+    return min(motions, key=lambda motion: (motion.failures, _lacking(motion, leaning, T_base_work=T_base_work)))
 
 
-def _upright(way_of: Callable[[Attitudes], _Way], search: UprightSearch | ConstantTurns, *, count: int) -> _Way:
-    """Return the first way without a lean that holds along all samples, or else the one that fails at fewest.
+def _upright(
+    motion_with: Callable[[Attitudes], _StreamMotion], search: UprightSearch | ConstantTurns, *, count: int
+) -> _StreamMotion:
+    """Return the first motion without a lean that holds along all samples, or else the one that fails at fewest.
 
-    Where a way of `count` poses fails between keyframes only, they are set denser there before another branch is tried.
+    Where a motion of `count` poses fails between keyframes only, they are set denser there before the next branch.
     """
-    tried: list[_Way] = []
+    tried: list[_StreamMotion] = []
     for branch in search.branches:
         dense = np.zeros(count, dtype=np.bool_)
         for _ in range(DENSER_ATTEMPTS + 1):
-            tried.append(way_of(search.attitudes(branch, dense=dense)))
+            tried.append(motion_with(search.attitudes(branch, dense=dense)))
             if tried[-1].followed.complete:
                 return tried[-1]
             if not tried[-1].attitudes.holds:
                 break
             dense = dense | tried[-1].refused
-    return min(tried, key=lambda way: way.failures)
+    return min(tried, key=lambda motion: motion.failures)
 
 
 def _followed(
     poses: PoseStream, arm: Arm, attitudes: Attitudes, *, T_base_work: FloatArray, minimum_wrist_angle: float
-) -> _Way:
+) -> _StreamMotion:
     commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
     samples = sample_poses(commanded, T_base_work=T_base_work)
     if arm.sense_of_turn:
@@ -242,29 +235,42 @@ def _followed(
         commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
         samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])
     followed = follow(samples, arm, branch=attitudes.branch, minimum_wrist_angle=minimum_wrist_angle)
-    return _Way(attitudes, commanded, samples, followed)
+    return _StreamMotion(attitudes, commanded, samples, followed)
 
 
-def _lacking(way: _Way, leaning: Leaning, *, T_base_work: FloatArray) -> int:
-    commanded = tool_poses(way.poses, T_base_work=T_base_work)
-    return int(leaning.room.lacking(commanded, deposit=laying(way.poses)).sum())
-
-
-def _mapped(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
-    steps = np.where(way.poses.laid, tip_ways(way.poses), 0.0) / 2.0
-    return mapped(
-        way.followed.failures,
-        way.samples,
-        servable=_servable(way, arm, minimum_wrist_angle=minimum_wrist_angle),
-        lengths=np.append(steps, 0.0) + np.append(0.0, steps),
-        branch=way.followed.branch,
+def _joint_path(motion: _StreamMotion, arm: Arm, *, T_base_work: FloatArray) -> JointPath:
+    joints = motion.followed.joints[motion.samples.starts]
+    return JointPath(
+        poses=motion.poses,
+        joints=joints,
+        configuration=configuration_data(joints, arm=arm),
+        branch=motion.followed.branch,
+        rotations=motion.attitudes.rotations,
+        leans=motion.attitudes.leans,
+        T_base_work=T_base_work,
     )
 
 
-def _servable(way: _Way, arm: Arm, *, minimum_wrist_angle: float) -> BoolArray:
+def _lacking(motion: _StreamMotion, leaning: Leaning, *, T_base_work: FloatArray) -> int:
+    commanded = tool_poses(motion.poses, T_base_work=T_base_work)
+    return int(leaning.room.lacking(commanded, deposit=laying(motion.poses)).sum())
+
+
+def _mapped(motion: _StreamMotion, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
+    steps = np.where(motion.poses.laid, tip_lengths(motion.poses), 0.0) / 2.0
+    return mapped(
+        motion.followed.failures,
+        motion.samples,
+        servable=_servable(motion, arm, minimum_wrist_angle=minimum_wrist_angle),
+        lengths=np.append(steps, 0.0) + np.append(0.0, steps),
+        branch=motion.followed.branch,
+    )
+
+
+def _servable(motion: _StreamMotion, arm: Arm, *, minimum_wrist_angle: float) -> BoolArray:
     """Return for each sample whether any branch and turn about the nozzle serves it by itself."""
-    samples = way.samples
-    failing = np.flatnonzero(way.followed.failures.reasons)
+    samples = motion.samples
+    failing = np.flatnonzero(motion.followed.failures.reasons)
     servable = np.ones(len(samples.deposit), dtype=bool)
     turns = about_nozzle(2.0 * np.pi * np.arange(TRIED_TURNS) / TRIED_TURNS)[:, None]
     for first in range(0, failing.size, SAMPLES_AT_A_TIME):

@@ -1,4 +1,4 @@
-"""Keyframes along a stream, and the smooth way of a value between them.
+"""Keyframes along a stream, and the smooth course of a value between them.
 
 Every pose has a *place* on a scale on which keyframe i stands at i. The scale grows with the path, faster where
 keyframes shall be denser. Values between keyframes are a uniform cubic B-spline [DeBoor1978] whose coefficients are
@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, PoseStream
-from geoprint.motion.reach.pose_samples import STEP, TURN_STEP, tip_ways, tool_poses, turns
+from geoprint.motion.reach.pose_samples import STEP, TURN_STEP, tip_lengths, tool_poses, turns
 
 # Turning counts as path too, so that a tool that turns on the spot gets keyframes: a radian is as long as this [mm].
 LEVER = 10.0
@@ -53,12 +53,12 @@ class Keyframes:
 
 def path_lengths(poses: PoseStream) -> FloatArray:
     """Return the (p,) lengths of path from the first pose [mm], turning counted."""
-    return np.append(0.0, np.cumsum(np.hypot(tip_ways(poses), LEVER * turns(poses))))
+    return np.append(0.0, np.cumsum(np.hypot(tip_lengths(poses), LEVER * turns(poses))))
 
 
 def keyframe_rate(poses: PoseStream) -> float:
     """Return the usual number of keyframes a millimetre of path; 0 where nothing moves."""
-    samples = np.ceil(np.maximum(tip_ways(poses) / STEP, turns(poses) / TURN_STEP)).sum()
+    samples = np.ceil(np.maximum(tip_lengths(poses) / STEP, turns(poses) / TURN_STEP)).sum()
     length = float(path_lengths(poses)[-1])
     return float(samples / SAMPLES_PER_KEYFRAME / length) if length > 0.0 else 0.0
 

@@ -1,17 +1,17 @@
-"""The cheapest way up a ladder: at each rung one candidate of rotation and lean, all on one branch of the inverse.
+"""The cheapest climb of a ladder: at each rung one candidate of rotation and lean, all on one branch of the inverse.
 
 A rung is a keyframe of the stream. Its candidates are attitudes of the nozzle: turns about it and leans from the
-attitude of the path. The cost of a way is
+attitude of the path. The cost of a climb is
 
-    sum over rungs of (place cost) * (length of way at the rung)  +  sum over steps of |joint motion|^2 / (length)
+    sum over rungs of (place cost) * (length of path at the rung)  +  sum over steps of |joint motion|^2 / (length)
 
-which is the integral of a place cost plus the squared joint rates along the way, so that it hardly depends on how many
+which is the integral of a place cost plus the squared joint rates along the path, so that it hardly depends on how many
 rungs there are. Joint rates count relative to the joint's top speed at the tip speed `REFERENCE_SPEED`; a place
 costs (comfortable / margin)^2 for the nearest joint limit and for each singularity. What cannot be used costs `FAILURE`
-and is not excluded, so that the best way is found where none is whole.
+and is not excluded, so that the best climb is found where none is whole.
 
 Dynamic programming [Bellman1957]: inverse kinematics and steps are worked out where they are needed and forgotten; one
-small integer a state is kept, the rung's way back.
+small integer a state is kept, the step back from it.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ COMFORTABLE_ELBOW = float(np.radians(15.0))
 COMFORTABLE_SHOULDER = 50.0
 # A margin is worth no less than this share of the comfortable one: on the singularity itself the cost stays finite.
 SMALLEST_SHARE = 0.03
-# What a millimetre costs where the arm cannot be: more than any way that it can take ...
+# What a millimetre costs where the arm cannot be: more than any motion that it can make ...
 FAILURE = 1e9
 # ... and so many times that, where there is no solution at all; beyond a limit it grows with every radian.
 UNREACHED = 5.0
-# A way that costs this much fails somewhere, however short; one that holds never does.
+# A climb that costs this much fails somewhere, however short; one that holds never does.
 FAILED = 1e7
-# What a step costs in which a joint turns too far to have gone the short way [rad].
+# What a step costs in which a joint turns too far to have taken the shorter turn [rad].
 FLIP = 1e5
 FLIP_ANGLE = float(np.radians(90.0))
 # What turning about the nozzle or leaning by a radian a millimetre costs in itself [mm]: a radian on 100 mm costs
@@ -54,7 +54,7 @@ TURNING = 1000.0
 
 
 # From which candidate of the rung before each state is reached.
-WayBack: TypeAlias = NDArray[np.int16]
+StepBack: TypeAlias = NDArray[np.int16]
 
 
 @final
@@ -65,7 +65,7 @@ class Rungs:
     Attributes:
         Ts_base_tool: (k, 4, 4) poses, neither turned nor leaned [mm].
         deposit: (k,) whether the wrist singularity is refused.
-        steps: (k - 1,) length of way from each rung to the next [mm].
+        steps: (k - 1,) length of path from each rung to the next [mm].
         candidates: (n, 3) turn about the nozzle, and lean about the x and y axes of the tool before it turns [rad].
         offsets: (k + 1,) first candidate of each rung; each has one at least.
         extra: (n,) what a candidate costs besides [1/mm]; infinite where it is not allowed.
@@ -80,7 +80,7 @@ class Rungs:
 
     @property
     def lengths(self) -> FloatArray:
-        """(k,) length of way that each rung stands for [mm]; a single rung stands for 1 mm."""
+        """(k,) length of path that each rung stands for [mm]; a single rung stands for 1 mm."""
         if not self.steps.size:
             return np.ones(1)
         return (np.append(self.steps, 0.0) + np.append(0.0, self.steps)) / 2.0
@@ -107,7 +107,7 @@ class Terms(NamedTuple):
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Climbed:
-    """The cheapest ways up a ladder.
+    """The cheapest climbs of a ladder.
 
     Attributes:
         costs: (8,) of each branch; infinite where it was not asked for.
@@ -119,7 +119,7 @@ class Climbed:
 
     @property
     def holds(self) -> BoolArray:
-        """(8,) whether the cheapest way of each branch fails at no rung."""
+        """(8,) whether the cheapest climb of each branch fails at no rung."""
         return self.costs < FAILED
 
 
@@ -149,7 +149,7 @@ def cost_terms(arm: Arm, *, weights: SearchWeights, minimum_wrist_angle: float) 
 
 
 def climb(rungs: Rungs, terms: Terms, *, branches: BoolArray) -> Climbed:
-    """Find the cheapest way of each branch; of equal ones the first.
+    """Find the cheapest climb on each branch; of equal ones the first.
 
     Args:
         rungs: of the ladder.
@@ -191,7 +191,7 @@ def _sweep(
     terms: Terms,
     branches: BoolArray,
     states: FloatArray,
-    back: WayBack,
+    back: StepBack,
     costs: FloatArray,
     choices: IntArray,
 ) -> None:
@@ -232,7 +232,7 @@ def _best_step(
     branch: int,
     before: FloatArray,
     state: FloatArray,
-    back: WayBack,
+    back: StepBack,
 ) -> float:
     """Return the least cost of coming to a candidate, and note from which of the rung before.
 
@@ -257,7 +257,7 @@ def _best_step(
 
 @numba.njit(cache=True, error_model="numpy")
 def _retrace(
-    offsets: IntArray, last: FloatArray, branch: int, back: WayBack, costs: FloatArray, choices: IntArray
+    offsets: IntArray, last: FloatArray, branch: int, back: StepBack, costs: FloatArray, choices: IntArray
 ) -> None:
     """Fill the cost and the choices of one branch from the cheapest state of the last rung back."""
     count = offsets.size - 1

@@ -29,7 +29,7 @@ from geoprint.motion.collision import (
 # Room that is asked for beyond what has to be kept [mm]: what the proof needs, and what lies between two poses.
 MARGIN = 0.15
 RIM_MARGIN = 0.01
-# The pieces of `tool_solids` that are asked: tip, needle, cone and barrel. Bracket and lamp depend on the turn.
+# The first of `tool_solids`, which are asked: tip, needle, cone and barrel. Bracket and lamp depend on the turn.
 ROUND_SOLIDS = 4
 # Leans that are tried: shares of the cone, and directions.
 LEAN_SHARES = (0.35, 0.7, 1.0)

@@ -51,7 +51,7 @@ def sample_poses(poses: PoseStream, *, T_base_work: FloatArray) -> PoseSamples:
         The samples, in the order of motion.
     """
     commanded = tool_poses(poses, T_base_work=T_base_work)
-    steps = np.maximum(np.ceil(np.maximum(tip_ways(poses) / STEP, turns(poses) / TURN_STEP)), 1.0).astype(np.int64)
+    steps = np.maximum(np.ceil(np.maximum(tip_lengths(poses) / STEP, turns(poses) / TURN_STEP)), 1.0).astype(np.int64)
     starts = np.concatenate([[0], np.cumsum(steps)])
     rows = np.repeat(np.arange(poses.count - 1), steps)
     shares = (np.arange(rows.size) - starts[rows]) / steps[rows]
@@ -82,8 +82,8 @@ def keyframes(Ts_base_tool: FloatArray, *, count: int) -> IntArray:
     return np.unique(np.concatenate([evenly, columns.argmin(axis=0), columns.argmax(axis=0)]))
 
 
-def tip_ways(poses: PoseStream) -> FloatArray:
-    """Return the (p - 1,) straight ways of the tip [mm]."""
+def tip_lengths(poses: PoseStream) -> FloatArray:
+    """Return the (p - 1,) lengths of the tip's straight steps [mm]."""
     return np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
 
 

@@ -1,6 +1,6 @@
-"""Why poses of a stream cannot be served: reason, place and deposited length lost, on one way of reaching them.
+"""Why poses of a stream cannot be served: reason, place and deposited length lost, by one motion of the arm.
 
-A way is a branch of the inverse kinematics with a turn about the nozzle and a lean for each pose.
+A motion is a branch of the inverse kinematics with a turn about the nozzle and a lean for each pose.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Reason(IntEnum):
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class ReachMap:
-    """Which poses of a stream a way serves, and why not the others.
+    """Which poses of a stream a motion serves, and why not the others.
 
-    A pose stands for the straight move that leads to it too: what fails on the way is its failure.
+    A pose stands for the straight move that leads to it too: what fails along it is its failure.
 
     Attributes:
         reasons: (p,) `Reason` of each pose.
@@ -146,7 +146,7 @@ class ReachMap:
         shares = self.shares()
         first = int(np.argmax(self.reasons != Reason.REACHED))
         listed = ", ".join(f"{name.replace('_', ' ')} {_percent(share)}" for name, share in shares.items())
-        alone = f"; no way serves {_percent(self.unservable)}" if self.unservable > NOTABLE_SHARE else ""
+        alone = f"; no motion serves {_percent(self.unservable)}" if self.unservable > NOTABLE_SHARE else ""
         return ReachError(
             f"{self.describe(first)}; the best branch and turn of the nozzle reaches {self.reached} of "
             f"{self.reasons.size} poses and loses {_percent(self.lost)} of the deposited length ({listed}{alone}): "
@@ -168,13 +168,13 @@ class ReachMap:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Failures:
-    """What fails at samples of a way; as in `ReachMap`, s samples.
+    """What fails at s samples of a motion.
 
     Attributes:
-        reasons: (s,).
-        joints: (s,).
-        found: (s,).
-        allowed: (s, 2).
+        reasons: (s,) `Reason` of each.
+        joints: (s,) joint 1 to 6 that the reason is about; 0 where it is about none.
+        found: (s,) what was found, in the unit of the reason: mm where out of reach, else rad; 0 where reached.
+        allowed: (s, 2) least and most of that; 0 where reached.
     """
 
     reasons: IntArray
@@ -191,14 +191,14 @@ def mapped(
     lengths: FloatArray,
     branch: int,
 ) -> ReachMap:
-    """Return the map over poses of what fails at the samples of a way.
+    """Return the map over poses of what fails at the samples of a motion.
 
     Args:
         failures: of each sample.
         samples: s samples of p poses.
         servable: (s,) whether any branch and turn serves the sample.
         lengths: (p,) deposited length of each pose [mm].
-        branch: of the way.
+        branch: of the motion.
     """
     count = failures.reasons.size
     rows = np.where(failures.reasons != Reason.REACHED, np.arange(count), count)

@@ -223,7 +223,7 @@ class _Interval:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Constraint:
-    """All limits of one piece in the form that TOPP-RA asks for: pull * u + square * x <= bounds, x <= highest."""
+    """All limits of one leg in the form that TOPP-RA asks for: pull * u + square * x <= bounds, x <= highest."""
 
     constraint_type: ConstraintType
     pull: FloatArray

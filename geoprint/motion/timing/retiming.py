@@ -19,10 +19,10 @@ from geoprint.model import (
     Slowdown,
     Trajectory,
 )
+from geoprint.motion.timing.knots import COINCIDENT_JOINTS, Knots, path_knots
 from geoprint.motion.timing.slowdown import Pace, held_after_dips, held_speeds, lowered, pace
 from geoprint.motion.timing.topp import Motion, fastest_motion, straight_motion
 from geoprint.motion.timing.verification import SAMPLE_TIME, verify
-from geoprint.motion.timing.waypoints import COINCIDENT_JOINTS, Waypoints, waypoints
 
 # A true ramp may be longer than twice the ideal one: a lower speed is reached sooner. A run that still dips after so
 # many lowerings keeps its dips, and they are reported.
@@ -33,18 +33,18 @@ def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown
     """Run through a joint path in the shortest time that joints and process allow.
 
     From home to the first pose and from the last one back, all joints move together at a share of their speeds.
-    Between the poses' stops each piece runs from rest to rest: a spline of the joints with continuous second
+    Between the poses' stops each leg runs from rest to rest: a spline of the joints with continuous second
     derivative, timed by TOPP-RA under the joint speeds and accelerations and the speed of the tip.
 
     Where the joints cannot hold the set speed along a run that lays material, `lower` lowers the speed of the whole run
-    to what they hold all along it, so that the bead stays even; `follow` keeps the dips. Either way the trajectory
-    lists them. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which the tip
-    would come from rest to its speed on a straight path. Where a piece is all ramp its largest speed counts.
+    to what they hold all along it, so that the bead stays even; `follow` keeps the dips. The trajectory lists
+    them in either case. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
+    the tip would come from rest to its speed on a straight path. Where a leg is all ramp its largest speed counts.
 
     Args:
         joint_path: p poses with their joints.
         robot: limits and home.
-        process: speeds of the tip, and the share of the joint speeds on the way from and to home.
+        process: speeds of the tip, and the share of the joint speeds from and to home.
         on_slowdown: what is done where the set speed is not held.
 
     Returns:
@@ -59,65 +59,61 @@ def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown
     """
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
-    ways = waypoints(joint_path, process=process)
-    ways, pieces, slower, found = _timed(ways, robot=robot, process=process, on_slowdown=on_slowdown)
-    rows = ways.pieces
-    there = _home_motion(robot.home, ways.joints[0], robot=robot, process=process)
-    back = _home_motion(ways.joints[-1], robot.home, robot=robot, process=process)
-    motions = [*there, *pieces, *back]
+    knots = path_knots(joint_path, process=process)
+    knots, legs, slower, found = _timed(knots, robot=robot, process=process, on_slowdown=on_slowdown)
+    rows = knots.legs
+    there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
+    back = _home_motion(knots.joints[-1], robot.home, robot=robot, process=process)
+    motions = [*there, *legs, *back]
     starts = np.concatenate([[0.0], np.cumsum([motion.duration for motion in motions])])
-    pose_times = _passing_times(ways, rows, pieces, starts[len(there) :])[ways.places]
+    pose_times = _passing_times(knots, rows, legs, starts[len(there) :])[knots.places]
     times, joints = _sampled(motions, starts, home=robot.home)
     runs, deposit = _labels(joint_path.poses, pose_times, times)
     trajectory = Trajectory(
-        times=times,
-        joints=joints,
-        runs=runs,
-        deposit=deposit,
-        pose_times=pose_times,
-        stretched=len({int(ways.runs[last]) for (_, last), piece in zip(rows, pieces, strict=True) if piece.stretched}),
+        times=times, joints=joints, runs=runs, deposit=deposit, pose_times=pose_times,
+        stretched=len({int(knots.runs[last]) for (_, last), leg in zip(rows, legs, strict=True) if leg.stretched}),
         slowest_deposit=found.slowest,
         slowdowns=tuple(sorted([*slower, *found.dips], key=lambda slowdown: (slowdown.run, slowdown.arc))),
         share_at_speed=found.share_at_speed,
         share_on_ramps=found.share_on_ramps,
-    )
+    )  # fmt: skip
     verify(trajectory, joint_path, robot=robot, process=process)
     return trajectory
 
 
 def _timed(
-    ways: Waypoints, *, robot: Robot, process: Process, on_slowdown: OnSlowdown
-) -> tuple[Waypoints, list[Motion], tuple[Slowdown, ...], Pace]:
-    """Return the waypoints with the ceilings kept, the motions of the pieces, what was lowered, and the pace."""
+    knots: Knots, *, robot: Robot, process: Process, on_slowdown: OnSlowdown
+) -> tuple[Knots, list[Motion], tuple[Slowdown, ...], Pace]:
+    """Return the knots with the ceilings kept, the motions of the legs, what was lowered, and the pace."""
     slower = (
-        {slow.run: slow for slow in held_speeds(ways, robot=robot, process=process)} if on_slowdown == "lower" else {}
+        {slow.run: slow for slow in held_speeds(knots, robot=robot, process=process)} if on_slowdown == "lower" else {}
     )
-    ways = lowered(ways, tuple(slower.values()))
-    pieces = [_piece(ways, first, last, robot=robot) for first, last in ways.pieces]
-    found = pace(ways, pieces, robot=robot, process=process)
+    knots = lowered(knots, tuple(slower.values()))
+    legs = [_leg(knots, first, last, robot=robot) for first, last in knots.legs]
+    found = pace(knots, legs, robot=robot, process=process)
     for _ in range(MOST_LOWERINGS if on_slowdown == "lower" else 0):
-        again = {slow.run: slow for slow in held_after_dips(ways, found.dips)}
+        again = {slow.run: slow for slow in held_after_dips(knots, found.dips)}
         if not again:
             break
         slower |= again
-        ways = lowered(ways, tuple(again.values()))
-        for piece, (first, last) in enumerate(ways.pieces):
-            if int(ways.runs[last]) in again:
-                pieces[piece] = _piece(ways, first, last, robot=robot)
-        found = pace(ways, pieces, robot=robot, process=process)
-    return ways, pieces, tuple(slower.values()), found
+        knots = lowered(knots, tuple(again.values()))
+        for leg, (first, last) in enumerate(knots.legs):
+            if int(knots.runs[last]) in again:
+                legs[leg] = _leg(knots, first, last, robot=robot)
+        found = pace(knots, legs, robot=robot, process=process)
+    return knots, legs, tuple(slower.values()), found
 
 
-def _piece(ways: Waypoints, first: int, last: int, *, robot: Robot) -> Motion:
+def _leg(knots: Knots, first: int, last: int, *, robot: Robot) -> Motion:
     try:
         return fastest_motion(
-            ways.joints[first : last + 1],
-            ways.knots(first, last),
-            ceilings=ways.ceilings[first:last],
+            knots.joints[first : last + 1],
+            knots.lengths_of(first, last),
+            ceilings=knots.ceilings[first:last],
             robot=robot,
         )
     except LimitError as error:
-        run = int(ways.runs[last])
+        run = int(knots.runs[last])
         raise LimitError(f"run {run + 1}: {error}", run=run) from error
 
 
@@ -129,13 +125,11 @@ def _home_motion(start: FloatArray, end: FloatArray, *, robot: Robot, process: P
     return [straight_motion(start, end, speeds=speeds, accelerations=robot.accelerations)]
 
 
-def _passing_times(
-    ways: Waypoints, rows: list[tuple[int, int]], pieces: list[Motion], starts: FloatArray
-) -> FloatArray:
-    """Return when each waypoint is passed [s]."""
-    times = np.full(ways.stops.size, starts[0])
-    for (first, last), piece, start in zip(rows, pieces, starts, strict=False):
-        times[first : last + 1] = start + piece.times_at(ways.knots(first, last))
+def _passing_times(knots: Knots, rows: list[tuple[int, int]], legs: list[Motion], starts: FloatArray) -> FloatArray:
+    """Return when each knot is passed [s]."""
+    times = np.full(knots.stops.size, starts[0])
+    for (first, last), leg, start in zip(rows, legs, starts, strict=False):
+        times[first : last + 1] = start + leg.times_at(knots.lengths_of(first, last))
     return times
 
 
@@ -153,7 +147,7 @@ def _sampled(motions: list[Motion], starts: FloatArray, *, home: FloatArray) -> 
 def _labels(poses: PoseStream, pose_times: FloatArray, times: FloatArray) -> tuple[IntArray, BoolArray]:
     """Return run and deposit of each row: those of the step it lies on, named by the pose the step leads to."""
     step = np.searchsorted(pose_times, times, side="right") - 1
-    on_way = (step >= 0) & (step < poses.count - 1)
-    runs = np.where(on_way, poses.runs[np.clip(step + 1, 0, poses.count - 1)], -1)
+    between = (step >= 0) & (step < poses.count - 1)
+    runs = np.where(between, poses.runs[np.clip(step + 1, 0, poses.count - 1)], -1)
     deposit = np.append(poses.laid, False)
-    return runs, on_way & deposit[np.clip(step, 0, poses.count - 1)]
+    return runs, between & deposit[np.clip(step, 0, poses.count - 1)]

@@ -10,9 +10,9 @@ from scipy.interpolate import CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slowdown
 from geoprint.motion.controller import SPEED_DECIMALS
+from geoprint.motion.timing.knots import METRES_PER_MILLIMETRE, Knots
 from geoprint.motion.timing.strain import strains
 from geoprint.motion.timing.topp import Motion, at_grid, end_ramps
-from geoprint.motion.timing.waypoints import METRES_PER_MILLIMETRE, Waypoints
 
 # A tip within 1 % of its speed lays an even bead.
 EVEN_SHARE = 0.99
@@ -46,7 +46,7 @@ class Pace:
     share_on_ramps: float
 
 
-def held_speeds(ways: Waypoints, *, robot: Robot, process: Process) -> tuple[Slowdown, ...]:
+def held_speeds(knots: Knots, *, robot: Robot, process: Process) -> tuple[Slowdown, ...]:
     """Find the runs whose joints do not hold the set speed all along, off the ramps at their stops, and what they hold.
 
     A joint that would have to turn f times as fast as it may sets the speed to 1/f, one that is accelerated f^2 times
@@ -54,7 +54,7 @@ def held_speeds(ways: Waypoints, *, robot: Robot, process: Process) -> tuple[Slo
     keep their speed; others get a whole number of tenths of a millimetre a second.
 
     Args:
-        ways: the waypoints with the set speed as ceiling.
+        knots: of the path, with the set speed as ceiling.
         robot: limits of the joints.
         process: with the set speed.
 
@@ -62,21 +62,21 @@ def held_speeds(ways: Waypoints, *, robot: Robot, process: Process) -> tuple[Slo
         One slowdown a run, of kind 'lowered'.
     """
     holds: dict[int, list[_Hold]] = {}
-    for first, last in ways.pieces:
-        if ways.deposit[first:last].any():
-            holds.setdefault(int(ways.runs[last]), []).append(_hold(ways, first, last, robot=robot))
+    for first, last in knots.legs:
+        if knots.deposit[first:last].any():
+            holds.setdefault(int(knots.runs[last]), []).append(_hold(knots, first, last, robot=robot))
     slower: list[Slowdown] = []
-    for run, pieces in holds.items():
-        share, hold, step = _held(pieces)
+    for run, legs in holds.items():
+        share, hold, step = _held(legs)
         if share < EVEN_SHARE:
             joint, limit = _limiting(hold.factors[step])
             slower.append(
                 Slowdown(
                     run=run,
                     kind="lowered",
-                    place=_place(ways.tips[hold.first + step]),
-                    arc=float(ways.arcs[hold.first + step]),
-                    length=_laid_length(ways, run),
+                    place=_place(knots.tips[hold.first + step]),
+                    arc=float(knots.arcs[hold.first + step]),
+                    length=_laid_length(knots, run),
                     set_speed=process.speed,
                     held_speed=_stepped(process.speed * share),
                     joint=joint,
@@ -86,44 +86,44 @@ def held_speeds(ways: Waypoints, *, robot: Robot, process: Process) -> tuple[Slo
     return tuple(slower)
 
 
-def held_after_dips(ways: Waypoints, dips: tuple[Slowdown, ...]) -> tuple[Slowdown, ...]:
+def held_after_dips(knots: Knots, dips: tuple[Slowdown, ...]) -> tuple[Slowdown, ...]:
     """Return what runs hold that still dip: one slowdown of kind 'lowered' for each, at the speed of its lowest dip."""
     lowest = {dip.run: dip for dip in sorted(dips, key=lambda dip: -dip.held_speed)}
     return tuple(
-        replace(dip, kind="lowered", length=_laid_length(ways, run), held_speed=_stepped(dip.held_speed))
+        replace(dip, kind="lowered", length=_laid_length(knots, run), held_speed=_stepped(dip.held_speed))
         for run, dip in lowest.items()
     )
 
 
-def lowered(ways: Waypoints, slower: tuple[Slowdown, ...]) -> Waypoints:
-    """Return the waypoints with the ceilings of some runs' depositing steps at the speeds that they hold."""
-    ceilings = ways.ceilings.copy()
+def lowered(knots: Knots, slower: tuple[Slowdown, ...]) -> Knots:
+    """Return the knots with the ceilings of some runs' depositing steps at the speeds that they hold."""
+    ceilings = knots.ceilings.copy()
     for slowdown in slower:
-        laid = _laid(ways, slowdown.run)
-        ceilings[laid] = slowdown.held_speed * METRES_PER_MILLIMETRE / ways.tip_shares[laid]
-    return replace(ways, ceilings=ceilings)
+        laid = _laid(knots, slowdown.run)
+        ceilings[laid] = slowdown.held_speed * METRES_PER_MILLIMETRE / knots.tip_shares[laid]
+    return replace(knots, ceilings=ceilings)
 
 
-def pace(ways: Waypoints, motions: list[Motion], *, robot: Robot, process: Process) -> Pace:
+def pace(knots: Knots, motions: list[Motion], *, robot: Robot, process: Process) -> Pace:
     """Measure how evenly the tip runs on deposit.
 
     Args:
-        ways: what was timed; the ceilings of its depositing steps are the speeds of the runs.
-        motions: of its pieces, in their order.
+        knots: what was timed; the ceilings of its depositing steps are the speeds of the runs.
+        motions: of its legs, in their order.
         robot: limits of the joints.
         process: with the set speed.
     """
     profiles = [
-        _Profile.of(ways, first, last, motion, robot=robot, set_speed=process.speed)
-        for (first, last), motion in zip(ways.pieces, motions, strict=True)
-        if ways.deposit[first:last].any()
+        _Profile.of(knots, first, last, motion, robot=robot, set_speed=process.speed)
+        for (first, last), motion in zip(knots.legs, motions, strict=True)
+        if knots.deposit[first:last].any()
     ]
-    total = sum(float(profile.ways.sum()) for profile in profiles)
+    total = sum(float(profile.lengths.sum()) for profile in profiles)
     if not profiles or total == 0.0:
         return Pace(process.speed, (), 1.0, 0.0)
-    at_speed = sum(float(profile.ways @ profile.above(EVEN_SHARE * process.speed)) for profile in profiles)
+    at_speed = sum(float(profile.lengths @ profile.above(EVEN_SHARE * process.speed)) for profile in profiles)
     on_ramps = sum(
-        float((profile.ways * (1.0 - profile.above(EVEN_SHARE * profile.wanted)))[~profile.inner].sum())
+        float((profile.lengths * (1.0 - profile.above(EVEN_SHARE * profile.wanted)))[~profile.inner].sum())
         for profile in profiles
     )
     return Pace(
@@ -134,14 +134,14 @@ def pace(ways: Waypoints, motions: list[Motion], *, robot: Robot, process: Proce
     )
 
 
-def _laid(ways: Waypoints, run: int) -> BoolArray:
+def _laid(knots: Knots, run: int) -> BoolArray:
     """Return for each step whether it lays material of a run."""
-    return ways.deposit & (ways.runs[1:] == run)
+    return knots.deposit & (knots.runs[1:] == run)
 
 
-def _laid_length(ways: Waypoints, run: int) -> float:
-    laid = _laid(ways, run)
-    return float((np.diff(ways.lengths) * ways.tip_shares)[laid].sum()) / METRES_PER_MILLIMETRE
+def _laid_length(knots: Knots, run: int) -> float:
+    laid = _laid(knots, run)
+    return float((np.diff(knots.lengths) * knots.tip_shares)[laid].sum()) / METRES_PER_MILLIMETRE
 
 
 def _stepped(speed: float) -> float:
@@ -151,38 +151,38 @@ def _stepped(speed: float) -> float:
 
 
 class _Hold(NamedTuple):
-    """What a piece needs to run at its ceilings all along.
+    """What a leg needs to run at its ceilings all along.
 
     Attributes:
-        first: its first waypoint.
-        knots: (n,) path parameter of its waypoints [m].
+        first: its first knot.
+        lengths: (n,) path parameter of its knots [m].
         laid: (n - 1,) whether the step lays material.
         factors: (n - 1, 12) the `strains` of each step at the ceilings: speeds of the joints, then accelerations.
         ramps: lengths of the ideal ramps at its ends [m].
     """
 
     first: int
-    knots: FloatArray
+    lengths: FloatArray
     laid: BoolArray
     factors: FloatArray
     ramps: tuple[float, float]
 
 
-def _hold(ways: Waypoints, first: int, last: int, *, robot: Robot) -> _Hold:
-    knots, ceilings = ways.knots(first, last), ways.ceilings[first:last]
-    path = CubicSpline(knots, ways.joints[first : last + 1])
-    factors = np.hstack(strains(path, knots, at_grid(ceilings, knots, knots), robot=robot))
-    return _Hold(first, knots, ways.deposit[first:last], factors, end_ramps(path, ceilings=ceilings, robot=robot))
+def _hold(knots: Knots, first: int, last: int, *, robot: Robot) -> _Hold:
+    lengths, ceilings = knots.lengths_of(first, last), knots.ceilings[first:last]
+    path = CubicSpline(lengths, knots.joints[first : last + 1])
+    factors = np.hstack(strains(path, lengths, at_grid(ceilings, lengths, lengths), robot=robot))
+    return _Hold(first, lengths, knots.deposit[first:last], factors, end_ramps(path, ceilings=ceilings, robot=robot))
 
 
-def _held(pieces: list[_Hold]) -> tuple[float, _Hold, int]:
-    """Return the share of the set speed that is held along all pieces, and the piece and step that hold no more."""
-    share, worst, step = 1.0, pieces[0], 0
-    for piece in pieces:
-        inner = _inner(piece.knots, ramps=piece.ramps) & piece.laid
-        factors = np.where(inner, piece.factors.max(axis=1), 0.0)
+def _held(legs: list[_Hold]) -> tuple[float, _Hold, int]:
+    """Return the share of the set speed that is held along all legs, and the leg and step that hold no more."""
+    share, worst, step = 1.0, legs[0], 0
+    for leg in legs:
+        inner = _inner(leg.lengths, ramps=leg.ramps) & leg.laid
+        factors = np.where(inner, leg.factors.max(axis=1), 0.0)
         if share * factors.max() > 1.0:
-            step, worst = int(factors.argmax()), piece
+            step, worst = int(factors.argmax()), leg
             share = 1.0 / float(factors[step])
     return share, worst, step
 
@@ -198,13 +198,13 @@ def _inner(grid: FloatArray, *, ramps: tuple[float, float]) -> BoolArray:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Profile:
-    """The tip's speed along the steps of one timed piece that lay material, h of them.
+    """The tip's speed along the steps of one timed leg that lay material, h of them.
 
     Attributes:
-        motion: of the piece.
+        motion: of the leg.
         rows: (h,) step of the motion's grid.
         run: run of the stream.
-        ways: (h,) way of the tip [mm].
+        lengths: (h,) that the tip passes [mm].
         speeds: (2, h) tip speed at both ends of the step [mm/s].
         wanted: (h,) speed of the run [mm/s].
         inner: (h,) whether the step lies off the ramps; where none does, only the fastest step.
@@ -215,7 +215,7 @@ class _Profile:
     motion: Motion
     rows: IntArray
     run: int
-    ways: FloatArray
+    lengths: FloatArray
     speeds: FloatArray
     wanted: FloatArray
     inner: BoolArray
@@ -223,30 +223,30 @@ class _Profile:
     arcs: FloatArray
 
     @classmethod
-    def of(cls, ways: Waypoints, first: int, last: int, motion: Motion, *, robot: Robot, set_speed: float) -> _Profile:
-        """Return the profile of one piece."""
-        knots, grid = ways.knots(first, last), motion.grid
-        laid, tip_shares = ways.deposit[first:last], ways.tip_shares[first:last]
-        ceilings = ways.ceilings[first:last].copy()
+    def of(cls, knots: Knots, first: int, last: int, motion: Motion, *, robot: Robot, set_speed: float) -> _Profile:
+        """Return the profile of one leg."""
+        lengths, grid = knots.lengths_of(first, last), motion.grid
+        laid, tip_shares = knots.deposit[first:last], knots.tip_shares[first:last]
+        ceilings = knots.ceilings[first:last].copy()
         ceilings[laid] = set_speed * METRES_PER_MILLIMETRE / tip_shares[laid]
-        step = first + np.searchsorted(knots, grid[1:]) - 1
-        rows = np.flatnonzero(ways.deposit[step])
-        step, shares = step[rows], ways.tip_shares[step[rows]]
+        step = first + np.searchsorted(lengths, grid[1:]) - 1
+        rows = np.flatnonzero(knots.deposit[step])
+        step, shares = step[rows], knots.tip_shares[step[rows]]
         speeds = np.stack([motion.speeds[rows], motion.speeds[rows + 1]]) * shares / METRES_PER_MILLIMETRE
         inner = _inner(grid, ramps=end_ramps(motion.path, ceilings=ceilings, robot=robot))[rows]
         if not inner.any():
             inner = np.arange(rows.size) == speeds.max(axis=0).argmax()
-        within = (grid[rows] - knots[step - first]) / (knots[step - first + 1] - knots[step - first])
+        within = (grid[rows] - lengths[step - first]) / (lengths[step - first + 1] - lengths[step - first])
         return cls(
             motion=motion,
             rows=rows,
-            run=int(ways.runs[last]),
-            ways=np.diff(grid)[rows] * shares / METRES_PER_MILLIMETRE,
+            run=int(knots.runs[last]),
+            lengths=np.diff(grid)[rows] * shares / METRES_PER_MILLIMETRE,
             speeds=speeds,
-            wanted=ways.ceilings[step] * shares / METRES_PER_MILLIMETRE,
+            wanted=knots.ceilings[step] * shares / METRES_PER_MILLIMETRE,
             inner=inner,
-            tips=ways.tips[step] + within[:, None] * (ways.tips[step + 1] - ways.tips[step]),
-            arcs=ways.arcs[step] + within * (ways.arcs[step + 1] - ways.arcs[step]),
+            tips=knots.tips[step] + within[:, None] * (knots.tips[step + 1] - knots.tips[step]),
+            arcs=knots.arcs[step] + within * (knots.arcs[step + 1] - knots.arcs[step]),
         )
 
     @property
@@ -263,7 +263,7 @@ class _Profile:
         return faster if faster.size == 1 else slower
 
     def above(self, speeds: FloatArray | float) -> FloatArray:
-        """Return the share of each step on which the tip is at least so fast; its square is linear in the way."""
+        """Return the share of each step on which the tip is at least so fast; its square is linear in the length."""
         squares = self.speeds**2
         low: FloatArray = squares.min(axis=0)
         high: FloatArray = squares.max(axis=0)
@@ -276,7 +276,7 @@ class _Profile:
         steps = np.flatnonzero(self.inner)
         slow = steps[self._off_ramps < EVEN_SHARE * self.wanted[steps]]
         stretches = np.split(slow, np.flatnonzero(np.diff(slow) > 1) + 1) if slow.size else []
-        below = self.ways * (1.0 - self.above(EVEN_SHARE * self.wanted))
+        below = self.lengths * (1.0 - self.above(EVEN_SHARE * self.wanted))
         return [self._dip(stretch, below, robot=robot, set_speed=set_speed) for stretch in stretches]
 
     def _dip(self, stretch: IntArray, below: FloatArray, *, robot: Robot, set_speed: float) -> Slowdown:

@@ -1,4 +1,4 @@
-"""The fastest motion along one piece of path, from rest to rest.
+"""The fastest motion along one leg of path, from rest to rest.
 
 The path is a spline of the joints over a length s; what is sought is the speed v(s) at each point of a grid. Between
 neighbouring grid points the path acceleration is constant, so that v^2 is linear in s. Sought is the largest v that
@@ -23,11 +23,11 @@ FASTEST = 10.0
 # The solver keeps limits to rounding only; a motion that breaks them by less than this share is taken as it is.
 STRETCH_TOLERANCE = 4e-3
 
-# Grid points at each end of a piece, as shares of the length in which the set speed is reached from rest. That
+# Grid points at each end of a leg, as shares of the length in which the set speed is reached from rest. That
 # length is often far below the distance of the poses, and the speed between two grid points cannot bend.
 RAMP_SHARES = np.array([0.2, 0.5, 1.0, 1.2, 2.0])
 
-# A piece of few poses is divided until it has this many steps; its speed would be too coarse otherwise.
+# A leg of few poses is divided until it has this many steps; its speed would be too coarse otherwise.
 SMALLEST_GRID = 8
 
 # Steps that break a limit between their ends are quartered, with their neighbours, at most this often.
@@ -40,7 +40,7 @@ SMALLEST_STEP_SHARE = 0.02
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """One piece of the path in time, from rest to rest.
+    """One leg of the path in time, from rest to rest.
 
     Attributes:
         path: joint angles [rad] over the length s; differentiable twice.
@@ -86,12 +86,12 @@ def straight_motion(start: FloatArray, end: FloatArray, *, speeds: FloatArray, a
         accelerations: (6,) limits [rad/s2].
 
     Returns:
-        The motion; its s is the share of the way.
+        The motion; its s is the share of the line.
     """
-    way = np.abs(end - start)
-    moved = way > 0.0
-    top = float((speeds[moved] / way[moved]).min())
-    acceleration = float((accelerations[moved] / way[moved]).min())
+    turned = np.abs(end - start)
+    moved = turned > 0.0
+    top = float((speeds[moved] / turned[moved]).min())
+    acceleration = float((accelerations[moved] / turned[moved]).min())
     ramp = min(top**2 / (2.0 * acceleration), 0.5)
     grid = np.unique([0.0, ramp, 1.0 - ramp, 1.0])
     path_speeds = np.sqrt(2.0 * acceleration * np.minimum(grid, 1.0 - grid)).clip(max=top)
@@ -104,7 +104,7 @@ def fastest_motion(joints: FloatArray, lengths: FloatArray, *, ceilings: FloatAr
 
     The joints are joined by a cubic spline with continuous second derivative. The result is checked at both ends and
     in the middle of each step of the grid. Where it breaks a limit at a few places it is sought again with finer steps
-    there; what is left is healed by stretching the whole piece in time by the smallest factor c that does: speeds fall
+    there; what is left is healed by stretching the whole leg in time by the smallest factor c that does: speeds fall
     to 1/c, accelerations to 1/c^2.
 
     Args:
@@ -160,7 +160,7 @@ def at_grid(ceilings: FloatArray, lengths: FloatArray, grid: FloatArray) -> Floa
 
 
 def _grid(lengths: FloatArray, *, ramps: tuple[float, float]) -> FloatArray:
-    """Return the knots of the path and points between them: both ramps, and the steps of a short piece."""
+    """Return the knots of the path and points between them: both ramps, and the steps of a short leg."""
     total = lengths[-1]
     steps = -(-SMALLEST_GRID // (lengths.size - 1))
     shares = np.arange(steps) / steps

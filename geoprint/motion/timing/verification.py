@@ -6,7 +6,7 @@ import numpy as np
 
 from geoprint.errors import LimitError, VerificationError
 from geoprint.model import FloatArray, JointPath, PoseStream, Process, Robot, Trajectory
-from geoprint.motion.reach import tip_ways, turns
+from geoprint.motion.reach import tip_lengths, turns
 from geoprint.surfaces import in_words
 
 SAMPLE_TIME = 1e-3  # between rows of a trajectory [s]
@@ -25,10 +25,10 @@ PASSING_TOLERANCE = 1e-5
 # Rows may be off their even times by rounding [s].
 TIME_TOLERANCE = 1e-9
 
-# Length of way [mm] about a place whose steps a message says the turn of: what a bend looks like to a reader.
+# Length of path [mm] about a place whose steps a message says the turn of: what a bend looks like to a reader.
 BEND_LENGTH = 1.0
 
-# Ways of the tip shorter than this [mm] take no time.
+# Steps of the tip shorter than this [mm] take no time.
 COINCIDENT = 1e-6
 
 
@@ -107,7 +107,7 @@ def _refuse_excess(
         return
     at = min(int(row), trajectory.times.size - 1)
     run, time = int(trajectory.runs[at]), float(trajectory.times[at])
-    where = f"run {run + 1}{_bend(trajectory, poses, time=time)}" if run >= 0 else "the way from or to home"
+    where = f"run {run + 1}{_bend(trajectory, poses, time=time)}" if run >= 0 else "the motion from or to home"
     amount = float(np.abs(found[row, joint]))
     raise LimitError(
         f"{where}, {time:.3f} s: joint {joint + 1} {what} {amount:.4g} {unit}, allowed is {allowed[joint]:.4g} {unit}; "
@@ -120,24 +120,24 @@ def _refuse_excess(
 def _bend(trajectory: Trajectory, poses: PoseStream, *, time: float) -> str:
     """Return where the tip is at a time, and how far the tool turns over the steps about there."""
     pose = min(int(np.searchsorted(trajectory.pose_times, time)), poses.count - 1)
-    arcs = np.concatenate([[0.0], np.cumsum(tip_ways(poses))])
+    arcs = np.concatenate([[0.0], np.cumsum(tip_lengths(poses))])
     near = np.flatnonzero((arcs[:-1] <= arcs[pose] + BEND_LENGTH / 2.0) & (arcs[1:] >= arcs[pose] - BEND_LENGTH / 2.0))
     turned, length = np.degrees(turns(poses)[near].sum()), arcs[near[-1] + 1] - arcs[near[0]]
     return f" at tip {in_words(poses.tips[pose])}, where the tool turns by {turned:.0f} degrees within {length:.2g} mm"
 
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:
-    ways = tip_ways(poses)
+    passed = tip_lengths(poses)
     allowed = np.where(poses.laid, process.speed, process.travel_speed)
-    excess = ways - (1.0 + LIMIT_TOLERANCE) * allowed * np.diff(trajectory.pose_times)
+    excess = passed - (1.0 + LIMIT_TOLERANCE) * allowed * np.diff(trajectory.pose_times)
     if excess.max(initial=0.0) <= COINCIDENT:
         return
     step = int(excess.argmax())
     run, time = int(poses.runs[step + 1]), float(trajectory.pose_times[step])
     raise LimitError(
-        f"run {run + 1}, {time:.3f} s: the tip goes {ways[step]:.3g} mm from pose {step} to the next in "
+        f"run {run + 1}, {time:.3f} s: the tip goes {passed[step]:.3g} mm from pose {step} to the next in "
         f"{trajectory.pose_times[step + 1] - time:.4g} s, allowed are {allowed[step]:g} mm/s; time the path again.",
-        run=run, time_s=time, way_mm=float(ways[step]), allowed_mm_s=float(allowed[step]),
+        run=run, time_s=time, length_mm=float(passed[step]), allowed_mm_s=float(allowed[step]),
     )  # fmt: skip
 
 

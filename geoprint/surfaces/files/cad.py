@@ -12,11 +12,11 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
-from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files import cad_worker
+from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.native import run_worker
 
-KINDS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
 # Largest distance between a face and its triangles [mm], and as a share of the part's size: the smaller counts.
 CHORD = 0.01
 CHORD_SHARE = 1 / 5000
@@ -30,12 +30,12 @@ LARGEST_SIZE = 2000.0
 MILLIMETRES = {"step": 1000.0, "iges": 1.0}
 
 
-def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
+def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
     """Return triangles of all faces of a STEP or IGES file, in mm.
 
     Args:
         data: content of the file.
-        suffix: a key of KINDS.
+        kind: a key of MILLIMETRES.
         name: of the file.
 
     Raises:
@@ -45,7 +45,6 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
     """
     if importlib.util.find_spec("cascadio") is None:
         raise missing("cascadio", extra="cad", work="reading STEP and IGES files")
-    kind = KINDS[suffix]
     vertices, faces = _tessellated(data, kind=kind, chord=ROUGH_CHORD, relative=True, name=name)
     size = float(np.ptp(vertices, axis=0).max())
     chord = min(CHORD, CHORD_SHARE * size)
@@ -56,7 +55,7 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
         ("chord_mm", round(chord, 6)),
         ("angle_deg", round(math.degrees(ANGLE), 3)),
     )
-    return Conversion(vertices, faces, "mm", notes)
+    return MeshFile(vertices, faces, "mm", notes)
 
 
 def _tessellated(data: bytes, *, kind: str, chord: float, relative: bool, name: str) -> tuple[FloatArray, IntArray]:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from geoprint.backends.distortion import local_scales, signed_areas
 from geoprint.backends.lscm.backend import PIXELS_PER_SPACING, Lscm
-from geoprint.backends.lscm.chart import conformal_chart, farthest_pair, signed_areas
-from geoprint.backends.lscm.distortion import local_scales
+from geoprint.backends.lscm.chart import conformal_chart, farthest_pair
 from geoprint.backends.lscm.segment_distance import point_distances
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, Seed, Surface, SurfaceCurves, SurfacePoints
@@ -126,7 +126,7 @@ def test_on_the_plane_curves_are_as_far_from_the_border_and_from_each_other_as_w
     surface, border, spacing = triangulated(*loops, width=1.2), segments_of(*loops), 1.0
     backend = Lscm(surface)
     contours = backend.contours(boundary_seed(surface), spacing=spacing)
-    lines, pixel = lines_of(surface, contours), backend.flattening(spacing=spacing).pixel
+    lines, pixel = lines_of(surface, contours), backend.shown(spacing=spacing).pixel
     assert contours.curves.closed.all()
     nodes = np.vstack(lines)[:, :2]
     error = np.abs(slow_distances(nodes, border) - node_levels(contours)) / spacing
@@ -182,7 +182,7 @@ def test_around_a_point_curves_are_circles_that_end_at_the_border() -> None:
     centre = np.array([13.3, 12.1, 0.0])
     backend = Lscm(surface)
     contours = backend.contours(point_seed(surface, centre, tolerance=0.1), spacing=2.0)
-    pixel = backend.flattening(spacing=2.0).pixel
+    pixel = backend.shown(spacing=2.0).pixel
     lines = lines_of(surface, contours)
     nodes = np.vstack(lines)
     away = np.linalg.norm(nodes - centre, axis=1)
@@ -252,8 +252,8 @@ def test_half_the_border_is_a_seed_of_its_own() -> None:
 @pytest.mark.parametrize("spacing", [0.4, 1.0, 2.5])
 def test_the_raster_has_sixteen_pixels_a_spacing_where_the_chart_shrinks_the_surface_most(spacing: float) -> None:
     surface = spherical_cap(radius=30.0, angle=1.2, rings=20, jitter_seed=1)
-    chart = Lscm(surface).flattening(spacing=spacing).chart.flat
-    found = Lscm(surface).flattening(spacing=spacing)
+    chart = Lscm(surface).shown(spacing=spacing).flat
+    found = Lscm(surface).shown(spacing=spacing)
     shrunk = float(np.min(edge_lengths(chart) / edge_lengths(surface)))
     assert found.largest_pixel <= spacing / PIXELS_PER_SPACING * (1 + 1e-6)
     assert found.pixel / shrunk < 1.15 * spacing / PIXELS_PER_SPACING
@@ -266,14 +266,14 @@ def test_the_raster_of_a_turned_part_is_as_fine_though_its_size_is_rounded() -> 
     for degrees in np.linspace(0.0, 360.0, 40):
         surface = plate((40.0, 30.0))
         turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
-        counts.add(Lscm(Surface(surface.vertices @ turn.T, surface.faces)).flattening(spacing=1.0).resolution)
+        counts.add(Lscm(Surface(surface.vertices @ turn.T, surface.faces)).shown(spacing=1.0).resolution)
     assert len(counts) == 1
 
 
 def test_a_given_resolution_is_taken_and_refused_where_paths_would_run_together() -> None:
     surface = plate(jitter_seed=1)
     seed = boundary_seed(surface)
-    assert Lscm(surface, resolution=200).flattening(spacing=1.0).resolution == 200
+    assert Lscm(surface, resolution=200).shown(spacing=1.0).resolution == 200
     with pytest.raises(FieldError, match=r"pixel of the chart of plate at resolution 32 is 1\.\d+ mm .* at \(.*\) mm"):
         Lscm(surface, resolution=32).contours(seed, spacing=1.0)
     for resolution in (8, 8193):
@@ -288,11 +288,11 @@ def test_paths_too_fine_for_any_raster_are_refused_with_the_finest_that_fit() ->
     ) as found:
         Lscm(surface).contours(boundary_seed(surface), spacing=0.01)
     finest = float(str(found.value).split("at least ")[1].split(" ")[0])
-    assert Lscm(surface).flattening(spacing=finest).resolution <= 8192
+    assert Lscm(surface).shown(spacing=finest).resolution <= 8192
     assert "--resolution" not in str(found.value)
     with pytest.raises(FieldError, match="take a coarser raster with `--resolution 8192`"):
-        Lscm(surface).flattening(spacing=0.07)
-    assert Lscm(surface, resolution=8192).flattening(spacing=0.07).resolution == 8192
+        Lscm(surface).shown(spacing=0.07)
+    assert Lscm(surface, resolution=8192).shown(spacing=0.07).resolution == 8192
 
 
 def test_a_first_level_smaller_than_a_pixel_is_refused() -> None:

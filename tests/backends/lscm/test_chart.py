@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from geoprint.backends.distortion import signed_areas
 from geoprint.backends.lscm.chart import conformal_chart, farthest_pair
-from geoprint.backends.lscm.overlap import crossing_segments, refuse_overlaps, signed_areas
+from geoprint.backends.lscm.overlap import crossing_segments, refuse_overlaps
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces import boundary_loops, describe, edge_lengths, face_areas

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from geoprint.backends.lscm.chart_lookup import locate
+from geoprint.backends.chart_lookup import locate
 from geoprint.backends.lscm.raster import DistanceImage, clipped, filled, region_image, seed_image
 from geoprint.backends.lscm.segment_distance import grid_distances, point_distances
 from geoprint.model import FloatArray

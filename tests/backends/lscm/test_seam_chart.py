@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from geoprint.backends.distortion import distortion, signed_areas
 from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.backends.lscm.continuation import UNCUT, Continuation
-from geoprint.backends.lscm.distortion import distortion
-from geoprint.backends.lscm.overlap import signed_areas
 from geoprint.backends.lscm.seam_chart import LARGEST_TURN, flat_turn, flattened, laid_flat, shortest_cut
 from geoprint.errors import InputError
 from geoprint.model import IntArray, Surface

@@ -201,7 +201,7 @@ def test_no_program_ever_switches_the_monitoring_of_configurations_off(placement
     assert code.count("MoveL GeoAloft([[") == 4
 
 
-def test_the_ways_from_and_to_home_take_the_planned_time() -> None:
+def test_the_motions_from_and_to_home_take_the_planned_time() -> None:
     found = write().modules
     assert "CONST num nGeoThere:=1.000;" in dict(found)["GeoCell.mod"]
     assert (

@@ -178,9 +178,9 @@ DAMAGES = {
     "starts later": Damage(C, "geoFirstRun:=1", "geoFirstRun:=2", "must be declared 1", "geoFirstRun"),
     "data nobody uses": Damage(C, r"(  VAR triggdata tGeoValveOn;\n)", r"\1  VAR triggdata tGeoOther;\n",
                                "no use for it", "tGeoOther"),
-    "a module loaded on the way": Damage(
+    "a module loaded during another": Damage(
         P, "    GeoRun2;\n", '    StartLoad\\\\Dynamic,diskhome\\\\File:="GeoPrint.mod",geoLoading;\n    GeoRun2;\n',
-        "while another is on its way, or twice", "StartLoad"),
+        "while another is being loaded, or twice", "StartLoad"),
     "unloaded too early": Damage(P, "    GeoRun2;\n", '    UnLoad diskhome\\\\File:="GeoPrint.mod";\n    GeoRun2;\n',
                                  "is not loaded", "GeoRun2;"),
     "unknown instruction": Damage(P, "    GeoRun2;", "    WaitTime 5;", "no procedure waittime", "WaitTime"),

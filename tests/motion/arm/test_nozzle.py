@@ -70,7 +70,7 @@ def test_joint_6_stays_inside_its_range_before_it_is_near_home() -> None:
     assert axial_rotation(np.empty(0), robot) == 0.0
 
 
-def test_bent_nozzle_turns_along_the_way_without_winding_up() -> None:
+def test_bent_nozzle_turns_along_the_path_without_winding_up() -> None:
     cell = bent_cell()
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     path = reach(stream(arc(radius=40.0)), arm, T_base_work=HERE)

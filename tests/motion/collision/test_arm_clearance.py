@@ -29,7 +29,7 @@ CELL = straight_cell()
 LINKS = link_solids("irb120")
 PATH, ARM, POSES = printed_line()
 TABLE = Box("table", np.array([300.0, 0.0, -10.0]), np.array([800.0, 1200.0, 20.0]))
-# A box over the forearm, higher than any of it on the way from and to the plate.
+# A box over the forearm, higher than any of it on the motion from and to the plate.
 ABOVE = Box("lid", np.array([150.0, 0.0, 900.0]), np.array([60.0, 200.0, 40.0]))
 
 
@@ -105,7 +105,7 @@ def test_forearm_nearer_than_the_clearance_is_refused_by_link_obstacle_place_and
     assert details["distance"] == pytest.approx(0.9, abs=0.04)
 
 
-def test_box_in_the_way_of_the_forearm_is_refused_by_its_depth():
+def test_box_that_blocks_the_forearm_is_refused_by_its_depth():
     box = replace(LID, centre=LID.centre - np.array([0.0, 0.0, 5.9]))
 
     with pytest.raises(ClearanceError, match=r"the arm's link 3 reaches \d\.\d\d mm into the obstacle lid") as caught:
@@ -176,12 +176,12 @@ def test_lamp_that_reaches_back_into_the_forearm_is_refused():
 def test_lamp_that_grazes_a_post_is_refused_within_the_clearance_only(gap: float, hit: bool):  # noqa: FBT001
     lamp = Lamp(transforms.rigid(np.eye(3), np.array([40.0, 0.0, 20.0])), length=50.0, diameter=30.0)
     # Straight down along y, at x = 20: the side of the lamp is at x = 75, from 90 to 140 mm above the tip.
-    way = run_of(pointing_down(line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3))))
+    placements = run_of(pointing_down(line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3))))
     post = block((75.0 + gap, 12.0, 100.0), (80.0, 14.0, 110.0), name="post")
 
     def check() -> Clearance:
         return check_placements(
-            way,
+            placements,
             tool=replace(CELL.tool, lamp=lamp),
             process=CELL.process,
             standoff=0.3,

@@ -22,7 +22,7 @@ CELL = straight_cell()
 STANDOFF = CELL.process.standoff
 KEPT = CELL.process.clearance
 # Over the middle of the plate, along y.
-WAY = line((20.0, 5.0, STANDOFF), (20.0, 25.0, STANDOFF))
+LINE = line((20.0, 5.0, STANDOFF), (20.0, 25.0, STANDOFF))
 
 
 def check(
@@ -47,7 +47,7 @@ def check(
 
 
 def over_plate(lean: float = 0.0) -> Placements:
-    return run_of(pointing_down(WAY, lean=lean))
+    return run_of(pointing_down(LINE, lean=lean))
 
 
 def post_beside_barrel(gap: float) -> Surface:
@@ -62,7 +62,7 @@ def test_plain_plate_is_clear_by_what_the_tip_zone_leaves():
     assert found.at.startswith("in run 1 at (20.00, ")
     assert found.at.endswith("needle to part plate")
     assert found.tip_margin == pytest.approx(STANDOFF, abs=1e-9)
-    assert (found.kept, found.checks) == (KEPT, len(WAY))
+    assert (found.kept, found.checks) == (KEPT, len(LINE))
     assert found.checked == (
         "needle, cone, barrel, bracket against part plate",
         "needle's tip on travel and its rim on deposit against part plate",
@@ -91,8 +91,8 @@ def test_barrel_that_enters_a_post_is_refused_by_its_depth():
     assert isinstance(details["place"], tuple)
     assert 10.0 <= details["place"][1] <= 14.0
     assert isinstance(details["hits"], int)
-    assert 9 <= details["hits"] < len(WAY)
-    assert details["placements"] == len(WAY)
+    assert 9 <= details["hits"] < len(LINE)
+    assert details["placements"] == len(LINE)
 
 
 def test_post_nearer_than_the_clearance_is_refused_by_its_distance():
@@ -130,7 +130,7 @@ def test_body_wound_inside_out_hides_nothing():
 
 
 def test_needle_in_the_part_is_refused():
-    poses = pointing_down(WAY - np.array([0.0, 0.0, STANDOFF + 4.0]))
+    poses = pointing_down(LINE - np.array([0.0, 0.0, STANDOFF + 4.0]))
 
     with pytest.raises(ClearanceError, match=r"needle reaches 0.65 mm into the part plate; .* 41 of 41 placements"):
         check(run_of(poses))
@@ -158,20 +158,20 @@ def test_lean_that_leaves_room_passes_with_its_known_margin():
 
 def test_standoff_of_almost_nothing_is_refused():
     with pytest.raises(ClearanceError, match=r"has 0.00 mm of room over the part plate"):
-        check(run_of(pointing_down(WAY - np.array([0.0, 0.0, STANDOFF - 0.003]))))
+        check(run_of(pointing_down(LINE - np.array([0.0, 0.0, STANDOFF - 0.003]))))
 
 
 @pytest.mark.parametrize(("top", "hit"), [(STANDOFF + 0.2, True), (STANDOFF - 0.05, False)])
 def test_tip_on_travel_must_not_touch_a_bump(top: float, hit: bool):  # noqa: FBT001
-    deposit = np.arange(len(WAY)) < len(WAY) // 2
+    deposit = np.arange(len(LINE)) < len(LINE) // 2
     bump = block((19.9, 19.9, 0.0), (20.1, 20.1, top), name="bump")
-    way = run_of(pointing_down(WAY), deposit=deposit)
+    placements = run_of(pointing_down(LINE), deposit=deposit)
 
     if not hit:
-        assert check(way, body=bump).tip_margin == pytest.approx(STANDOFF, abs=1e-9)
+        assert check(placements, body=bump).tip_margin == pytest.approx(STANDOFF, abs=1e-9)
         return
     with pytest.raises(ClearanceError, match=r"the needle's tip reaches 0.20 mm into the body bump; at least 0.00 mm"):
-        check(way, body=bump)
+        check(placements, body=bump)
 
 
 def test_retract_from_the_surface_raises_no_alarm():
@@ -213,7 +213,7 @@ def test_obstacle_in_the_base_frame_gives_the_same_distance_wherever_the_part_st
     moved = Surface(
         vertices=transforms.apply(transforms.inverse(T_base_work), plate().vertices), faces=plate().faces, name="plate"
     )
-    poses = transforms.inverse(T_base_work) @ pointing_down(WAY)
+    poses = transforms.inverse(T_base_work) @ pointing_down(LINE)
 
     here = check(over_plate(), obstacles=(box,))
     there = check(run_of(poses), part=moved, obstacles=(box,), T_base_work=T_base_work)
@@ -225,12 +225,12 @@ def test_obstacle_in_the_base_frame_gives_the_same_distance_wherever_the_part_st
 
 def test_path_without_deposit_is_refused():
     with pytest.raises(InputError, match="lays no material"):
-        check(run_of(pointing_down(WAY), deposit=np.zeros(len(WAY), dtype=np.bool_)))
+        check(run_of(pointing_down(LINE), deposit=np.zeros(len(LINE), dtype=np.bool_)))
 
 
 def test_part_that_is_nowhere_near_the_path_is_refused():
     with pytest.raises(VerificationError, match="no surface is found below the tip"):
-        check(run_of(pointing_down(WAY + np.array([0.0, 0.0, 50.0]))))
+        check(run_of(pointing_down(LINE + np.array([0.0, 0.0, 50.0]))))
 
 
 @pytest.mark.parametrize("kept", [-0.1, np.nan])
@@ -240,7 +240,7 @@ def test_impossible_clearance_is_refused(kept: float):
 
 
 def test_pose_without_numbers_is_refused():
-    poses = pointing_down(WAY).copy()
+    poses = pointing_down(LINE).copy()
     poses[3, 0, 3] = np.nan
 
     with pytest.raises(InputError, match="NaN"):
@@ -249,7 +249,7 @@ def test_pose_without_numbers_is_refused():
 
 def test_pose_that_is_no_rotation_is_refused():
     with pytest.raises(InputError, match="pose 0 of 41 is not a rigid transform"):
-        check(run_of(1.01 * pointing_down(WAY)))
+        check(run_of(1.01 * pointing_down(LINE)))
 
 
 def test_placements_too_far_apart_are_refused():

@@ -14,7 +14,7 @@ from tests.motion.placements import DOWN, line, pointing_down
 
 CELL = straight_cell()
 STANDOFF = CELL.process.standoff
-WAY = line((20.0, 5.0, STANDOFF), (20.0, 25.0, STANDOFF))
+LINE = line((20.0, 5.0, STANDOFF), (20.0, 25.0, STANDOFF))
 T_BASE_WORK = transforms.rigid(np.eye(3), np.array([330.0, -15.0, 60.0]))
 
 
@@ -22,7 +22,7 @@ def printed_line() -> tuple[ControllerPath, Arm, PoseStream]:
     """Return a path from home to a line over the plate and back: coarse joint moves, and a row each 0.5 mm between."""
     arm = Arm(CELL.robot, T_flange_tool=CELL.tool.T_flange_tool)
     lift = np.array([0.0, 0.0, 5.0])
-    tips = np.concatenate([WAY[:1] + lift, WAY, WAY[-1:] + lift])
+    tips = np.concatenate([LINE[:1] + lift, LINE, LINE[-1:] + lift])
     solutions = arm.solutions(T_BASE_WORK @ pointing_down(tips))
     distance = np.abs(solutions - CELL.robot.home).max(axis=2)
     branch = int(np.nanargmin(distance[0]))

@@ -44,7 +44,7 @@ def test_distance_of_known_points(shape: Revolution, point: tuple[float, float, 
 
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_distance_changes_by_no_more_than_the_way_between_two_points(seed: int):
+def test_distance_changes_by_no_more_than_two_points_are_apart(seed: int):
     generator = np.random.default_rng(seed)
     points = generator.uniform([-15.0, -15.0, -130.0], [15.0, 15.0, 5.0], (50, 3))
     others = points + generator.normal(scale=0.5, size=(50, 3))

@@ -1,4 +1,4 @@
-"""The path of a dry run: higher, on the same branch, with a way down to each later run."""
+"""The path of a dry run: higher, on the same branch, with a descent to each later run."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_dry_run_is_the_same_path_20_mm_higher_in_the_base_frame() -> None:
     assert not aloft.poses.deposit.any()
 
 
-def test_there_is_a_way_down_to_the_first_target_of_each_later_run_and_up_again() -> None:
+def test_there_is_a_descent_to_the_first_target_of_each_later_run_and_up_again() -> None:
     path, targets = path_and_targets()
     aloft, dry_targets = aloft_path(path, targets, ARM)
     runs = path.poses.runs[targets.poses]
@@ -107,7 +107,7 @@ def test_each_lifted_target_has_the_configuration_that_the_inverse_gives_there()
     controller_path(aloft, dry_targets, ARM, step=2.0)
 
 
-def test_a_way_down_that_ends_with_other_joints_than_the_print_has_is_refused() -> None:
+def test_a_descent_that_ends_with_other_joints_than_the_print_has_is_refused() -> None:
     path, targets = path_and_targets()
     turned = path.joints.copy()
     turned[path.poses.runs == 1, 5] += 2.0 * np.pi
@@ -143,7 +143,7 @@ def test_a_ceiling_that_only_the_dry_run_would_touch_is_found() -> None:
         check(Box("ceiling", tip + np.array([0.0, 0.0, 8.0]), np.array([4.0, 4.0, 4.0])))
 
 
-def test_priming_goes_there_and_back_the_same_way() -> None:
+def test_priming_goes_there_and_back_along_the_same_path() -> None:
     over_a_cup = CELL.robot.home + np.array([0.6, 0.1, 0.0, 0.0, 0.0, 0.0])
     path = there_and_back(over_a_cup, ARM, step=2.0)
     np.testing.assert_array_equal(path.joints, path.joints[::-1])

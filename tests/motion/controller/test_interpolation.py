@@ -124,7 +124,7 @@ def test_a_wrist_flip_between_two_targets_is_refused() -> None:
     flipping = solved(stream(np.zeros((2, 3)), quaternions=tilted(tilt)), arm)
     assert (flipping.joints[:, 4] > 0.1).all()
     with pytest.raises(
-        ReachError, match=r"run 1: the straight way of the controller flips: joint [46] turns by"
+        ReachError, match=r"run 1: the straight line of the controller flips: joint [46] turns by"
     ) as refusal:
         controller_path(flipping, every(flipping), arm)
     assert refusal.value.details["base_mm"] == pytest.approx(tuple(WORK[:3, 3]))

@@ -40,11 +40,11 @@ def unsolved(poses: PoseStream) -> JointPath:
 
 def passing(poses: PoseStream, *, share: float = 1.0, still: float = 0.0) -> Trajectory:
     """Return a trajectory that passes the poses at a share of the set speeds; turns on the spot take `still` [s]."""
-    ways = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
     speeds = share * np.where(poses.laid, PROCESS.speed, PROCESS.travel_speed)
     return Trajectory(
         times=np.zeros(1), joints=np.zeros((1, 6)), runs=np.zeros(1, dtype=np.int64), deposit=np.zeros(1, np.bool_),
-        pose_times=np.append([0.0], np.cumsum(np.where(ways > 0.0, ways / speeds, still))), stretched=0,
+        pose_times=np.append([0.0], np.cumsum(np.where(lengths > 0.0, lengths / speeds, still))), stretched=0,
         slowest_deposit=0.0, slowdowns=(), share_at_speed=0.0, share_on_ramps=0.0,
     )  # fmt: skip
 
@@ -61,15 +61,17 @@ def deviations(poses: PoseStream, chosen: IntArray) -> tuple[float, float]:
     """Return how far the poses are from the written path [mm, rad]; turns on the spot are sampled densely."""
     distance = angle = 0.0
     for first, last in zip(chosen[:-1].tolist(), chosen[1:].tolist(), strict=True):
-        way = poses.tips[last] - poses.tips[first]
+        line = poses.tips[last] - poses.tips[first]
         ends = Rotation.from_quat(poses.quaternions[[first, last]], scalar_first=True)
         for pose in range(first + 1, last):
             offset = poses.tips[pose] - poses.tips[first]
-            shares = np.clip(offset @ way / (way @ way), 0.0, 1.0)[None] if way.any() else np.linspace(0.0, 1.0, 2001)
+            shares = (
+                np.clip(offset @ line / (line @ line), 0.0, 1.0)[None] if line.any() else np.linspace(0.0, 1.0, 2001)
+            )
             own = Rotation.from_quat(poses.quaternions[pose], scalar_first=True)
             angles = np.asarray((Slerp([0.0, 1.0], ends)(shares) * own.inv()).magnitude())
             nearest = int(angles.argmin())
-            distance = max(distance, float(np.linalg.norm(offset - shares[nearest] * way)))
+            distance = max(distance, float(np.linalg.norm(offset - shares[nearest] * line)))
             angle = max(angle, float(angles[nearest]))
     return distance, angle
 

@@ -1,4 +1,4 @@
-"""Rounded corners: the documented parabola, and any smaller one, stays within the rounding of the checked way."""
+"""Rounded corners: the documented parabola, and any smaller one, stays within the rounding of the checked path."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ CELL = straight_cell()
 ARM = arm_of(CELL)
 ZONE = 0.3
 # Over the middle of the plate, along y.
-WAY = line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3))
+LINE = line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3))
 
 
-def way_of(poses: FloatArray, corners: FloatArray, *, deposit: BoolArray | None = None) -> Placements:
+def placements_of(poses: FloatArray, corners: FloatArray, *, deposit: BoolArray | None = None) -> Placements:
     return replace(run_of(poses, deposit=deposit), corners=corners)
 
 
-def check(way: Placements, *, body: Surface | None = None) -> Clearance:
+def check(placements: Placements, *, body: Surface | None = None) -> Clearance:
     return check_placements(
-        way, tool=CELL.tool, process=CELL.process, standoff=0.3, part=plate(), body=body, obstacles=(),
+        placements, tool=CELL.tool, process=CELL.process, standoff=0.3, part=plate(), body=body, obstacles=(),
         T_work_base=np.eye(4),
     )  # fmt: skip
 
@@ -60,7 +60,7 @@ def blended(path: JointPath, *, zone: float, count: int = 21) -> FloatArray:
 
 
 def beyond_rounding(poses: FloatArray, path: ControllerPath, arm: Arm, point: FloatArray) -> FloatArray:
-    """Return how far a point of the tool at poses is beyond the rounding about every row of its way [mm].
+    """Return how far a point of the tool at poses is beyond the rounding about every row of its path [mm].
 
     What is checked for collisions is the rounding about all rows together; where a point turns back, another row than
     the nearest one may be the one that holds it.
@@ -82,7 +82,7 @@ def test_middle_of_a_right_angle_is_an_eighth_of_the_diagonal_away():
     np.testing.assert_allclose(middles[[0, 2]], targets[[0, 2]])
 
 
-def test_zone_larger_than_half_the_way_is_taken_as_half_of_it():
+def test_zone_larger_than_half_the_distance_is_taken_as_half_of_it():
     targets = np.tile(np.eye(4), (3, 1, 1))
     targets[:, :2, 3] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
 
@@ -130,13 +130,13 @@ def test_corner_itself_is_within_the_rounding_and_straight_on_there_is_none():
 
 
 def beside_a_post(gap: float) -> Clearance:
-    """Check a needle that passes a post at a distance, where its way bends 0.15 mm to it and may be off as much."""
-    corners = pointing_down(WAY)
+    """Check a needle that passes a post at a distance, where its path bends 0.15 mm to it and may be off as much."""
+    corners = pointing_down(LINE)
     poses = corners.copy()
     poses[20, 0, 3] += 0.15
     edge = 20.0 + CELL.tool.needle_diameter / 2 + gap
     post = block((edge, 14.95, 5.0), (edge + 1.0, 15.05, 20.0), name="post")
-    return check(way_of(poses, corners), body=post)
+    return check(placements_of(poses, corners), body=post)
 
 
 def test_post_that_only_the_rounded_corner_comes_near_is_refused_and_one_beyond_is_not():
@@ -149,22 +149,24 @@ def test_post_that_only_the_rounded_corner_comes_near_is_refused_and_one_beyond_
 
 
 def test_room_under_the_rim_shrinks_by_what_a_corner_may_be_lower():
-    corners = pointing_down(WAY)
+    corners = pointing_down(LINE)
     poses = corners.copy()
     poses[20, 2, 3] -= 0.04
 
-    found = check(way_of(poses, corners))
+    found = check(placements_of(poses, corners))
 
     assert found.tip_margin == pytest.approx(0.3 - 0.04 - 0.04 * ARC_ALLOWANCE, abs=1e-9)
 
 
 def over_a_bump(higher: float) -> Clearance:
     """Check a tip that travels just over a bump, and is there higher than the corner that it rounds."""
-    laying = np.arange(len(WAY)) < 3
-    corners = pointing_down(np.where(laying[:, None], WAY, WAY + np.array([0.0, 0.0, 0.7])))
+    laying = np.arange(len(LINE)) < 3
+    corners = pointing_down(np.where(laying[:, None], LINE, LINE + np.array([0.0, 0.0, 0.7])))
     poses = corners.copy()
     poses[30, 2, 3] += higher
-    return check(way_of(poses, corners, deposit=laying), body=block((19.0, 19.0, 0.0), (21.0, 21.0, 0.98), name="bump"))
+    return check(
+        placements_of(poses, corners, deposit=laying), body=block((19.0, 19.0, 0.0), (21.0, 21.0, 0.98), name="bump")
+    )
 
 
 def test_tip_that_may_be_lower_in_a_corner_of_travel_must_not_touch_there_either():

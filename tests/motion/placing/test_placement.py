@@ -143,7 +143,7 @@ def test_demonstration_turns_the_part_no_more_than_needed() -> None:
     np.testing.assert_allclose(T_base_work[:3, :3] @ [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], atol=1e-9)
 
 
-def test_demonstration_of_a_part_that_faces_all_ways_is_refused() -> None:
+def test_demonstration_of_a_part_that_faces_all_directions_is_refused() -> None:
     # The mean normal of a cap has the length (1 + cos) / 2: 0.413 at 100 degrees, a little more with few faces.
     with pytest.raises(ReachError, match=r"dome has no demonstration placement.*0\.42.*0\.6"):
         demo_placement(dome(100.0), position=np.zeros(3))

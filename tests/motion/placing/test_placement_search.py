@@ -109,7 +109,7 @@ def test_line_is_placed_with_more_margin_than_before_and_is_reached_there() -> N
     np.testing.assert_array_equal(best.stand.rpy[:2], 0.0)
 
 
-def test_margin_of_a_candidate_is_that_of_its_way_over_all_poses() -> None:
+def test_margin_of_a_candidate_is_that_of_its_motion_over_all_poses() -> None:
     arm_, poses = arm(), line(count=161)
     best = search_placement(poses, arm_, T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room())[0]
     turn = transforms.rigid(

@@ -187,7 +187,7 @@ def test_wrist_singularity_is_refused_on_deposit_and_passed_on_travel() -> None:
     reach(stream(tips, AHEAD[None]), arm, T_base_work=HERE, minimum_wrist_angle=0.0)
 
 
-def test_wrist_flip_on_the_way_is_refused() -> None:
+def test_wrist_flip_on_travel_is_refused() -> None:
     # Travel sideways through the singularity: joint 4 would have to turn from one side to the other at once.
     aside = np.linspace(-20.0, 20.0, 41)
     attitudes = np.tile(AHEAD, (41, 1, 1))

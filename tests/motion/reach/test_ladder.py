@@ -1,4 +1,4 @@
-"""The ladder search: planted ways, brute force, and what it counts."""
+"""The ladder search: planted climbs, brute force, and what it counts."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def slow_costs(rungs: Rungs, choice: tuple[int, ...], arm: Arm) -> FloatArray:
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000))
-def test_cheapest_way_of_a_small_ladder_is_that_of_brute_force(seed: int) -> None:
+def test_cheapest_climb_of_a_small_ladder_is_that_of_brute_force(seed: int) -> None:
     generator = np.random.default_rng(seed)
     candidates = generator.uniform([-0.6, -0.2, -0.2], [0.6, 0.2, 0.2], (4, 3, 3))
     rungs = ladder(candidates)
@@ -95,7 +95,7 @@ def test_cheapest_way_of_a_small_ladder_is_that_of_brute_force(seed: int) -> Non
     assert climbed.holds[0]
 
 
-def test_planted_way_is_found_among_barred_candidates() -> None:
+def test_planted_climb_is_found_among_barred_candidates() -> None:
     generator = np.random.default_rng(3)
     count, each = 40, 9
     planted = generator.integers(0, each, count)
@@ -131,7 +131,7 @@ def test_cost_hardly_depends_on_how_many_rungs_there_are() -> None:
     assert costs[0] == pytest.approx(costs[1], rel=0.01)
 
 
-def test_way_that_fails_somewhere_does_not_hold_and_loses_as_little_as_it_can() -> None:
+def test_climb_that_fails_somewhere_does_not_hold_and_loses_as_little_as_it_can() -> None:
     candidates = np.zeros((81, 3, 3))
     candidates[:, :, 0] = [-1.0, 0.0, 1.0]
     far = climb(ladder(candidates, spread=700.0), TERMS, branches=EVERY)

@@ -11,8 +11,9 @@ from geoprint.model import Box, Cell, Clearance, FloatArray, JointPath, PoseStre
 from geoprint.motion.arm import tilts
 from geoprint.motion.collision import clearance
 from geoprint.motion.controller import controller_path, written_targets
-from geoprint.motion.reach import Leaning, NozzleRoom, laying, reach
-from geoprint.motion.reach.attitude_search import LEAN_WAY
+from geoprint.motion.reach import Leaning, NozzleRoom, reach
+from geoprint.motion.reach.attitude_search import LEAN_LENGTH
+from geoprint.motion.reach.lean_room import laying
 from geoprint.motion.timing import retime
 from tests.meshes import plate
 from tests.motion.cells import bent_cell, straight_cell
@@ -76,7 +77,7 @@ def test_wall_beside_the_path_is_passed_by_a_lean_within_the_cone(cell: Cell, he
     found = proved(path, cell, obstacle)
     assert found.smallest >= cell.process.clearance
     leans = np.linalg.norm(path.leans, axis=1)
-    far = np.abs(path.poses.tips[:, 0] - (LOW[0] + HIGH[0]) / 2.0) > 6.0 + LEAN_WAY + 20.0
+    far = np.abs(path.poses.tips[:, 0] - (LOW[0] + HIGH[0]) / 2.0) > 6.0 + LEAN_LENGTH + 20.0
     assert np.degrees(leans.max()) > 3.0
     assert leans[far].max() == 0.0
     assert tilts(path.poses)[laying(poses)].max() <= MAX_TILT

@@ -11,7 +11,8 @@ from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, FloatArray, PoseStream
 from geoprint.motion.arm import Arm
-from geoprint.motion.reach import ReachMap, Reason, lost_shares, reach, reach_map
+from geoprint.motion.reach import ReachMap, lost_shares, reach, reach_map
+from geoprint.motion.reach.reach_map import Reason
 from tests.motion.cells import straight_cell
 
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -49,7 +50,7 @@ def on_circle(angles_deg: FloatArray, *, radius: float = 350.0) -> FloatArray:
     return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), np.full(angles.size, 200.0)])
 
 
-def test_what_is_reached_has_a_complete_map_on_the_way_that_is_taken() -> None:
+def test_what_is_reached_has_a_complete_map_for_the_motion_that_is_taken() -> None:
     poses, arm = stream(on_circle(np.linspace(-5.0, 5.0, 41))), straight_arm()
     path, found = reach(poses, arm, T_base_work=HERE), reach_map(poses, arm, T_base_work=HERE)
     assert found.complete
@@ -74,7 +75,7 @@ def test_poses_beyond_a_limit_name_the_joint_and_by_how_much_at_the_right_places
     assert found.unservable == pytest.approx(found.lost)
 
 
-def test_poses_out_of_reach_lose_their_share_and_are_placed_where_the_way_to_them_ends() -> None:
+def test_poses_out_of_reach_lose_their_share_and_are_placed_where_the_motion_to_them_ends() -> None:
     T_base_work = transforms.rigid(np.eye(3), np.array([100.0, 0.0, 0.0]))
     poses, arm = stream(np.array([[250.0, 0, 200], [252.0, 0, 200], [700.0, 0, 200]])), straight_arm()
     found = reach_map(poses, arm, T_base_work=T_base_work)
@@ -111,7 +112,7 @@ def test_refusal_says_share_reason_and_first_place_and_keeps_the_numbers() -> No
         reach(poses, arm, T_base_work=HERE)
     message = str(caught.value)
     assert "needs joint 1 at 10.25 degrees, allowed is -10 to 10" in message
-    assert "loses 32.5 % of the deposited length (joint 1 32.5 %; no way serves 32.5 %)" in message
+    assert "loses 32.5 % of the deposited length (joint 1 32.5 %; no motion serves 32.5 %)" in message
     assert "`geoprint place`" in message
     assert caught.value.details["lost"] == pytest.approx(0.325)
     assert lost_shares(caught.value) == (("joint_1", pytest.approx(0.325)),)

@@ -63,9 +63,9 @@ def rough_path(*, count: int, noise: float) -> JointPath:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("way", "duration"), [(1.0, 1.5), (0.1, 2.0 * np.sqrt(0.05))])
-def test_a_joint_move_takes_the_time_of_its_trapezoid_or_triangle(way: float, duration: float) -> None:
-    end = way * np.array([1.0, -0.5, 0.0, 0.25, 0.0, 0.1])
+@pytest.mark.parametrize(("turn", "duration"), [(1.0, 1.5), (0.1, 2.0 * np.sqrt(0.05))])
+def test_a_joint_move_takes_the_time_of_its_trapezoid_or_triangle(turn: float, duration: float) -> None:
+    end = turn * np.array([1.0, -0.5, 0.0, 0.25, 0.0, 0.1])
     motion = straight_motion(np.zeros(6), end, speeds=np.ones(6), accelerations=np.full(6, 2.0))
     assert motion.duration == pytest.approx(duration, rel=1e-12)
     np.testing.assert_allclose(motion.joints_at(np.array([0.0, duration / 2, duration])), np.outer([0, 0.5, 1], end))
@@ -211,8 +211,8 @@ def test_smooth_paths_keep_their_limits_and_lower_accelerations_never_save_time(
     seed: int, speed: float, count: int
 ) -> None:
     amplitudes, phases = np.random.default_rng(seed).uniform([[0.0], [0.0]], [[0.3], [6.0]], size=(2, 6))
-    way = np.linspace(0.0, 3.0, count)[:, None]
-    path = replace(rough_path(count=count, noise=0.0), joints=ROBOT.home + amplitudes * np.sin(way + phases))
+    phase = np.linspace(0.0, 3.0, count)[:, None]
+    path = replace(rough_path(count=count, noise=0.0), joints=ROBOT.home + amplitudes * np.sin(phase + phases))
     process = replace(PROCESS, speed=speed)
     found = retime(path, ROBOT, process=process)
     slower = retime(path, replace(ROBOT, accelerations=ROBOT.accelerations / 2.0), process=process)
@@ -300,7 +300,7 @@ def test_a_start_or_an_end_that_is_not_at_rest_is_found(path: JointPath, order: 
         deposit=np.zeros(1001, np.bool_), pose_times=np.zeros(path.poses.count), stretched=0, slowest_deposit=20.0,
         slowdowns=(), share_at_speed=1.0, share_on_ramps=0.0,
     )  # fmt: skip
-    with pytest.raises(LimitError, match=r"the way from or to home, .* s: joint 3 accelerates at 49") as refusal:
+    with pytest.raises(LimitError, match=r"the motion from or to home, .* s: joint 3 accelerates at 49") as refusal:
         verify(planted, path, robot=ROBOT, process=PROCESS)
     assert refusal.value.details["time_s"] == pytest.approx(0.0 if order == 1 else 1.0, abs=2e-3)
 

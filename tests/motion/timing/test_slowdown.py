@@ -51,8 +51,8 @@ def timed(path: JointPath, on_slowdown: OnSlowdown, *, speed: float = 20.0) -> T
 
 
 def step_speeds(path: JointPath, found: Trajectory) -> FloatArray:
-    ways = np.linalg.norm(np.diff(path.poses.tips, axis=0), axis=1)
-    return ways / np.diff(found.pose_times)
+    lengths = np.linalg.norm(np.diff(path.poses.tips, axis=0), axis=1)
+    return lengths / np.diff(found.pose_times)
 
 
 def test_a_joint_at_its_top_speed_is_named_with_the_tip_speed_it_allows() -> None:

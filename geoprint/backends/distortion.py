@@ -7,9 +7,8 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends.lscm.overlap import signed_areas
 from geoprint.errors import FieldError, InputError
-from geoprint.model import FloatArray, Surface, SurfacePoints
+from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.model.arrays import freeze_arrays
 from geoprint.surfaces import face_areas, in_words, sum_around_vertices
 
@@ -122,6 +121,18 @@ def local_scales(surface: Surface, chart: Surface) -> FloatArray:
     """
     on_surface, on_chart = (sum_around_vertices(surface, face_areas(mesh)) for mesh in (surface, chart))
     return np.sqrt(np.divide(on_chart, on_surface, out=np.ones(on_chart.size), where=on_surface > 0.0))
+
+
+def signed_areas(flat: FloatArray, faces: IntArray) -> FloatArray:
+    """Return the (m,) areas of triangles in the plane, positive where they are counter-clockwise [mm2].
+
+    Examples:
+        >>> signed_areas(np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2], [0, 2, 1]]))
+        array([ 1., -1.])
+    """
+    a, b, c = (flat[faces[:, corner], :2] for corner in range(3))
+    along, across = b - a, c - a
+    return 0.5 * (along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0])
 
 
 def _refuse_unlike(surface: Surface, chart: Surface) -> None:

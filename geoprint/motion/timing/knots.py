@@ -1,4 +1,4 @@
-"""The poses as places on the way that is timed: one a place, with the length that is passed and its speed limits."""
+"""The knots of the path that is timed: the poses, one a place, with the length that is passed and its speed limits."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.errors import LimitError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process
-from geoprint.motion.reach import tip_ways, turns
+from geoprint.motion.reach import tip_lengths, turns
 
 METRES_PER_MILLIMETRE = 1e-3
 
@@ -18,8 +18,8 @@ METRES_PER_MILLIMETRE = 1e-3
 # [m]. A joint at its top speed passes the length about as fast as a tip that prints.
 METRES_PER_RADIAN = 0.01
 
-# Where the tip's own way is at least this share of the length on every step of a piece that lays material, it alone is
-# the length. Then a tip at constant speed is a constant speed along the path, with no share to be off by.
+# Where the tip's travel is at least this share of the length on every step of a leg that lays material, it alone is the
+# length. Then a tip at constant speed is a constant speed along the path, with no share to be off by.
 SMALLEST_TIP_SHARE = 0.01
 
 # Neighbouring poses closer than this [m] are one place, and their joints must agree to this [rad]; a larger difference
@@ -30,20 +30,20 @@ COINCIDENT_JOINTS = 1e-8
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Waypoints:
+class Knots:
     """The poses without those that coincide with the one before, and the steps between them.
 
     Attributes:
-        joints: (w, 6) [rad].
-        stops: (w,) where the tool comes to rest; the first and the last one among them.
-        runs: (w,) run.
-        tips: (w, 3) [mm].
-        arcs: (w,) arc length from the start of the run or travel [mm].
-        lengths: (w,) path parameter from the first waypoint [m].
-        ceilings: (w - 1,) largest growth of the path parameter on each step [m/s].
-        tip_shares: (w - 1,) way of the tip by path parameter, in [0, 1].
-        deposit: (w - 1,) whether material is laid on the step.
-        places: (p,) waypoint of each pose.
+        joints: (n, 6) [rad].
+        stops: (n,) where the tool comes to rest; the first and the last one among them.
+        runs: (n,) run.
+        tips: (n, 3) [mm].
+        arcs: (n,) arc length from the start of the run or travel [mm].
+        lengths: (n,) path parameter from the first knot [m].
+        ceilings: (n - 1,) largest growth of the path parameter on each step [m/s].
+        tip_shares: (n - 1,) travel of the tip by path parameter, in [0, 1].
+        deposit: (n - 1,) whether material is laid on the step.
+        places: (p,) knot of each pose.
     """
 
     joints: FloatArray
@@ -58,21 +58,21 @@ class Waypoints:
     places: IntArray
 
     @property
-    def pieces(self) -> list[tuple[int, int]]:
-        """First and last waypoint of each piece from rest to rest."""
+    def legs(self) -> list[tuple[int, int]]:
+        """First and last knot of each leg, the path from rest to rest."""
         return list(pairwise(np.flatnonzero(self.stops).tolist()))
 
-    def knots(self, first: int, last: int) -> FloatArray:
-        """Return the path parameter of a piece's waypoints, from 0 [m]."""
+    def lengths_of(self, first: int, last: int) -> FloatArray:
+        """Return the path parameter of a leg's knots, from 0 [m]."""
         return self.lengths[first : last + 1] - self.lengths[first]
 
 
-def waypoints(joint_path: JointPath, *, process: Process) -> Waypoints:
-    """Return the waypoints of a joint path.
+def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
+    """Return the knots of a joint path.
 
-    The path parameter is hypot(way of the tip, turn of the tool * 10 mm per radian), so that a tool that turns on the
-    spot moves along too; on pieces that only lay material it is the way of the tip, unless the tool all but turns on
-    the spot there.
+    The path parameter is hypot(travel of the tip, turn of the tool * 10 mm per radian), so that a tool that turns on
+    the spot moves along too; on legs that only lay material it is the travel of the tip, unless the tool all but
+    turns on the spot there.
 
     Args:
         joint_path: p poses, p > 0.
@@ -82,8 +82,8 @@ def waypoints(joint_path: JointPath, *, process: Process) -> Waypoints:
         LimitError: the joints jump where the tool stands still.
     """
     poses = joint_path.poses
-    ways = tip_ways(poses) * METRES_PER_MILLIMETRE
-    steps = np.hypot(ways, turns(poses) * METRES_PER_RADIAN)
+    passed = tip_lengths(poses) * METRES_PER_MILLIMETRE
+    steps = np.hypot(passed, turns(poses) * METRES_PER_RADIAN)
     moved = steps > COINCIDENT
     places = np.concatenate([[0], np.cumsum(moved)])
     first = np.flatnonzero(np.concatenate([[True], moved]))
@@ -93,11 +93,11 @@ def waypoints(joint_path: JointPath, *, process: Process) -> Waypoints:
     stops[[0, -1]] = True
     deposit = poses.laid[moved]
     tip_ceilings = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
-    ways, steps = ways[moved], steps[moved]
-    steps = np.where(_tip_alone(ways / steps, deposit, stops), ways, steps)
+    passed, steps = passed[moved], steps[moved]
+    steps = np.where(_tip_alone(passed / steps, deposit, stops), passed, steps)
     with np.errstate(divide="ignore"):
-        ceilings = tip_ceilings / (ways / steps)
-    return Waypoints(
+        ceilings = tip_ceilings / (passed / steps)
+    return Knots(
         joints=joint_path.joints[first],
         stops=stops,
         runs=poses.runs[first],
@@ -105,14 +105,14 @@ def waypoints(joint_path: JointPath, *, process: Process) -> Waypoints:
         arcs=poses.arcs[first],
         lengths=np.concatenate([[0.0], np.cumsum(steps)]),
         ceilings=ceilings,
-        tip_shares=ways / steps,
+        tip_shares=passed / steps,
         deposit=deposit,
         places=places,
     )
 
 
 def _tip_alone(shares: FloatArray, deposit: BoolArray, stops: BoolArray) -> BoolArray:
-    """Return for each step whether its piece lays material all along and nowhere turns nearly on the spot."""
+    """Return for each step whether its leg lays material all along and nowhere turns nearly on the spot."""
     if shares.size == 0:
         return deposit
     starts = np.flatnonzero(stops)[:-1]

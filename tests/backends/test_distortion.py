@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from geoprint.backends import BACKENDS
+from geoprint.backends.distortion import Distortion, distortion, predicted_spacing
 from geoprint.backends.lscm.chart import conformal_chart
-from geoprint.backends.lscm.distortion import Distortion, distortion, predicted_spacing
 from geoprint.errors import FieldError, InputError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import boundary_seed, face_areas, positions, vertex_points

@@ -1,0 +1,41 @@
+"""Contours: the level curves of a distance, each at one distance from the one before it."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+
+from geoprint.backends import Backend
+from geoprint.errors import UsageError
+from geoprint.model import ScalarField, Seed, Strokes, Surface
+
+
+@final
+class ContourPattern:
+    """The `contours` pattern: what the backend traces at (k + 1/2) * spacing from the seed is row k.
+
+    Examples:
+        >>> ContourPattern.title
+        'level curves of the distance'
+    """
+
+    title: ClassVar[str] = "level curves of the distance"
+    summary: ClassVar[str] = "Follows the level curves of the distance from the seed, as the backend traces them."
+
+    @staticmethod
+    def strokes(_surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+        """Return a stroke for each level curve.
+
+        Raises:
+            UsageError: the spacing is not the same everywhere.
+            FieldError: not even the first level lies on the surface, or on a piece of it.
+        """
+        if isinstance(spacing, ScalarField):
+            raise UsageError(
+                "contours lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, or "
+                "choose another pattern."
+            )
+        contours = backend.contours(seed, spacing=spacing)
+        row = np.repeat(contours.levels, np.diff(contours.curves.offsets)).astype(np.float64)
+        return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size))

@@ -1,0 +1,37 @@
+"""Every pattern that there is: built in, made known by a script, or from an installed package."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from geoprint.patterns.contours import ContourPattern
+from geoprint.patterns.interface import PatternFactory
+from geoprint.registry import Entry, Registry
+
+PATTERNS: Mapping[str, PatternFactory] = MappingProxyType({"contours": ContourPattern})
+
+_KNOWN = Registry("pattern", group="geoprint.patterns", built_in=PATTERNS, members=("title", "strokes"))
+
+
+def register(name: str, factory: PatternFactory) -> None:
+    """Make a pattern known by a name for as long as the program runs; a package names it as an entry point instead.
+
+    Raises:
+        UsageError: the name is taken or no name, or the class lacks what a pattern has.
+    """
+    _KNOWN.register(name, factory)
+
+
+def pattern(name: str) -> Entry[PatternFactory]:
+    """Return a pattern by its name.
+
+    Raises:
+        UsageError: there is none of that name or more than one, or a package's cannot be loaded.
+    """
+    return _KNOWN.find(name)
+
+
+def pattern_names() -> tuple[str, ...]:
+    """Return the names of all patterns; those of packages are not loaded for it."""
+    return _KNOWN.names

@@ -1,0 +1,86 @@
+"""Which backend and pattern a job names, and the options that it gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from geoprint.backends import Backend, backend, backend_names, with_option
+from geoprint.config import Job
+from geoprint.errors import UsageError
+from geoprint.model import Surface
+from geoprint.patterns import Pattern, pattern, pattern_names
+from geoprint.registry import Entry, OptionValue, Titled
+
+# The option that `--resolution` stands for, of whichever backend has it.
+RESOLUTION = "resolution"
+
+
+def check_options(job: Job, backends: Sequence[str]) -> None:
+    """Check the options of a job, before the long work; those of what is not chosen just have to be right.
+
+    Raises:
+        UsageError: a backend, the pattern or one of their options is unknown, an option is missing or of another type,
+            or the resolution means none of the backends.
+    """
+    chosen = [backend(name) for name in backends]
+    if job.resolution is not None and not any(RESOLUTION in entry.options for entry in chosen):
+        rastered = with_option(RESOLUTION)
+        raise UsageError(
+            f"`--resolution {job.resolution}` sets the raster of {', '.join(rastered)}, but {', '.join(backends)} has "
+            f"none: leave it out, or choose the backend {rastered[0]}."
+        )
+    for entry in chosen:
+        _options(job, entry)
+    _options(job, pattern(job.pattern))
+    for name in job.options:
+        _options(job, _named(name))
+
+
+def backend_of(job: Job) -> Callable[[Surface], Backend]:
+    """Return what builds the backend of a job on a surface, with the options of the job.
+
+    Raises:
+        UsageError: as `check_options`.
+    """
+    entry = backend(job.backend)
+    return partial(entry.factory, **_options(job, entry))
+
+
+def pattern_of(job: Job) -> Pattern:
+    """Return the pattern of a job, with the options of the job.
+
+    Raises:
+        UsageError: as `check_options`.
+    """
+    entry = pattern(job.pattern)
+    return entry.factory(**_options(job, entry))
+
+
+def with_backend(job: Job, name: str) -> Job:
+    """Return the same job for another backend; without the resolution where that has no raster."""
+    resolution = job.resolution if RESOLUTION in backend(name).options else None
+    return job.model_copy(update={"backend": name, "resolution": resolution})
+
+
+def _named(name: str) -> Entry[Titled]:
+    if name in backend_names():
+        return backend(name)
+    if name in pattern_names():
+        return pattern(name)
+    raise UsageError(
+        f"options are given for '{name}', but there is no backend or pattern of that name; choose one of: "
+        f"{', '.join([*backend_names(), *pattern_names()])}."
+    )
+
+
+def _options(job: Job, entry: Entry[Titled]) -> dict[str, OptionValue]:
+    given = job.options.get(entry.name, {})
+    if job.resolution is not None and RESOLUTION in entry.options:
+        if RESOLUTION in given:
+            raise UsageError(
+                f"the resolution of {entry.name} is given twice, as `--resolution {job.resolution}` and as its option "
+                f"{given[RESOLUTION]}: leave one of them out."
+            )
+        given = given | {RESOLUTION: job.resolution}
+    return entry.checked(given)

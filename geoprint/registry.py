@@ -1,0 +1,197 @@
+"""What can be chosen by name: built in, made known by a script, or by the entry points of an installed package.
+
+An option of an entry is a keyword-only argument of its constructor: its name, its type and its default stand there
+and nowhere else.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint, entry_points
+from typing import Generic, Protocol, TypeAlias, TypeVar, final
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from geoprint.errors import UsageError
+
+# What a job file or a command line can say of an option.
+OptionValue: TypeAlias = bool | int | float | str
+
+# Commas part names, and a dot parts a name from its option.
+_NAME = re.compile(r"[a-z][a-z0-9-]*")
+_STRICT = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+
+
+class Titled(Protocol):
+    """What every entry says of itself."""
+
+    @property
+    def title(self) -> str:
+        """A few words that stand beside its name; a `ClassVar` of a class."""
+        ...
+
+
+FactoryT = TypeVar("FactoryT", bound=Titled)
+FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
+FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
+FactT = TypeVar("FactT")
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry(Generic[FactoryT_co]):
+    """One entry of a registry.
+
+    Attributes:
+        name: that it is chosen by.
+        factory: its class.
+        origin: where it comes from, in words.
+    """
+
+    name: str
+    factory: FactoryT_co
+    origin: str
+
+    @property
+    def summary(self) -> str:
+        """One sentence about it; its title where it states none."""
+        return self.fact("summary", self.factory.title)
+
+    def fact(self, name: str, default: FactT) -> FactT:
+        """Return what the class states under a name, or the default where it does not have to and says nothing.
+
+        Raises:
+            UsageError: it states something of another type.
+        """
+        stated: object = getattr(self.factory, name, default)
+        if not isinstance(stated, type(default)):
+            raise UsageError(
+                f"`{name}` of {self.origin} is {stated!r}; it must be {type(default).__name__}, as {default!r} is."
+            )
+        return stated
+
+    @property
+    def options(self) -> tuple[str, ...]:
+        """The names of its options."""
+        return tuple(self._parameters())
+
+    def checked(self, given: Mapping[str, OptionValue]) -> dict[str, OptionValue]:
+        """Return options as its constructor takes them.
+
+        Raises:
+            UsageError: it has no option of a name, or one of another type, or one that it needs is missing.
+        """
+        parameters = self._parameters()
+        takes = ", ".join(f"{name} ({_type_of(parameter)})" for name, parameter in parameters.items()) or "no option"
+        for name, value in given.items():
+            if name not in parameters:
+                raise UsageError(f"{self.name} has no option '{name}'; it takes {takes}.")
+            try:
+                TypeAdapter[object](parameters[name].annotation, config=_STRICT).validate_python(value)
+            except ValidationError as error:
+                said = error.errors()[0]["msg"]
+                raise UsageError(
+                    f"`{self.name}.{name}`: {said[0].lower()}{said[1:]}, found {value!r}; {self.name} takes {takes}."
+                ) from error
+        for name, parameter in parameters.items():
+            if parameter.default is parameter.empty and name not in given:
+                raise UsageError(f"{self.name} needs its option '{name}': give `--option {self.name}.{name}=VALUE`.")
+        return dict(given)
+
+    def _parameters(self) -> dict[str, inspect.Parameter]:
+        try:
+            parameters = inspect.signature(self.factory, eval_str=True).parameters.values()  # pyright: ignore[reportArgumentType]
+        except (NameError, TypeError, ValueError) as error:
+            raise UsageError(
+                f"the options of {self.origin} cannot be read ({error}): give them plain types."
+            ) from error
+        return {one.name: one for one in parameters if one.kind is one.KEYWORD_ONLY}
+
+
+@final
+class Registry(Generic[FactoryT]):
+    """All entries of one seam; packages of others are asked when a name is, not before.
+
+    Args:
+        noun: what an entry is called in messages.
+        group: of entry points.
+        built_in: by name.
+        members: attributes that a class must have to be an entry.
+    """
+
+    def __init__(self, noun: str, *, group: str, built_in: Mapping[str, FactoryT], members: tuple[str, ...]) -> None:
+        self._noun = noun
+        self._group = group
+        self._members = members
+        self._own = {name: self._entry(name, factory, f"the {noun} '{name}'") for name, factory in built_in.items()}
+
+    @property
+    def own(self) -> tuple[Entry[FactoryT], ...]:
+        """What is built in, and what scripts have made known."""
+        return tuple(self._own.values())
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names: built in, of scripts, of installed packages."""
+        return tuple(dict.fromkeys([*self._own, *sorted(point.name for point in entry_points(group=self._group))]))
+
+    def register(self, name: str, factory: FactoryT) -> None:
+        """Make an entry known for as long as the program runs.
+
+        Raises:
+            UsageError: the name is taken or no name, or what is given cannot be an entry.
+        """
+        if name in self._own:
+            raise UsageError(f"there is a {self._noun} named '{name}' already: choose another name.")
+        self._own[name] = self._entry(name, factory, f"the {self._noun} '{name}' that was registered")
+
+    def find(self, name: str) -> Entry[FactoryT]:
+        """Return an entry by its name.
+
+        Raises:
+            UsageError: there is none of that name, or more than one, or a package's cannot be loaded; the sentence
+                names package and entry point.
+        """
+        own = self._own.get(name)
+        points = tuple(entry_points(group=self._group, name=name))
+        if len(points) + (own is not None) > 1:
+            claims = [*(["geoprint itself"] if own is not None else []), *map(_said, points)]
+            raise UsageError(f"the {self._noun} '{name}' is named more than once, by {' and '.join(claims)}: keep one.")
+        if own is not None:
+            return own
+        if not points:
+            raise UsageError(f"there is no {self._noun} named '{name}'; choose one of: {', '.join(self.names)}.")
+        return self._loaded(points[0])
+
+    def _loaded(self, point: EntryPoint) -> Entry[FactoryT]:
+        origin = f"the {self._noun} '{point.name}' from {_said(point)}"
+        try:
+            factory = point.load()
+        except Exception as error:  # whatever another's package raises when it is imported
+            raise UsageError(
+                f"{origin} cannot be loaded ({type(error).__name__}: {error}): mend or uninstall that package."
+            ) from error
+        return self._entry(point.name, factory, origin)
+
+    def _entry(self, name: str, factory: FactoryT, origin: str) -> Entry[FactoryT]:
+        if not _NAME.fullmatch(name) or name == "all":
+            raise UsageError(f"{origin} needs a name of small letters, digits and hyphens, other than 'all'.")
+        lacking = [member for member in self._members if member not in dir(factory)]
+        if not isinstance(factory, type) or lacking:
+            found = f"its class lacks {', '.join(lacking)}" if isinstance(factory, type) else f"it is {factory!r}"
+            raise UsageError(
+                f"{origin} cannot be used: {found}; a {self._noun} is a class with {', '.join(self._members)}."
+            )
+        return Entry(name, factory, origin)
+
+
+def _said(point: EntryPoint) -> str:
+    package = "a package" if point.dist is None else f"the package {point.dist.name} {point.dist.version}"
+    return f"{package} (entry point {point.name} = {point.value})"
+
+
+def _type_of(parameter: inspect.Parameter) -> str:
+    return inspect.formatannotation(parameter.annotation)

@@ -1,0 +1,1 @@
+"""A backend and a pattern for geoprint, from outside."""

@@ -1,0 +1,108 @@
+"""A package outside geoprint brings a backend and a pattern; nothing inside knows their names."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tests.installed import installed
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "tests" / "outside_package"
+JOB = f"""
+surface = "{(ROOT / "data" / "plate.ply").as_posix()}"
+unit = "mm"
+spacing = 2.0
+place = "demo"
+
+[[patches]]
+at = [0.0, 0.0, 0.0]
+radius = 5.0
+
+[options.edges]
+stretch = 1.05
+"""
+SCRIPT = """
+import sys
+from pathlib import Path
+from geoprint import backends, patterns
+from geoprint.config import job_of
+from geoprint.pipeline import compare, save_comparisons
+from geoprint_outside.edge_paths import EdgePaths
+from geoprint_outside.straight_rows import StraightRows
+
+backends.register("edges", EdgePaths)
+patterns.register("straight", StraightRows)
+job = job_of(surface=Path(sys.argv[1]), robot=False, pattern="straight", place=None)
+save_comparisons([compare(job, backends=["edges", "heat"])], Path(sys.argv[2]))
+"""
+
+
+def run(*arguments: str, path: Path) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(path), str(ROOT)])}
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=path, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def entry_points() -> dict[str, dict[str, str]]:
+    return tomllib.loads((PACKAGE / "pyproject.toml").read_text())["project"]["entry-points"]
+
+
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
+    """Return a folder with the package installed, and a job beside it."""
+    folder = tmp_path / "site"
+    shutil.copytree(PACKAGE / "geoprint_outside", folder / "geoprint_outside")
+    (folder / "job.toml").write_text(JOB)
+    return installed(folder, name="geoprint-outside", version="1.0", groups=entry_points())
+
+
+def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_and_reported(site: Path) -> None:
+    compared = run("-m", "geoprint", "compare", "job.toml", "--backends", "edges,heat", "--out", "compared", path=site)
+    assert compared.returncode == 0, compared.stderr
+    rows = json.loads((site / "compared" / "compare.json").read_text())["parts"][0]["backends"]
+    assert [row["backend"] for row in rows] == ["edges", "heat"]
+    assert "uniformity" in rows[0]
+    assert (site / "compared" / "edges" / "rapid").is_dir()
+    assert "shortest paths along the edges" in (site / "compared" / "report.html").read_text()
+    (site / "straight.toml").write_text(
+        f'pattern = "straight"\nbackend = "edges"\n{JOB}\n[options.straight]\nangle_deg = 90.0\n'
+    )
+    planned = run("-m", "geoprint", "plan", "straight.toml", "--out", "planned", path=site)
+    assert planned.returncode == 0, planned.stderr
+    settings = json.loads((site / "planned" / "plan.json").read_text())["settings"]
+    assert settings["backend"] == "edges"
+    assert settings["pattern"] == "straight"
+    assert settings["options"] == {"edges": {"stretch": 1.05}, "straight": {"angle_deg": 90.0}}
+    checked = run("-m", "geoprint", "check", "planned", path=site)
+    assert checked.returncode == 0, checked.stderr
+
+
+def test_a_script_makes_them_known(site: Path) -> None:
+    shutil.rmtree(next(site.glob("*.dist-info")))
+    (site / "script.py").write_text(SCRIPT)
+    done = run("script.py", "job.toml", "out", path=site)
+    assert done.returncode == 0, done.stderr
+    found = {name: json.loads((site / "out" / name / "plan.json").read_text()) for name in ("edges", "heat")}
+    # Rows that ask no backend are the same with every one.
+    assert found["edges"]["paths"]["runs"] == found["heat"]["paths"]["runs"] == 5
+    assert found["edges"]["paths"]["deposit_mm"] == pytest.approx(found["heat"]["paths"]["deposit_mm"], rel=1e-6)
+
+
+def test_a_package_that_cannot_be_loaded_breaks_neither_help_nor_the_others(tmp_path: Path) -> None:
+    site = installed(
+        tmp_path, name="broken", version="0.3", groups={"geoprint.backends": {"broken": "no_such_module:Backend"}}
+    )
+    assert run("-m", "geoprint", "compare", "--help", path=site).returncode == 0
+    (site / "job.toml").write_text(JOB.split("[options")[0])
+    refused = run("-m", "geoprint", "plan", "job.toml", "--backend", "broken", "--out", "out", path=site)
+    assert refused.returncode == 2
+    assert "package broken 0.3 (entry point broken = no_such_module:Backend)" in refused.stderr
