@@ -13,7 +13,7 @@ from pathlib import Path
 from geoprint import account
 from geoprint.account import ComparisonRecord, PlanRecord
 
-FOLDER = Path(account.__file__).parent
+FOLDER = Path(account.__file__).parent / "schemas"
 
 
 def schemas() -> dict[str, str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account.recommendation import recommendation_text
 from geoprint.backends.heat import Heat
 from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.config import job_of, load_cell
@@ -198,7 +199,7 @@ PRINTS = {
 @pytest.mark.parametrize("case", PRINTS)
 def test_recommend_judges_each_print_of_the_paper_as_it_came_out(case: str) -> None:
     job = job_of(surface="", cell=DATA / f"paper_case_{case}.toml")
-    _, text = recommendation(job, part=False, pressure_kpa=None, good=None)
+    text = recommendation_text(recommendation(job, part=False, pressure_kpa=None, good=None))
     for words in PRINTS[case]:
         assert words in text
 

@@ -8,11 +8,11 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.patches import record_cut
 from geoprint.account.plan_record import (
     AreaScaleRecord,
     ChartLevelRecord,
     ChartRecord,
-    CutRecord,
     DepositionRecord,
     EvennessRecord,
     FieldRecord,
@@ -45,7 +45,7 @@ from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.quality import Thickness, Uniformity
-from geoprint.results import Laid, Layer, Patch, Plan
+from geoprint.results import Laid, Layer, Plan
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
@@ -237,27 +237,6 @@ def _deposition(laid: Laid) -> DepositionRecord:
 
 def _thickness(found: Thickness) -> ThicknessRecord:
     return ThicknessRecord(mean_mm=found.mean, cv=found.cv, cv_near_medial_axis=found.near_cv)
-
-
-def record_cut(patch: Patch) -> CutRecord:
-    """Return how a patch was cut from its body."""
-    found = patch.preparation
-    return CutRecord(
-        body=patch.body.name,
-        topology=found.topology,
-        area_mm2=found.area,
-        rims_mm=found.boundary_lengths,
-        faces=found.faces,
-        outside=patch.outside,
-        inside=patch.inside,
-        point_off_body_mm=patch.missed,
-        changes=found.changes(),
-    )
-
-
-def patch_summary(patch: Patch) -> dict[str, Json]:
-    """Return what `geoprint patch --json` prints; lengths are mm."""
-    return as_json(record_cut(patch))
 
 
 def _patches(plan: Plan) -> tuple[PatchRecord, ...]:

@@ -60,13 +60,8 @@ def calibrate(
     as_json: AsJson = False,
 ) -> None:
     """Find where the fixture stands from touched points, or the tool centre point, and say how well that is known."""
-    from geoprint.pipeline import (
-        calibrate as run,
-        calibration_summary,
-        calibration_text,
-        check_cell_writable,
-        save_calibrated,
-    )
+    from geoprint.account import calibration_summary, calibration_text
+    from geoprint.pipeline import calibrate as run, check_cell_writable, save_calibrated
 
     if out is not None:
         check_cell_writable(out, overwrite=overwrite)
@@ -95,7 +90,8 @@ def fit_flow(
     as_json: AsJson = False,
 ) -> None:
     """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
-    from geoprint.pipeline import fit_flow as run, fit_summary, material_table
+    from geoprint.account.recommendation import fit_summary, material_table
+    from geoprint.pipeline import fit_flow as run
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:

@@ -26,7 +26,8 @@ def inspect(
     as_json: AsJson = False,
 ) -> None:
     """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it."""
-    from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
+    from geoprint.account import inspection_summary, inspection_text
+    from geoprint.pipeline import inspect_file
 
     limit_memory(max_memory)
     seen = inspect_file(surface, unit=unit, label=label, longest_hole=fill_holes)
@@ -52,9 +53,9 @@ def patch(
     as_json: AsJson = False,
 ) -> None:
     """Cut a patch out of a body, through its triangles, so that its rim is smooth; several of a job are numbered."""
-    from geoprint.account import patch_summary
+    from geoprint.account import patch_summary, patch_text
     from geoprint.config import job_of
-    from geoprint.pipeline import patch_text, patches_of
+    from geoprint.pipeline import patches_of
     from geoprint.surfaces.files import load_file, save_ply
 
     job = job_of(surface=body, **keys)
@@ -97,7 +98,8 @@ def remesh(
     as_json: AsJson = False,
 ) -> None:
     """Write the same part with another mesh, smoother, more even or smaller, and say how far the two lie apart."""
-    from geoprint.pipeline import remesh_file, remeshing_summary, remeshing_text
+    from geoprint.account import remeshing_summary, remeshing_text
+    from geoprint.pipeline import remesh_file
     from geoprint.surfaces.files import save_ply
 
     limit_memory(max_memory)

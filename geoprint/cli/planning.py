@@ -98,8 +98,9 @@ def place(
     as_json: AsJson = False,
 ) -> None:
     """Look for the place at which the arm prints a part farthest from its limits; writes nothing."""
+    from geoprint.account import proposal_summary, proposal_text
     from geoprint.config import job_of
-    from geoprint.pipeline import proposal_summary, proposal_text, propose_placement
+    from geoprint.pipeline import propose_placement
 
     job = job_of(surface=surface, place="demo", **keys)
     with watch() as observe:
@@ -122,11 +123,12 @@ def recommend(
     as_json: AsJson = False,
 ) -> None:
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
+    from geoprint.account.recommendation import recommendation_summary, recommendation_text
     from geoprint.config import job_of
     from geoprint.pipeline import recommendation
 
     job = job_of(surface=surface or Path(), **keys)
-    found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
-    say(text)
+        typer.echo(json.dumps(recommendation_summary(found), indent=2))
+    say(recommendation_text(found))

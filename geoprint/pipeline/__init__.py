@@ -1,16 +1,10 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
 from geoprint.pipeline.calibrating import (
-    CalibratedFixture as CalibratedFixture,
-    CalibratedTool as CalibratedTool,
     calibrate as calibrate,
     calibrate_cell as calibrate_cell,
     calibrate_tool as calibrate_tool,
     save_calibrated as save_calibrated,
-)
-from geoprint.pipeline.calibration_text import (
-    calibration_summary as calibration_summary,
-    calibration_text as calibration_text,
 )
 from geoprint.pipeline.cell_writer import check_cell_writable as check_cell_writable
 from geoprint.pipeline.checking import (
@@ -21,40 +15,22 @@ from geoprint.pipeline.comparison import (
     compare_parts as compare_parts,
 )
 from geoprint.pipeline.doctor import examine as examine
-from geoprint.pipeline.drawn_curve import read_curve as read_curve
-from geoprint.pipeline.flow_fitting import (
-    fit_flow as fit_flow,
-    fit_summary as fit_summary,
-    material_table as material_table,
-)
-from geoprint.pipeline.inspecting import (
-    FileInspection as FileInspection,
+from geoprint.pipeline.mesh_files import (
     inspect_file as inspect_file,
-    inspection_summary as inspection_summary,
-    inspection_text as inspection_text,
+    remesh_file as remesh_file,
 )
+from geoprint.pipeline.number_tables import read_curve as read_curve
 from geoprint.pipeline.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,
-    patch_text as patch_text,
 )
-from geoprint.pipeline.placing import (
-    Proposal as Proposal,
-    propose_placement as propose_placement,
-)
+from geoprint.pipeline.placing import propose_placement as propose_placement
 from geoprint.pipeline.planning import (
     plan as plan,
 )
-from geoprint.pipeline.proposal_text import (
-    proposal_summary as proposal_summary,
-    proposal_text as proposal_text,
-)
-from geoprint.pipeline.recommending import recommendation as recommendation
-from geoprint.pipeline.remeshing import (
-    Remeshed as Remeshed,
-    remesh_file as remesh_file,
-    remeshing_summary as remeshing_summary,
-    remeshing_text as remeshing_text,
+from geoprint.pipeline.recommending import (
+    fit_flow as fit_flow,
+    recommendation as recommendation,
 )
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.pipeline.several_patches import patches_of as patches_of

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import final
 
 import numpy as np
 
@@ -15,8 +13,6 @@ from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Surface, TouchedPoints
 from geoprint.motion.placing import (
     FixtureCalibration,
-    TipCalibration,
-    Uncertainty,
     calibrate_fixture,
     calibrate_tip,
     next_touch,
@@ -24,82 +20,15 @@ from geoprint.motion.placing import (
     turn_uncertainty,
 )
 from geoprint.pipeline.cell_writer import edited, write_cell
-from geoprint.pipeline.touch_tables import NamedPoints, read_flange_poses, read_points
+from geoprint.pipeline.number_tables import NamedPoints, read_flange_poses, read_points
 from geoprint.pipeline.workpiece import surface_uncertainty
+from geoprint.results import CalibratedFixture, CalibratedTool, Suggestion
 from geoprint.surfaces.files import load
 from geoprint.surfaces.repair import prepare
 from geoprint.transforms import apply
 
 # A part may be touched where it reaches farthest along its axes and the diagonals between them.
-OUTERMOST = np.array([way for way in product((-1.0, 0.0, 1.0), repeat=3) if any(way)])
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Suggestion:
-    """What to touch next.
-
-    Attributes:
-        name: of the point, or which part it lies on.
-        again: whether it was touched before.
-        model: where it is in the fixture's own frame [mm].
-        base: where the tip will be, about, in the base frame [mm].
-        deviation: largest standard deviation that is left at the part [mm].
-        bound: what the error keeps within there in 95 of 100 calibrations [mm].
-    """
-
-    name: str
-    again: bool
-    model: tuple[float, float, float]
-    base: tuple[float, float, float]
-    deviation: float
-    bound: float
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class CalibratedFixture:
-    """A cell whose fixture was touched.
-
-    Attributes:
-        cell: as the new file has it.
-        text: of the new file.
-        names: of the touched points, in their order.
-        calibration: the fit and its statistics.
-        part: name of the part, or None where the fixture's own extent stands for it.
-        position: uncertainty at the corners of the box about the part or the fixture's points, at the worst.
-        turn: uncertainty of the attitude.
-        surface: uncertainty along the part's normal where it is largest, or None without a part.
-        suggestion: what to touch next.
-    """
-
-    cell: Cell
-    text: str
-    names: tuple[str, ...]
-    calibration: FixtureCalibration
-    part: str | None
-    position: Uncertainty
-    turn: Uncertainty
-    surface: Uncertainty | None
-    suggestion: Suggestion
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class CalibratedTool:
-    """A cell whose tool centre point was found.
-
-    Attributes:
-        cell: as the new file has it.
-        text: of the new file.
-        calibration: the fit and its statistics.
-        before: (3,) tip of the cell as it was, in the flange frame [mm].
-    """
-
-    cell: Cell
-    text: str
-    calibration: TipCalibration
-    before: FloatArray
+OUTERMOST = np.array([axis for axis in product((-1.0, 0.0, 1.0), repeat=3) if any(axis)])
 
 
 def calibrate(
@@ -115,8 +44,8 @@ def calibrate(
     """Calibrate the fixture from touched and model points, or the tool from poses: whichever tables are given.
 
     Raises:
-        UsageError: the tables of neither or of both are given; or as for `calibrate_cell` and `calibrate_tool`.
-        InputError: as for those.
+        UsageError: the tables of neither or of both are given, the cell is wrong, or its file cannot be edited.
+        InputError: a table or mesh cannot be read, or its points or poses cannot be right.
     """
     if noise is not None and not 0.0 < noise < np.inf:
         raise UsageError(f"`--noise-mm` is {noise:g}; give the standard deviation of a touch in mm, above 0.")

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.pipeline.number_tables import numbers_of, require_columns, rows_of
 from geoprint.quality.oracle import shortest_way
 from geoprint.surfaces import (
     SurfaceLine,
@@ -27,8 +25,6 @@ from geoprint.surfaces import (
     triple,
     with_vertex,
 )
-
-CURVE_COLUMNS = ("x", "y", "z")
 
 
 @final
@@ -47,17 +43,6 @@ class Enclosed:
     inside: BoolArray
     length: float
     share: float
-
-
-def read_curve(path: Path) -> list[list[float]]:
-    """Read the points of a curve, in order, from a CSV file with the columns x,y,z [mm].
-
-    Raises:
-        InputError: it cannot be read, or a row or column is not as described; says which.
-    """
-    rows = rows_of(path)
-    require_columns(path, rows[0][1], [CURVE_COLUMNS])
-    return [numbers_of(path, number, cells, CURVE_COLUMNS) for number, cells in rows[1:]]
 
 
 def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> Enclosed:

@@ -125,24 +125,8 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
     return Patch(surface, _all_changes(joined, before, after), whole, outside, missed, inside)
 
 
-def patch_text(patch: Patch) -> str:
-    """Return the lines that a person reads."""
-    found = patch.preparation
-    lengths = ", ".join(f"{length:.4g}" for length in found.boundary_lengths)
-    rims = f"rim{'s' if len(found.boundary_lengths) > 1 else ''} {lengths} mm"
-    lines = [
-        f"patch of {patch.body.name}: {found.topology}, {found.area:.4g} mm2, {rims}, {found.faces} faces",
-        f"outside: {patch.outside}",
-    ]
-    if patch.inside is not None:
-        lines.append(f"inside: {patch.inside}")
-    if found.changes():
-        lines.append(f"preparing changed: {'; '.join(found.changes())}")
-    return "\n".join(lines)
-
-
 def _all_changes(joined: Joined, before: PreparationReport, after: PreparationReport) -> PreparationReport:
-    """Return the report of the cut patch with the changes that were made on the way to it."""
+    """Return the report of the cut patch with all changes that were made before it was cut."""
     return replace(
         after,
         welded_vertices=joined.welded_vertices + before.welded_vertices + after.welded_vertices,

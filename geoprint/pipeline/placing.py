@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import final
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -15,11 +14,11 @@ from geoprint.errors import PlanError, UsageError
 from geoprint.model import FloatArray, Placement, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.placing import Candidate, Room, Stand, demo_placement, search_placement
-from geoprint.motion.reach import Margin, ReachMap, reach_map, reach_margin
+from geoprint.motion.reach import reach_map, reach_margin
 from geoprint.pipeline.planning import cover, pose_stream, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.results import Plan, RobotPlan, Workpiece
+from geoprint.results import STAND_DECIMALS, Plan, Proposal, RobotPlan, Workpiece
 from geoprint.transforms import apply
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
@@ -30,39 +29,6 @@ ATTEMPTS = 4
 MANY_POINTS = 1000
 # The part at the base's origin, its mean normal up.
 UPRIGHT = Stand(np.zeros(3), np.zeros(3))
-# What is proposed is rounded before it is verified, so that what is printed was checked [decimals of mm and degrees].
-DECIMALS = 1
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Proposal:
-    """A placement that was planned through, beside the one that the cell file has.
-
-    Attributes:
-        plan: of the part where it is proposed to stand.
-        robot: the robot's part of it; every check was passed.
-        stand: where that is.
-        before: margin where the cell file puts the part.
-        map_before: what can be reached there.
-        after: margin where it is proposed.
-        above: height of the lowest point of part and body over what lies below them [mm]; infinite over free space.
-        refused: why better candidates fell, in their order.
-    """
-
-    plan: Plan
-    robot: RobotPlan
-    stand: Stand
-    before: Margin
-    map_before: ReachMap
-    after: Margin
-    above: float
-    refused: tuple[str, ...]
-
-    @property
-    def better(self) -> bool:
-        """Whether the part stands better than where the cell file puts it."""
-        return not self.map_before.complete or self.after.angle > self.before.angle
 
 
 def propose_placement(
@@ -203,4 +169,4 @@ def _corners(surface: Surface) -> FloatArray:
 
 
 def _rounded(stand: Stand) -> Stand:
-    return Stand(stand.position.round(DECIMALS), np.radians(np.degrees(stand.rpy).round(DECIMALS)))
+    return Stand(stand.position.round(STAND_DECIMALS), np.radians(np.degrees(stand.rpy).round(STAND_DECIMALS)))

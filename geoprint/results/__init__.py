@@ -1,16 +1,33 @@
 """What pipeline hands on: frozen values that hold every intermediate one of a plan or a comparison; no stages."""
 
+from geoprint.results.calibration import (
+    CalibratedFixture as CalibratedFixture,
+    CalibratedTool as CalibratedTool,
+    Suggestion as Suggestion,
+)
 from geoprint.results.comparison import (
     Comparison as Comparison,
     FailedPart as FailedPart,
     Planned as Planned,
     Refused as Refused,
 )
+from geoprint.results.mesh_files import (
+    FileInspection as FileInspection,
+    Remeshed as Remeshed,
+)
 from geoprint.results.plan import (
     Laid as Laid,
     Layer as Layer,
     Plan as Plan,
     RobotPlan as RobotPlan,
+)
+from geoprint.results.proposal import (
+    STAND_DECIMALS as STAND_DECIMALS,
+    Proposal as Proposal,
+)
+from geoprint.results.recommendation import (
+    Advice as Advice,
+    Beside as Beside,
 )
 from geoprint.results.workpiece import (
     Patch as Patch,

@@ -12,14 +12,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account import outcome_text, record_plan, run_sheet
+from geoprint.account import calibration_summary, calibration_text, outcome_text, record_plan, run_sheet
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, UsageError
 from geoprint.motion.arm import Arm
 from geoprint.motion.arm.urdf import read_urdf
-from geoprint.pipeline import calibration_summary, calibration_text, check_bundle, plan, save_plan
+from geoprint.pipeline import check_bundle, plan, save_plan
 from geoprint.pipeline.calibrating import calibrate, calibrate_cell, calibrate_tool, save_calibrated
-from geoprint.pipeline.touch_tables import read_points
+from geoprint.pipeline.number_tables import read_points
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
@@ -77,13 +77,9 @@ def test_a_cell_that_names_the_urdf_beside_it_is_calibrated(tables: tuple[Path, 
 def test_what_is_said_of_a_calibration_agrees_with_what_programs_read(tables: tuple[Path, Path], part: Path) -> None:
     touched, model = tables
     found = calibrate_cell(touched, model=model, cell=None, part=part, unit="mm", noise=None)
-    told, text = calibration_summary(found), calibration_text(found)
-    json.dumps(told)
-    points, position, surface = told["points"], told["position"], told["surface"]
-    assert isinstance(points, list)
-    assert isinstance(position, dict)
-    assert isinstance(surface, dict)
-    assert [point["name"] for point in points if isinstance(point, dict)] == ["a", "b", "c", "d"]
+    told, text = json.loads(json.dumps(calibration_summary(found))), calibration_text(found)
+    position, surface = told["position"], told["surface"]
+    assert [point["name"] for point in told["points"]] == ["a", "b", "c", "d"]
     assert f"{position['deviation_mm']:.3f} mm (standard deviation)" in text
     assert f"within {surface['within_mm']:.3f} mm" in text
     assert surface["standoff_mm"] == 0.3
@@ -175,7 +171,7 @@ def test_the_tip_found_from_joint_angles_is_written_to_the_cell(tmp_path: Path) 
     np.testing.assert_allclose(after[:3, 3], tip, atol=0.02)
     np.testing.assert_allclose(after[:3, :3], cell.tool.T_flange_tool[:3, :3])
     assert f"{np.sqrt(0.61):.2f}" in calibration_text(found).splitlines()[0]
-    told = calibration_summary(found)
+    told = json.loads(json.dumps(calibration_summary(found)))
     assert told["fixture_outdated"] is False
     assert told["tcp_mm"] == pytest.approx(tip, abs=0.02)
 

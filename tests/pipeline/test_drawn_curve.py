@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from geoprint.account import outcome_text, record_plan
+from geoprint.account import outcome_text, patch_text, record_plan
 from geoprint.cli.application import app
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import PatchChoice, cut_patch, patch_text, plan, read_curve
+from geoprint.pipeline import PatchChoice, cut_patch, plan, read_curve
 from geoprint.results import Patch
 from geoprint.surfaces import boundary_loops, face_areas, face_normals
 from geoprint.surfaces.files import load, save_ply

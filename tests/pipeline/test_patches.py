@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from geoprint.account import summary
+from geoprint.account import patch_text, summary
 from geoprint.cli.application import app
 from geoprint.config import job_of
 from geoprint.errors import FieldError, GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import PatchChoice, cut_patch, patch_text, plan
+from geoprint.pipeline import PatchChoice, cut_patch, plan
 from geoprint.results import Patch
 from geoprint.surfaces import boundary_loops, face_areas, face_normals
 from geoprint.surfaces.files import load, save_ply

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from geoprint.account import proposal_summary, proposal_text
+from geoprint.account.proposal import proposal_lines
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import PlanError, UsageError
-from geoprint.pipeline import Proposal, plan, proposal_summary, proposal_text, propose_placement
+from geoprint.pipeline import plan, propose_placement
 from geoprint.pipeline.placing import higher_home, room_of
-from geoprint.pipeline.proposal_text import proposal_lines
+from geoprint.results import Proposal
 from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
 
@@ -56,7 +59,7 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(
 
 
 def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal: Proposal) -> None:
-    said, told = proposal_text(proposal), proposal_summary(proposal)
+    said, told = proposal_text(proposal), json.loads(json.dumps(proposal_summary(proposal)))
     assert "where the cell file puts it: out of reach, refused" in said
     assert "NOT CALIBRATED" in said
     assert "; not checked: " in said
@@ -64,7 +67,7 @@ def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal:
     assert told["better"] is True
     assert told["before"] == {
         "margin_deg": None, "limiting": "the arm's reach", "reached": False, "lost": 1.0,
-        "lost_for": {"out_of_reach": 1.0}, "worst_places_mm": told["before"]["worst_places_mm"],  # pyright: ignore[reportArgumentType, reportCallIssue, reportIndexIssue, reportOptionalSubscript]
+        "lost_for": {"out_of_reach": 1.0}, "worst_places_mm": told["before"]["worst_places_mm"],
     }  # fmt: skip
     assert np.degrees(proposal.after.angle) > 20.0
     assert told["work"] == list(proposal_lines(proposal.stand))

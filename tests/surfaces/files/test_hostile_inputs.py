@@ -12,10 +12,11 @@ from pathlib import Path
 import pytest
 
 from geoprint import cli
+from geoprint.account import inspection_text
 from geoprint.config import job_of
 from geoprint.errors import InputError
-from geoprint.pipeline import inspection_text, plan
-from geoprint.pipeline.inspecting import FileInspection
+from geoprint.pipeline import plan
+from geoprint.results import FileInspection
 from geoprint.surfaces.files import load, save_ply, unit_hint
 from geoprint.surfaces.repair import inspect, prepare
 from tests import meshes

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from geoprint.account import inspection_text
 from geoprint.cli.application import app
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Surface
-from geoprint.pipeline import PatchChoice, cut_patch, inspect_file, inspection_text
+from geoprint.pipeline import PatchChoice, cut_patch, inspect_file
 from geoprint.surfaces import face_areas
 from geoprint.surfaces.files import load_file, region_faces
 from geoprint.surfaces.files.regions import Regions

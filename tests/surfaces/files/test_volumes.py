@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account import inspection_text
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import Surface
-from geoprint.pipeline import inspect_file, inspection_text
+from geoprint.pipeline import inspect_file
 from geoprint.surfaces import describe, face_normals, signed_volume
 from geoprint.surfaces.files import load_file
 from geoprint.surfaces.repair import prepare

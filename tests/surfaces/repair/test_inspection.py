@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account import inspection_summary, inspection_text
 from geoprint.model import Surface
-from geoprint.pipeline import inspect_file, inspection_summary, inspection_text
+from geoprint.pipeline import inspect_file
 from geoprint.report import inspection_figure
 from geoprint.surfaces.files import save_ply
 from geoprint.surfaces.repair import inspect
@@ -81,9 +82,9 @@ def test_a_file_is_told_with_its_unit_and_what_each_backend_says(tmp_path: Path)
     assert (seen.unit, seen.assumed, seen.size) == ("mm", True, pytest.approx((40.0, 30.0, 0.0)))
     assert dict(seen.backends) == {"heat": "yes", "fast-marching": "yes", "lscm": "yes"}
     assert "assumed from the size: give `--unit`" in inspection_text(seen)
-    summary = inspection_summary(inspect_file(tmp_path / "plate.ply", unit="mm"))
+    summary = json.loads(json.dumps(inspection_summary(inspect_file(tmp_path / "plate.ply", unit="mm"))))
     assert (summary["unit_assumed"], summary["changes"], summary["refusal"]) == (False, [], None)
-    assert json.loads(json.dumps(summary))["border"][0]["length_mm"] == pytest.approx(140.0)
+    assert summary["border"][0]["length_mm"] == pytest.approx(140.0)
 
 
 def test_a_closed_surface_is_planned_from_a_point_by_all_but_lscm(tmp_path: Path) -> None:

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.account import remeshing_text
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Surface
-from geoprint.pipeline import remesh_file, remeshing_text
+from geoprint.pipeline import remesh_file
 from geoprint.surfaces.files import load, save_ply
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
@@ -94,6 +95,6 @@ def test_a_mesh_that_would_read_as_another_kind_of_surface_is_refused(
     def closing_holes(_: Surface, *, edge_length: float) -> Surface:
         return refine(plate(), edge_length=edge_length)
 
-    monkeypatch.setattr("geoprint.pipeline.remeshing.remesh", closing_holes)
+    monkeypatch.setattr("geoprint.pipeline.mesh_files.remesh", closing_holes)
     with pytest.raises(InputError, match="would read as disc, the part is annulus"):
         remesh_file(tmp_path / "ring.ply", unit="mm", edge_length=2.0)

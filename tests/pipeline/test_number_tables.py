@@ -11,7 +11,7 @@ from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.errors import InputError
 from geoprint.motion.arm import Arm
-from geoprint.pipeline.touch_tables import read_flange_poses, read_points
+from geoprint.pipeline.number_tables import read_flange_poses, read_points
 
 
 def written(folder: Path, name: str, text: str) -> Path:

@@ -1,0 +1,177 @@
+"""What is said of a proposed placement: the lines that a person reads, and the object for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import final
+
+import numpy as np
+
+from geoprint.account.rounding import rounded
+from geoprint.export import Json
+from geoprint.motion.placing import Stand
+from geoprint.motion.reach import Margin
+from geoprint.results import STAND_DECIMALS, Proposal
+
+# Places listed that are farthest beyond what is allowed.
+WORST_PLACES = 5
+
+Numbers = tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class BeforeRecord:
+    """Where the cell file puts the part: the margin, None out of reach, and what share of the poses is lost for what.
+
+    The places are those of poses that are farthest beyond what is allowed, on the part.
+    """
+
+    margin_deg: float | None
+    limiting: str
+    reached: bool
+    lost: float
+    lost_for: dict[str, float]
+    worst_places_mm: tuple[Numbers, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ProposalRecord:
+    """What `geoprint place` says; the fields are the keys of `--json` in their order.
+
+    Attributes:
+        part: name of it.
+        cell: name of the cell file.
+        position_mm: of the part's centroid in the base frame.
+        rpy_deg: roll, pitch, yaw of the part, turned from its mean normal up.
+        T_base_work: rows of the part's frame [mm].
+        calibrated: whether anybody has measured that the part stands there.
+        better: whether it stands better than where the cell file puts it.
+        margin_deg: how far inside what is refused every pose stays; None out of reach.
+        limiting: to what it is nearest.
+        before: where the cell file puts the part.
+        lowest_point_above_mm: height of part and body over what stands below, or None over free space.
+        smallest_clearance_mm: of the whole motion.
+        not_checked: what the collision check leaves out.
+        refused: why better candidates fell.
+        work: lines under [work] in a cell file that put a demonstration there.
+    """
+
+    part: str
+    cell: str
+    position_mm: Numbers
+    rpy_deg: Numbers
+    T_base_work: tuple[Numbers, ...]
+    calibrated: bool
+    better: bool
+    margin_deg: float | None
+    limiting: str
+    before: BeforeRecord
+    lowest_point_above_mm: float | None
+    smallest_clearance_mm: float
+    not_checked: tuple[str, ...]
+    refused: tuple[str, ...]
+    work: tuple[str, str]
+
+
+def proposal_summary(proposal: Proposal) -> dict[str, Json]:
+    """Return a proposal as `--json` prints it."""
+    return asdict(_record(proposal))
+
+
+def proposal_text(proposal: Proposal) -> str:
+    """Return the lines that a person reads of a proposal."""
+    return "\n".join(_lines(proposal, _record(proposal)))
+
+
+def proposal_lines(stand: Stand) -> tuple[str, str]:
+    """Return the lines under [work] in a cell file that put a demonstration there."""
+    position, rpy = _stand(stand)
+    return f"demo_position_mm = [{_listed(position)}]", f"demo_rpy_deg = [{_listed(rpy)}]"
+
+
+def _record(proposal: Proposal) -> ProposalRecord:
+    robot = proposal.robot
+    position, rpy = _stand(proposal.stand)
+    return ProposalRecord(
+        part=proposal.plan.job.surface.name,
+        cell=proposal.plan.workpiece.cell.name,
+        position_mm=position,
+        rpy_deg=rpy,
+        T_base_work=tuple(map(tuple, robot.placement.T_base_work.round(6).tolist())),
+        calibrated=robot.placement.calibrated,
+        better=proposal.better,
+        margin_deg=_degrees(proposal.after),
+        limiting=proposal.after.limiting,
+        before=_before(proposal),
+        lowest_point_above_mm=round(proposal.above, 3) if np.isfinite(proposal.above) else None,
+        smallest_clearance_mm=rounded(robot.clearance.smallest),
+        not_checked=robot.clearance.not_checked,
+        refused=proposal.refused,
+        work=proposal_lines(proposal.stand),
+    )
+
+
+def _before(proposal: Proposal) -> BeforeRecord:
+    found = proposal.map_before
+    return BeforeRecord(
+        margin_deg=_degrees(proposal.before),
+        limiting=proposal.before.limiting,
+        reached=found.complete,
+        lost=rounded(found.lost),
+        lost_for={reason: rounded(share) for reason, share in found.shares().items()},
+        worst_places_mm=tuple(map(tuple, found.places[[*found.worst(WORST_PLACES)]].round(3).tolist())),
+    )
+
+
+def _lines(proposal: Proposal, record: ProposalRecord) -> Iterator[str]:
+    tilted = proposal.stand.rpy[:2].any()
+    turned = f"roll, pitch, yaw {_listed(record.rpy_deg)}" if tilted else f"yaw {_listed(record.rpy_deg[2:])}"
+    before = _margin(record.before) + ("" if record.before.reached else ", refused")
+    yield f"{record.part}: centroid at ({_listed(record.position_mm)}) mm, mean normal up, then {turned} degrees"
+    yield f"margin: {_margin(record)}; where the cell file puts it: {before}"
+    if not record.better:
+        yield "note: nothing better was found than where the cell file puts it: leave that as it is."
+    if record.lowest_point_above_mm is not None:
+        yield f"fixture: the lowest point is {record.lowest_point_above_mm:.0f} mm above what stands below it"
+    yield (
+        f"verified on all {proposal.plan.poses.count} poses: joints, time and clearance "
+        f"({record.smallest_clearance_mm:.2f} mm at the closest); not checked: {', '.join(record.not_checked)}"
+    )
+    for reason in record.refused:
+        yield f"a better one fell: {reason}"
+    yield _next_step(record.cell, touched=proposal.plan.workpiece.cell.fixture is not None)
+    for line in record.work:
+        yield f"    {line}"
+
+
+def _next_step(cell: str, *, touched: bool) -> str:
+    if touched:
+        return (
+            "NOT CALIBRATED: the touched points of the cell say where the part stands now. Move its fixture there, "
+            f"touch the points again and list them; to try it before with `--place demo`, put under [work] in {cell}:"
+        )
+    return (
+        "NOT CALIBRATED: nobody has measured that the part stands there, and a program runs only dry. To plan it "
+        f"there with `--place demo`, put under [work] in {cell}:"
+    )
+
+
+def _margin(found: ProposalRecord | BeforeRecord) -> str:
+    return "out of reach" if found.margin_deg is None else f"{found.margin_deg:.1f} degrees ({found.limiting})"
+
+
+def _degrees(margin: Margin) -> float | None:
+    return rounded(np.degrees(margin.angle)) if np.isfinite(margin.angle) else None
+
+
+def _stand(stand: Stand) -> tuple[Numbers, Numbers]:
+    """Return position [mm] and roll, pitch, yaw [degrees] as they were verified."""
+    position, rpy = stand.position.round(STAND_DECIMALS), np.degrees(stand.rpy).round(STAND_DECIMALS)
+    return tuple(position.tolist()), tuple(rpy.tolist())
+
+
+def _listed(values: Iterable[float]) -> str:
+    return ", ".join(f"{value + 0.0:g}" for value in values)

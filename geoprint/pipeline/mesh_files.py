@@ -1,0 +1,160 @@
+"""One mesh file: examined, with what preparing changes and which backends can plan it, or given another mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.backends import backend as find_backend, backend_names
+from geoprint.errors import GeoprintError, InputError, MeshError, UsageError
+from geoprint.model import Seed, Surface
+from geoprint.results import FileInspection, Remeshed
+from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
+from geoprint.surfaces.files import load_file, suggested_unit, unit_hint
+from geoprint.surfaces.remesh import decimate, deviation, remesh, smooth
+from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare
+
+# Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
+TRIAL_LEVELS = 4
+# Larger surfaces are not tried: that would take longer than everything else.
+TRIAL_FACES = 100_000
+NOT_TRIED = "not tried"
+POSSIBLE = "yes"
+# Without another word the surface may move by this share of the part's diagonal: 0.1 mm for a patch of 50 mm.
+DEVIATION_SHARE = 1.0 / 500.0
+ADVICE = "ask for shorter edges, more faces or less smoothing"
+
+
+def inspect_file(
+    path: Path, *, unit: str | None = None, label: int | None = None, longest_hole: float | None = None
+) -> FileInspection:
+    """Examine a mesh file.
+
+    Args:
+        path: of the file.
+        unit: of its coordinates; where neither this nor the file says it, the likely one is assumed and said so.
+        label: of a label volume, which one is meant.
+        longest_hole: holes up to this long [mm] count as closed by preparing.
+
+    Raises:
+        UsageError: the unit is unknown or not that of the file, or the label is missing or not in the file.
+        InputError: the file cannot be read.
+    """
+    suggested, assumed = (unit, False) if unit is not None else suggested_unit(path, label=label)
+    loaded = load_file(path, unit=suggested, label=label)
+    found = inspect(loaded.surface, longest_hole=longest_hole)
+    areas = face_areas(loaded.surface)
+    return FileInspection(
+        name=path.name,
+        unit=loaded.unit,
+        assumed=assumed,
+        hint=unit_hint(found.examined, unit=loaded.unit),
+        size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
+        found=found,
+        regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
+        backends=tuple((name, _trial(name, found)) for name in backend_names()),
+    )
+
+
+def remesh_file(
+    path: Path,
+    *,
+    unit: str | None = None,
+    label: int | None = None,
+    wavelength: float | None = None,
+    edge_length: float | None = None,
+    faces: int | None = None,
+    max_deviation: float | None = None,
+) -> Remeshed:
+    """Prepare a part, smooth it and give it other triangles, as far as asked for; then measure what that has changed.
+
+    Args:
+        path: of the part's file.
+        unit: of its coordinates.
+        label: of a label volume, which one.
+        wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
+        edge_length: as for `surfaces.remesh` [mm].
+        faces: as for `surfaces.decimate`, instead.
+        max_deviation: how far old and new surface, and their rims, may lie apart [mm]; by default DEVIATION_SHARE of
+            the part's diagonal.
+
+    Raises:
+        UsageError: nothing is asked for, or edge length and faces both.
+        InputError: the file cannot be used; or the new surface lies farther off than allowed, or cannot be planned on.
+    """
+    if wavelength is None and edge_length is None and faces is None:
+        raise UsageError(
+            "say what to change: `--edge-length MM` or `--faces N`, `--smooth MM`, or one of them with it."
+        )
+    if edge_length is not None and faces is not None:
+        raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
+    before, preparation = prepare(load_file(path, unit=unit, label=label).surface)
+    allowed = max_deviation
+    if allowed is None:
+        allowed = DEVIATION_SHARE * float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
+    after, steps = before, list[str]()
+    if wavelength is not None:
+        after = smooth(after, wavelength=wavelength)
+        steps.append(f"smoothed below {wavelength:g} mm")
+    if edge_length is not None:
+        after = remesh(after, edge_length=edge_length)
+        steps.append(f"remeshed to edges of {edge_length:g} mm")
+    if faces is not None:
+        after = decimate(after, faces=faces)
+        steps.append(f"decimated to {faces} faces")
+    _check_topology(after, preparation)
+    found = Remeshed(before, preparation, after, tuple(steps), deviation(before, after), allowed)
+    _check_deviation(found)
+    return found
+
+
+def _trial(name: str, found: Inspection) -> str:
+    """Return whether a backend plans a few levels on the prepared surface, or its own words why not."""
+    if found.refusal is not None:
+        return "no: preparing refuses the mesh"
+    surface = found.examined
+    if len(surface.faces) > TRIAL_FACES:
+        return f"{NOT_TRIED}: {len(surface.faces)} faces, {TRIAL_FACES} at most are tried; plan it"
+    try:
+        backend, seed = find_backend(name).factory(surface), _seed(surface)
+        backend.contours(seed, spacing=backend.distance(seed).maximum / TRIAL_LEVELS)
+    except GeoprintError as error:
+        return f"no: {error}"
+    return POSSIBLE if boundary_half_edges(surface.faces).size else f"{POSSIBLE}, with `--seed X Y Z`: it is closed"
+
+
+def _seed(surface: Surface) -> Seed:
+    """Return the border, or some point of a closed surface."""
+    if boundary_half_edges(surface.faces).size:
+        return boundary_seed(surface)
+    return point_seed(surface, surface.vertices[surface.faces[0, 0]], tolerance=1.0)
+
+
+def _check_topology(after: Surface, preparation: PreparationReport) -> None:
+    """Refuse a mesh that planning would refuse, or repair into another kind of surface."""
+    try:
+        topology = prepare(after)[1].topology
+    except MeshError as error:
+        raise InputError(f"the new mesh cannot be planned on: {str(error).rstrip('.')}; {ADVICE}.") from error
+    if topology != preparation.topology:
+        raise InputError(
+            f"the new mesh of {after.name} would read as {topology}, the part is {preparation.topology}: the "
+            f"smallest of its holes, handles or walls do not survive; {ADVICE}."
+        )
+
+
+def _check_deviation(found: Remeshed) -> None:
+    """Refuse a mesh that lies farther from the part than is allowed."""
+    worst, rim = found.deviation.largest, found.deviation.rim
+    deviates = max(worst.bound, rim)
+    if deviates <= found.allowed:
+        return
+    where = f"at {in_words(worst.place)}" if worst.bound >= rim else "at a rim"
+    raise InputError(
+        f"{found.before.name}, {' and '.join(found.steps)}, lies up to {deviates:.3g} mm off, {where}; at most "
+        f"{found.allowed:.3g} mm is allowed: {ADVICE}, or allow it with `--max-deviation {1.1 * deviates:.2g}`.",
+        deviation=deviates,
+        allowed=found.allowed,
+        place=worst.place,
+    )

@@ -1,0 +1,58 @@
+"""What was made of a mesh file: its examination, or a part with another mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from geoprint.model import Surface
+from geoprint.surfaces.remesh import Deviation
+from geoprint.surfaces.repair import Inspection, PreparationReport
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class FileInspection:
+    """What the mesh doctor says of a file.
+
+    Attributes:
+        name: of the file.
+        unit: that it was read in.
+        assumed: whether the unit is a guess from the size, because neither file nor user said it.
+        hint: where the size is unusual, what that may mean.
+        size: extents [mm].
+        found: the examination of the mesh.
+        regions: name, number of faces and area [mm2] of each that the file has.
+        backends: by name, 'yes', or why a backend cannot plan on it, or that it was 'not tried' and why.
+    """
+
+    name: str
+    unit: str
+    assumed: bool
+    hint: str | None
+    size: tuple[float, ...]
+    found: Inspection
+    regions: tuple[tuple[str, int, float], ...]
+    backends: tuple[tuple[str, str], ...]
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Remeshed:
+    """A part with another mesh.
+
+    Attributes:
+        before: the part as prepared.
+        preparation: what preparing changed.
+        after: the part with its new mesh.
+        steps: what was done, in words.
+        deviation: how far the two lie apart.
+        allowed: how far they may [mm].
+    """
+
+    before: Surface
+    preparation: PreparationReport
+    after: Surface
+    steps: tuple[str, ...]
+    deviation: Deviation
+    allowed: float
