@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
-from typing import Generic, Protocol, TypeAlias, TypeVar, final
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar, final
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
@@ -33,9 +33,12 @@ class Titled(Protocol):
         """A few words that stand beside its name; a `ClassVar` of a class."""
         ...
 
+    def __call__(self, *_: Any, **options: Any) -> object:
+        """Build what the entry stands for."""
+        ...
+
 
 FactoryT = TypeVar("FactoryT", bound=Titled)
-FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
 FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
 FactT = TypeVar("FactT")
 
@@ -103,7 +106,7 @@ class Entry(Generic[FactoryT_co]):
 
     def _parameters(self) -> dict[str, inspect.Parameter]:
         try:
-            parameters = inspect.signature(self.factory, eval_str=True).parameters.values()  # pyright: ignore[reportArgumentType]
+            parameters = inspect.signature(self.factory, eval_str=True).parameters.values()
         except (NameError, TypeError, ValueError) as error:
             raise UsageError(
                 f"the options of {self.origin} cannot be read ({error}): give them plain types."

@@ -66,18 +66,28 @@ def site(tmp_path: Path) -> Path:
 
 
 def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_and_reported(site: Path) -> None:
-    compared = run("-m", "geoprint", "compare", "job.toml", "--backends", "edges,heat", "--out", "compared", path=site)
+    compared = run(
+        "-m",
+        "geoprint",
+        "compare",
+        "job.toml",
+        "--no-robot",
+        "--backends",
+        "edges,heat",
+        "--out",
+        "compared",
+        path=site,
+    )
     assert compared.returncode == 0, compared.stderr
     rows = json.loads((site / "compared" / "compare.json").read_text())["parts"][0]["backends"]
     assert [row["backend"] for row in rows] == ["edges", "heat"]
     assert "uniformity" in rows[0]
-    assert (site / "compared" / "edges" / "rapid").is_dir()
+    assert (site / "compared" / "edges" / "poses.csv").is_file()
     assert "shortest paths along the edges" in (site / "compared" / "report.html").read_text()
-    (site / "straight.toml").write_text(
-        f'pattern = "straight"\nbackend = "edges"\n{JOB}\n[options.straight]\nangle_deg = 90.0\n'
-    )
-    planned = run("-m", "geoprint", "plan", "straight.toml", "--out", "planned", path=site)
+    asked = ("--pattern", "straight", "--option", "straight.angle_deg=90.0", "--option", "edges.stretch=1.05")
+    planned = run("-m", "geoprint", "plan", "job.toml", "--backend", "edges", *asked, "--out", "planned", path=site)
     assert planned.returncode == 0, planned.stderr
+    assert (site / "planned" / "rapid").is_dir()
     settings = json.loads((site / "planned" / "plan.json").read_text())["settings"]
     assert settings["backend"] == "edges"
     assert settings["pattern"] == "straight"

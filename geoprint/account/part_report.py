@@ -174,7 +174,7 @@ def _settings(told: SettingsRecord) -> tuple[tuple[str, str], ...]:
         return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
     settings = {name: value for name, value in as_json(told).items() if name != "patches"}
-    regions = [as_json(region).items() for region in told.patches]
+    regions = [region.model_dump(exclude_none=True).items() for region in told.patches]
     return (
         *((_with_unit(name), text(value)) for name, value in settings.items()),
         *(

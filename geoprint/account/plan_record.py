@@ -6,12 +6,14 @@ and layers count from 0. `plan.schema.json` beside this file says the same for o
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from geoprint.account.robot_record import RobotRecord
 from geoprint.account.rounding import Count, Pair, Place, Record, Rounded, Thousandths
+from geoprint.config.job import Job, PatchRegion
+from geoprint.config.key import keys_of
 
 
 class FileRecord(Record):
@@ -31,34 +33,25 @@ class InputRecord(FileRecord):
     body: FileRecord | None = Field(default=None, description="what the part lies on")
 
 
-class RegionRecord(Record):
-    """Where a patch lies on its body, as the job says it."""
+def _asked() -> dict[str, Any]:
+    """Return what keys of a job become here: their names in plan.json with type and, as description, their help."""
+    return {
+        key.told or name: (
+            field.annotation,
+            Field(description=key.help) if key.always else Field(default=field.default, description=key.help),
+        )
+        for name, key, field in keys_of(Job)
+        if key.told != ""
+    }
 
-    at: tuple[float, ...] | None = Field(default=None, description="point that it holds [mm]")
-    radius: float | None = Field(default=None, description="greatest distance from the point over the surface [mm]")
-    cone_deg: float | None = Field(default=None, description="greatest angle to the normal at the point [degrees]")
-    box: tuple[float, ...] | None = Field(default=None, description="lowest and highest x, y, z [mm]")
-    curve: tuple[tuple[float, ...], ...] | None = Field(default=None, description="points round the patch [mm]")
-    region: str | None = Field(default=None, description="name that the body's file gives to some of its faces")
 
-
-class SettingsRecord(Record):
-    """What was asked for, and with which cell."""
+class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
+    """What was asked for, which is every key of a job that tells itself, and with which cell."""
 
     backend: str | None = Field(default=None, description="that planned; left out where several are compared")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
-    resolution: int | None = Field(description="pixels along the longer side of the raster")
-    rounds: int | None = Field(description="levels between the seed and the farthest point")
-    seed: tuple[float, ...] | None = Field(description="point from which distance is measured [mm]; null: the border")
-    flip: bool = Field(description="whether the file's winding is turned")
-    label: int | None = Field(description="of a label volume, which one is the part or its body")
-    patches: tuple[RegionRecord, ...] = Field(description="where on the body the part lies")
-    fill_holes_mm: float | None = Field(description="holes whose border is up to this long are closed [mm]")
+    patches: list[PatchRegion] = Field(description="where on the body the part lies")
     cell: str = Field(description="name of the cell")
-    place: str | None = Field(description="demo: over the pedestal; null: as the cell is calibrated")
-    max_tilt_deg: float = Field(description="largest angle between nozzle and normal on deposit [degrees]")
-    on_slowdown: str = Field(description="lower the run's speed, or let the flow follow")
-    robot: bool = Field(description="whether the robot's part was asked for")
     speed_mm_s: float = Field(description="of the tip on deposit [mm/s]")
     travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
     standoff_mm: float = Field(description="of the tip from the surface [mm]")
@@ -67,10 +60,6 @@ class SettingsRecord(Record):
     layer_height_mm: float = Field(description="of the layer [mm]")
     pressure_kpa: float | None = Field(description="of the air [kPa]")
     flood_s: float | None = Field(description="final exposure of the whole part [s]")
-    pattern: str = Field(default="contours", description="how the paths cover the part; left out for contours")
-    options: dict[str, dict[str, bool | int | float | str]] = Field(
-        default={}, description="of the backend and the pattern, by its name; left out where none is given"
-    )
 
 
 class MeshRecord(Record):

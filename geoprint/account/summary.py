@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import resource
 from dataclasses import asdict
 from importlib.metadata import version
@@ -131,20 +130,21 @@ def _input(plan: Plan) -> InputRecord:
 
 def _settings(plan: Plan) -> SettingsRecord:
     cell, process = plan.workpiece.cell, plan.workpiece.cell.process
-    # By way of JSON, whose lists become the tuples of records.
-    asked = plan.job.settings() | {
-        "spacing_mm": plan.contours.spacing,
-        "cell": cell.name,
-        "speed_mm_s": process.speed,
-        "travel_speed_mm_s": process.travel_speed,
-        "standoff_mm": process.standoff,
-        "clearance_mm": process.clearance,
-        "retract_mm": process.retract,
-        "layer_height_mm": process.layer_height,
-        "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
-        "flood_s": None if cell.flood is None else cell.flood.duration,
-    }
-    return SettingsRecord.model_validate_json(json.dumps(asked))
+    return SettingsRecord.model_validate(
+        plan.job.settings()
+        | {
+            "spacing_mm": plan.contours.spacing,
+            "cell": cell.name,
+            "speed_mm_s": process.speed,
+            "travel_speed_mm_s": process.travel_speed,
+            "standoff_mm": process.standoff,
+            "clearance_mm": process.clearance,
+            "retract_mm": process.retract,
+            "layer_height_mm": process.layer_height,
+            "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
+            "flood_s": None if cell.flood is None else cell.flood.duration,
+        }
+    )
 
 
 def _surface(plan: Plan) -> SurfaceRecord:

@@ -251,9 +251,9 @@ class Job(Table):
 
     def settings(self) -> dict[str, object]:
         """Return what plan.json tells of the job, by the names there."""
-        values = self.model_dump(mode="json", exclude_none=True)
+        values = dict(self)
         return {
-            key.told or name: values.get(name)
+            key.told or name: values[name]
             for name, key, field in keys_of(type(self))
-            if key.told != "" and (key.always or values.get(name) != field.default)
+            if key.told != "" and (key.always or values[name] != field.default)
         }

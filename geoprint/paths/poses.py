@@ -142,9 +142,9 @@ def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
     return stretch.tips[row] - retract * rotation_of(stretch.quaternions[row])[:, 2]
 
 
-def _travel(run: _Stretch, following: _Stretch, corners: FloatArray) -> _Stretch:
+def _travel(run: _Stretch, following: _Stretch, bends: FloatArray) -> _Stretch:
     """Lift off, cross, come down; the ends themselves are rows of the runs. The tool turns while it crosses."""
-    ends = np.vstack([run.tips[-1:], corners, following.tips[:1]])
+    ends = np.vstack([run.tips[-1:], bends, following.tips[:1]])
     tips, rows = sampled_polyline(ends)
     arcs = arc_lengths(tips)
     lifted, lowering = arcs[rows[1]], arcs[rows[-2]]

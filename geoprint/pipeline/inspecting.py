@@ -15,7 +15,7 @@ from geoprint.export import Json
 from geoprint.model import Seed, Surface
 from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
 from geoprint.surfaces.files import LONGEST_NAME, load_file, suggested_unit, unit_hint
-from geoprint.surfaces.repair import Finding, Inspection, inspect
+from geoprint.surfaces.repair import Defect, Inspection, inspect
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4
@@ -168,7 +168,7 @@ def _seed(surface: Surface) -> Seed:
     return point_seed(surface, surface.vertices[surface.faces[0, 0]], tolerance=1.0)
 
 
-def _findings(found: Inspection) -> tuple[tuple[str, Finding], ...]:
+def _findings(found: Inspection) -> tuple[tuple[str, Defect], ...]:
     return (
         ("nonmanifold_edges", found.nonmanifold_edges),
         ("nonmanifold_vertices", found.nonmanifold_vertices),
@@ -178,7 +178,7 @@ def _findings(found: Inspection) -> tuple[tuple[str, Finding], ...]:
     )
 
 
-def _finding(finding: Finding) -> dict[str, Json]:
+def _finding(finding: Defect) -> dict[str, Json]:
     return {"count": finding.count, "places_mm": [all_rounded(place) for place in finding.places]}
 
 

@@ -9,6 +9,7 @@ import pytest
 from geoprint.backends.lscm import Lscm
 from geoprint.config import Job, job_of
 from geoprint.errors import UsageError
+from geoprint.patterns.contours import ContourPattern
 from geoprint.pipeline.choice import backend_of, check_options, pattern_of, with_backend
 from tests.meshes import plate
 
@@ -58,4 +59,4 @@ def test_options_that_cannot_be_meant_are_refused_before_the_long_work(
 
 
 def test_a_job_without_a_pattern_has_contours() -> None:
-    assert type(pattern_of(job())).title == "level curves of the distance"
+    assert isinstance(pattern_of(job()), ContourPattern)

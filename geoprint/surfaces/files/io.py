@@ -52,15 +52,15 @@ def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Mesh
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
     file = read_mesh(path, label=label)
-    if file.unit is not None and unit not in {None, file.unit}:
+    if file.unit and unit not in {None, file.unit}:
         raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
     unit = unit or file.unit
     # Vertices that no face uses do not belong to the part.
     used = file.vertices[used_vertices(file.faces)]
     extents = used.max(axis=0) - used.min(axis=0)
-    if unit is None:
+    if not unit:
         raise UsageError(_missing_unit(path.name, extents))
-    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
+    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=bool(file.unit))
     _check_resolution(path.name, used * UNITS[unit])
     return replace(file, unit=unit)
 
@@ -116,7 +116,7 @@ def suggested_unit(path: Path, *, label: int | None = None) -> tuple[str, bool]:
     file = read_mesh(path, label=label)
     used = file.vertices[used_vertices(file.faces)]
     likely = likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
-    return file.unit or likely, file.unit is None
+    return file.unit or likely, not file.unit
 
 
 def unit_hint(surface: Surface, *, unit: str) -> str | None:

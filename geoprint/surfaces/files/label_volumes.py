@@ -103,7 +103,7 @@ def volume_mesh(volume: LabelVolume, *, label: int | None, name: str) -> MeshFil
         ("volume_error", round(volume_error, 6)),
         ("coordinates", "right, anterior, superior"),
     )
-    return MeshFile(vertices, faces, volume.unit, notes)
+    return MeshFile(vertices, faces, volume.unit or "", notes)
 
 
 def label_surface(inside: BoolArray, affine: FloatArray, *, name: str) -> tuple[FloatArray, IntArray, float, float]:

@@ -26,7 +26,7 @@ class MeshFile:
     Attributes:
         vertices: (n, 3) positions in the file's unit.
         faces: (m, 3) vertex indices, counter-clockwise from outside; polygons are triangulated.
-        unit: of the positions, a key of UNITS; None where the format carries none and nobody has said it.
+        unit: of the positions, a key of UNITS; empty where the format carries none and nobody has said it.
         notes: how the mesh was made, where the file holds something else.
         regions: groups, objects, solids and labels that the file gives to faces.
         name: of the file.
@@ -34,7 +34,7 @@ class MeshFile:
 
     vertices: FloatArray
     faces: IntArray
-    unit: str | None = None
+    unit: str = ""
     notes: Notes = ()
     regions: Regions = field(default_factory=dict[str, IntArray])
     name: str = "surface"
@@ -46,7 +46,7 @@ class MeshFile:
         Raises:
             InputError: the unit is not known.
         """
-        if self.unit is None:
+        if not self.unit:
             raise InputError(f"`{self.name}` has no unit; give it with `--unit`.")
         return Surface(vertices=self.vertices * UNITS[self.unit], faces=self.faces, name=self.name)
 

@@ -49,7 +49,7 @@ class _Object:
     components: list[tuple[_Key, FloatArray]] = field(default_factory=list[tuple[_Key, FloatArray]])
 
 
-class _Piece(NamedTuple):
+class _Placed(NamedTuple):
     """The mesh of an object where a build puts it, and the names of the object and of those composed of it."""
 
     vertices: FloatArray
@@ -111,7 +111,7 @@ def read_3mf(data: bytes, /, *, name: str) -> MeshFile:
     )
 
 
-def _regions(placed: list[_Piece]) -> Regions:
+def _regions(placed: list[_Placed]) -> Regions:
     """Return the regions that the objects of pieces are, whose faces stand end to end."""
     parts: dict[str, list[IntArray]] = {}
     first = 0
@@ -124,7 +124,7 @@ def _regions(placed: list[_Piece]) -> Regions:
 
 def _placed(
     objects: Mapping[_Key, _Object], key: _Key, transform: FloatArray, *, name: str, depth: int, left: list[int]
-) -> list[_Piece]:
+) -> list[_Placed]:
     """Return the meshes of an object and its components under a transform; `left` counts down the faces allowed."""
     if key not in objects:
         raise InputError(f"`{name}` refers to object {key[1]!r}, which is not in it; export it again.")
@@ -135,7 +135,7 @@ def _placed(
             f"`{name}`: components are nested more than {DEEPEST} deep or make more than {MOST_FACES} triangles; "
             "export the part as one mesh."
         )
-    pieces: list[_Piece] = []
+    pieces: list[_Placed] = []
     if found.faces:
         vertices = np.array(found.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(found.faces, dtype=np.int64).reshape(-1, 3)
@@ -147,7 +147,7 @@ def _placed(
         # Points are rows here: the format multiplies from the right. The caller refuses what is not finite.
         with np.errstate(invalid="ignore", over="ignore"):
             moved = vertices @ transform[:3] + transform[3]
-        pieces.append(_Piece(moved, faces[:, ::-1] if mirrored else faces))
+        pieces.append(_Placed(moved, faces[:, ::-1] if mirrored else faces))
     for component, own in found.components:
         with np.errstate(invalid="ignore", over="ignore"):
             inner = np.vstack([own[:3] @ transform[:3], own[3] @ transform[:3] + transform[3]])

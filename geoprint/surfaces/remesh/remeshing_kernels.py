@@ -31,8 +31,8 @@ def split(
     Args:
         chosen: half-edges, one of each edge.
         starts: with room for two more faces behind the first `faces` for each chosen edge; and so the others.
-        twins: see there.
-        curves: see there.
+        twins: (3 m,) other side of each half-edge, with the same room.
+        curves: (3 m,) whether it lies on a curve that is kept, with the same room.
         vertices: number of vertices so far; the new ones follow.
         faces: number of faces so far.
 
@@ -123,9 +123,9 @@ def collapse(
 
     Args:
         chosen: half-edges.
-        starts: see above.
-        twins: see above.
-        curves: see above.
+        starts: (3 m,) vertex at which each half-edge begins.
+        twins: (3 m,) its other side.
+        curves: (3 m,) whether it lies on a curve that is kept.
         vertices: (n, 3) positions [mm].
         kinds: (n,) as `creases` gives them.
         shortest: an edge must be shorter to go [mm]; others may have grown meanwhile.

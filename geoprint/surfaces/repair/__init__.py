@@ -1,7 +1,7 @@
 """What is wrong with a mesh, and how it is mended."""
 
 from geoprint.surfaces.repair.inspection import (
-    Finding as Finding,
+    Defect as Defect,
     Inspection as Inspection,
     inspect as inspect,
 )

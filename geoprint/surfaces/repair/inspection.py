@@ -25,7 +25,7 @@ MOST_PLACES = 5
 
 @final
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Defect:
     """How many there are of something, and where the first of them are.
 
     Attributes:
@@ -79,11 +79,11 @@ class Inspection:
     components: tuple[tuple[int, float, tuple[float, ...]], ...]
     rims: tuple[Rim, ...]
     genus: int | None
-    nonmanifold_edges: Finding
-    nonmanifold_vertices: Finding
-    flipped_faces: Finding
-    slivers: Finding
-    crossings: Finding
+    nonmanifold_edges: Defect
+    nonmanifold_vertices: Defect
+    flipped_faces: Defect
+    slivers: Defect
+    crossings: Defect
     crossings_complete: bool
     preparation: PreparationReport | None
     refusal: str | None
@@ -112,8 +112,8 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
     rims, crowded = _rims(examined, side_edge), np.flatnonzero(face_counts(side_edge) > 2)
     labels = np.zeros(len(examined.faces), dtype=np.int64) if preparation is not None else component_labels(examined)
     if preparation is not None:
-        vertices, flips = Finding(preparation.split_vertices), Finding(preparation.flipped_faces)
-        crossing, complete = Finding(0), preparation.crossings_checked
+        vertices, flips = Defect(preparation.split_vertices), Defect(preparation.flipped_faces)
+        crossing, complete = Defect(0), preparation.crossings_checked
     else:
         vertices, flips = _touching_fans(examined, side_edge), _flips(examined)
         crossing, complete = _crossings(examined, depth=joined.tolerance)
@@ -122,10 +122,10 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
         components=_components(examined, labels),
         rims=rims,
         genus=(2 - len(rims) - len(examined.vertices) + len(sides) - len(examined.faces)) // 2 if preparation else None,
-        nonmanifold_edges=_finding(examined.vertices[sides[crowded]].mean(axis=1)),
+        nonmanifold_edges=_defect(examined.vertices[sides[crowded]].mean(axis=1)),
         nonmanifold_vertices=vertices,
         flipped_faces=flips,
-        slivers=_finding(_slivers(examined)),
+        slivers=_defect(_slivers(examined)),
         crossings=crossing,
         crossings_complete=complete,
         preparation=preparation,
@@ -133,9 +133,9 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
     )
 
 
-def _finding(places: FloatArray) -> Finding:
+def _defect(places: FloatArray) -> Defect:
     """Return a finding at (k, 3) places."""
-    return Finding(len(places), tuple(triple(place) for place in places[:MOST_PLACES]))
+    return Defect(len(places), tuple(triple(place) for place in places[:MOST_PLACES]))
 
 
 def _components(surface: Surface, labels: IntArray) -> tuple[tuple[int, float, tuple[float, ...]], ...]:
@@ -164,7 +164,7 @@ def _rims(surface: Surface, side_edge: IntArray) -> tuple[Rim, ...]:
     return tuple(sorted(rims, key=lambda found: -found.length))
 
 
-def _touching_fans(surface: Surface, side_edge: IntArray) -> Finding:
+def _touching_fans(surface: Surface, side_edge: IntArray) -> Defect:
     """Find the vertices whose faces do not hang together by edges there."""
     flat = side_edge.ravel()
     order = np.argsort(flat, kind="stable")
@@ -178,16 +178,16 @@ def _touching_fans(surface: Surface, side_edge: IntArray) -> Finding:
     columns = np.concatenate([np.where(agree, there, beyond), np.where(agree, beyond, there)])
     fans = connected_nodes(rows, columns, nodes=corners.size)
     _, first = np.unique(fans, return_index=True)
-    return _finding(surface.vertices[np.flatnonzero(np.bincount(corners[first]) > 1)])
+    return _defect(surface.vertices[np.flatnonzero(np.bincount(corners[first]) > 1)])
 
 
-def _flips(surface: Surface) -> Finding:
+def _flips(surface: Surface) -> Defect:
     """Find the faces wound against most of their piece, if that has a meaning."""
     try:
         turned = turned_faces(surface)
     except MeshError:
-        return Finding(None)
-    return _finding(surface.vertices[surface.faces[turned]].mean(axis=1))
+        return Defect(None)
+    return _defect(surface.vertices[surface.faces[turned]].mean(axis=1))
 
 
 def _slivers(surface: Surface) -> FloatArray:
@@ -199,6 +199,6 @@ def _slivers(surface: Surface) -> FloatArray:
     return corners[thin[np.argsort(heights[thin], kind="stable")]].mean(axis=1)
 
 
-def _crossings(surface: Surface, *, depth: float) -> tuple[Finding, bool]:
+def _crossings(surface: Surface, *, depth: float) -> tuple[Defect, bool]:
     found = crossings(surface, depth=depth)
-    return _finding(surface.vertices[surface.faces[found.pairs[:, 0]]].mean(axis=1)), found.complete
+    return _defect(surface.vertices[surface.faces[found.pairs[:, 0]]].mean(axis=1)), found.complete

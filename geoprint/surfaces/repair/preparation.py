@@ -40,10 +40,10 @@ class Joined:
     Attributes:
         surface: with all vertices of the file.
         tolerance: distance below which vertices count as one [mm].
-        welded_vertices: as in `PreparationReport`, and so the others.
-        dropped_degenerate_faces: see there.
-        dropped_duplicate_faces: see there.
-        dropped_unreferenced_vertices: see there.
+        welded_vertices: that were joined to another one.
+        dropped_degenerate_faces: without area, before or after joining.
+        dropped_duplicate_faces: with the same corners as an earlier one.
+        dropped_unreferenced_vertices: that no face uses.
     """
 
     surface: Surface
