@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from geoprint import cli
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -51,15 +51,19 @@ def test_linked_files_exist() -> None:
         assert (ROOT / link).is_file(), link
 
 
-def test_the_examples_run_one_after_the_other(tmp_path: Path) -> None:
+def test_the_examples_run_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     lines = [line for line in "\n".join(blocks("sh")).splitlines() if line.startswith("geoprint ")]
     assert [line.split()[1] for line in lines] == [
         "init", "plan", "plan", "compare", "check", "inspect", "patch", "remesh", "doctor",
     ]  # fmt: skip
     (tmp_path / "data").symlink_to(ROOT / "data")
+    monkeypatch.chdir(tmp_path)
     for line in lines:
-        command = [sys.executable, "-m", *shlex.split(line, comments=True)]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
-        assert done.returncode == 0, f"{line}: {done.stderr}"
+        monkeypatch.setattr("sys.argv", shlex.split(line, comments=True))
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert not ended.value.code, f"{line}: {capsys.readouterr().err}"
     written = {path.name for path in tmp_path.iterdir()} - {"data"}
     assert written == {"cells", "compared", "even.ply", "patch.ply", "plan", "plan20"}

@@ -24,15 +24,22 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     return compare(job_of(surface=path, unit="mm", spacing=1.5, robot=False))
 
 
+@pytest.fixture(scope="module")
+def written(compared: Comparison, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a comparison with samples and figures."""
+    folder = tmp_path_factory.mktemp("written") / "out"
+    save_comparisons([compared], folder, samples=True, figures=True)
+    return folder
+
+
 def test_samples_and_figures_are_written_when_asked_and_the_table_reads_back_as_it_was_measured(
-    compared: Comparison, tmp_path: Path
+    compared: Comparison, written: Path
 ) -> None:
-    save_comparisons([compared], tmp_path / "out", samples=True, figures=True)
-    assert sorted(path.name for path in (tmp_path / "out" / "figures").iterdir()) == [
+    assert sorted(path.name for path in (written / "figures").iterdir()) == [
         "spacing-histogram.png", "spacing-histogram.svg", "spacing-map.png", "spacing-map.svg",
     ]  # fmt: skip
     for name, outcome in compared.planned:
-        path, measured = tmp_path / "out" / name / "spacing.csv", outcome.uniformity
+        path, measured = written / name / "spacing.csv", outcome.uniformity
         assert path.read_text(encoding="ascii").splitlines()[0] == ",".join(SPACING_COLUMNS)
         found = np.genfromtxt(path, delimiter=",", names=True)
         for column, values in (
@@ -49,11 +56,10 @@ def test_neither_is_written_unasked(compared: Comparison, tmp_path: Path) -> Non
     assert not names & {"spacing.csv", "figures"}
 
 
-def test_every_sample_lies_on_the_run_of_poses_csv_that_its_row_names(compared: Comparison, tmp_path: Path) -> None:
-    save_comparisons([compared], tmp_path / "out", samples=True)
+def test_every_sample_lies_on_the_run_of_poses_csv_that_its_row_names(compared: Comparison, written: Path) -> None:
     for name, _ in compared.planned:
-        poses = read_poses_table(tmp_path / "out" / name / "poses.csv")
-        found = np.genfromtxt(tmp_path / "out" / name / "spacing.csv", delimiter=",", names=True)
+        poses = read_poses_table(written / name / "poses.csv")
+        found = np.genfromtxt(written / name / "spacing.csv", delimiter=",", names=True)
         laid = poses.deposit & (poses.levels > poses.levels[poses.deposit].min())
         assert set(found["run"]) == set(poses.runs[laid])
         for run in np.unique(found["run"]):

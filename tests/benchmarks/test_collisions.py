@@ -20,7 +20,7 @@ CELL = straight_cell()
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return scene_of(DATA / "heart_flat_patch.ply", spacing=8.0)
+    return scene_of(DATA / "heart_flat_patch.ply", spacing=12.0)
 
 
 def test_collisions_from_grazing_to_deep_are_found(scene: Scene):

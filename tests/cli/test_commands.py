@@ -64,7 +64,7 @@ def test_the_version_is_shown(run: Run) -> None:
 
 def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    status, stdout, stderr = run("compare", part, "--unit", "mm", "--rounds", "6", "--place", "demo", "--out", out)
+    status, stdout, stderr = run("compare", part, "--unit", "mm", "--rounds", "3", "--place", "demo", "--out", out)
     assert status == 0, stderr
     assert stdout == ""
     assert "covers plate.ply" in stderr or "cover plate.ply" in stderr

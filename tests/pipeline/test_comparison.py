@@ -137,7 +137,7 @@ def test_paths_that_lie_apart_by_a_known_distance_are_measured_so() -> None:
 
 def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Path) -> None:
     save_ply(spherical_cap(radius=30.0, angle=0.5, rings=10, jitter_seed=1), tmp_path / "cap.ply")
-    compared = compare(job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=2.0, place="demo"))
+    compared = compare(job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=3.0, place="demo"))
     save_comparisons([compared], tmp_path / "out")
     with opened_browser() as page:
         page.open(tmp_path / "out" / "report.html")

@@ -58,6 +58,10 @@ def test_an_iges_file_has_the_size_that_its_unit_says(tmp_path: Path, unit: str)
     assert loaded.unit == "mm"
     assert dict(loaded.notes)["tessellated_from"] == "IGES"
     assert dict(loaded.notes)["chord_mm"] == pytest.approx(0.008)
+
+
+def test_another_unit_than_that_of_the_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "plate.igs").write_text(iges_plate("IN", size=(40.0 / 25.4, 30.0 / 25.4)))
     with pytest.raises(UsageError, match="says that its unit is mm, not in"):
         load_file(tmp_path / "plate.igs", unit="in")
 
