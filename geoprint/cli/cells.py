@@ -92,7 +92,7 @@ def fit_flow(
     as_json: AsJson = False,
 ) -> None:
     """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
-    from geoprint.pipeline import fit_flow as run, fit_summary, material_table
+    from geoprint.pipeline.flow_fitting import fit_flow as run, fit_summary, material_table
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:

@@ -216,7 +216,7 @@ def recommend(
 ) -> None:  # fmt: skip
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
     from geoprint.config import job_of
-    from geoprint.pipeline import recommendation
+    from geoprint.pipeline.recommending import recommendation
 
     job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=rounds_of(rounds, step), cell=cell)
     found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)

@@ -40,11 +40,6 @@ from geoprint.pipeline.comparison import (
 )
 from geoprint.pipeline.doctor import examine as examine
 from geoprint.pipeline.drawn_curve import read_curve as read_curve
-from geoprint.pipeline.flow_fitting import (
-    fit_flow as fit_flow,
-    fit_summary as fit_summary,
-    material_table as material_table,
-)
 from geoprint.pipeline.inspecting import (
     FileInspection as FileInspection,
     inspect_file as inspect_file,
@@ -67,7 +62,6 @@ from geoprint.pipeline.proposal_text import (
     proposal_summary as proposal_summary,
     proposal_text as proposal_text,
 )
-from geoprint.pipeline.recommending import recommendation as recommendation
 from geoprint.pipeline.remeshing import (
     Remeshed as Remeshed,
     remesh_file as remesh_file,

@@ -6,7 +6,8 @@ from dataclasses import asdict
 from pathlib import Path
 
 from geoprint.config import load_cell
-from geoprint.deposition import PARAMETERS, FittedFluid, FluidModel, bore_of, fit_fluid, read_measured_flow
+from geoprint.deposition import bore_of
+from geoprint.deposition.fitting import PARAMETERS, FittedFluid, FluidModel, fit_fluid, read_measured_flow
 from geoprint.errors import UsageError
 from geoprint.export import Json
 
@@ -18,7 +19,7 @@ def fit_flow(path: Path, *, cell: Path | None, density: float, model: str) -> Fi
     """Fit a material to measured lines laid with a cell's nozzle.
 
     Args:
-        path: table of lines (`geoprint.deposition.measured`).
+        path: table of lines (`geoprint.deposition.fitting.measured`).
         cell: cell file with the nozzle; a packaged one if not given.
         density: [g/cm3].
         model: 'newtonian', 'power-law' or 'herschel-bulkley'.

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import final
 
 from geoprint.config import Job, load_cell
-from geoprint.deposition import Recommendation, recommend, relative_setting
+from geoprint.deposition.fitting import Recommendation, recommend, relative_setting
 from geoprint.errors import UsageError
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Cell, Material

@@ -16,7 +16,6 @@ from geoprint.surfaces.conversion import Conversion, missing
 from geoprint.surfaces.files import cad_worker
 from geoprint.surfaces.files.native import run_worker
 
-KINDS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
 # Largest distance between a face and its triangles [mm], and as a share of the part's size: the smaller counts.
 CHORD = 0.01
 CHORD_SHARE = 1 / 5000
@@ -35,7 +34,7 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
 
     Args:
         data: content of the file.
-        suffix: a key of KINDS.
+        suffix: ".step", ".stp", ".iges" or ".igs".
         name: of the file.
 
     Raises:
@@ -45,7 +44,7 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
     """
     if importlib.util.find_spec("cascadio") is None:
         raise missing("cascadio", extra="cad", work="reading STEP and IGES files")
-    kind = KINDS[suffix]
+    kind = "step" if suffix in {".step", ".stp"} else "iges"
     vertices, faces = _tessellated(data, kind=kind, chord=ROUGH_CHORD, relative=True, name=name)
     size = float(np.ptp(vertices, axis=0).max())
     chord = min(CHORD, CHORD_SHARE * size)

@@ -21,9 +21,6 @@ from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.files.archives import only_mesh
-from geoprint.surfaces.files.cad import KINDS, read_cad
-from geoprint.surfaces.files.label_volumes import read_volume
-from geoprint.surfaces.files.point_clouds import read_point_ply, read_point_text, reconstruct
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
 from geoprint.surfaces.files.text_formats import MeshArrays, check_indices, read_obj, read_off
 from geoprint.surfaces.files.three_mf import read_3mf
@@ -108,17 +105,23 @@ def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
 
 
 def _file(data: bytes, *, suffix: str, label: int | None, name: str) -> MeshFile:
-    """Return what a file of a known kind holds, unchecked."""
+    """Return what a file of a known kind holds, unchecked; what needs an extra is imported where it is met."""
     if suffix == ".3mf":
         mesh, unit = read_3mf(data, name=name)
         return MeshFile(mesh.vertices, mesh.faces, unit, regions=mesh.regions)
     if suffix in VOLUMES:
+        from geoprint.surfaces.files.label_volumes import read_volume
+
         made = read_volume(data, suffix=suffix, label=label, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
-    if suffix in KINDS:
+    if suffix in CAD:
+        from geoprint.surfaces.files.cad import read_cad
+
         made = read_cad(data, suffix=suffix, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
     if suffix in CLOUDS or (suffix == ".ply" and _without_faces(data)):
+        from geoprint.surfaces.files.point_clouds import read_point_ply, read_point_text, reconstruct
+
         cloud = (read_point_ply if suffix == ".ply" else read_point_text)(data, name=name)
         made = reconstruct(cloud, name=name)
         return MeshFile(made.vertices, made.faces, made.unit, made.notes)
@@ -255,9 +258,10 @@ def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, Int
 
 
 _READERS: Mapping[str, _Reader] = {".stl": read_stl, ".ply": read_ply, ".obj": read_obj, ".off": read_off}
+CAD = (".step", ".stp", ".iges", ".igs")
 CLOUDS = (".xyz", ".pwn")
 VOLUMES = (".nii", ".nii.gz", ".nrrd", ".dcm")
-SUFFIXES = (*_READERS, ".3mf", ".zip", *KINDS, *VOLUMES, *CLOUDS)
+SUFFIXES = (*_READERS, ".3mf", ".zip", *CAD, *VOLUMES, *CLOUDS)
 
 
 def _content(path: Path) -> bytes:
