@@ -63,10 +63,9 @@ def offences(house: House) -> Iterator[str]:
             # A phrase may go on in the next line.
             lines = module.path.read_text(encoding="utf-8").splitlines()
             for number, line in enumerate(lines, start=1):
-                after = lines[number].strip() if number < len(lines) else ""
-                before = lines[number - 2].strip() if number > 1 else ""
+                around = " ".join(part.strip("# ") for part in lines[max(number - 2, 0) : number + 1])
                 for each in told:
-                    if each.found(line) and each.found(f"{before} {line.strip()} {after}"):
+                    if each.found(line) and each.found(around):
                         yield f"{path}:{number}: `{each.word}`: {line.strip()}"
     yield from shared_names(house)
 
