@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -68,7 +68,7 @@ class Recipe:
 
     name: str
     text: str
-    lines: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
+    lines: Mapping[str, tuple[tuple[str, str], ...]]
 
 
 RECIPES = {
@@ -150,19 +150,18 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     copy = tmp_path_factory.mktemp("tree")
     shutil.copytree(ROOT / "geoprint", copy / "geoprint")
     shutil.copy(ROOT / "pyproject.toml", copy)
-    compiled = os.environ.get("NUMBA_CACHE_DIR")
-    for folder in ROOT.joinpath("geoprint").rglob("") if compiled else ():
-        there = copy / folder.relative_to(ROOT)
-        old, new = (Path(compiled or "", cache_name(each / "any.py")) for each in (folder, there))
-        if old.is_dir():
-            new.symlink_to(old)
+    if "NUMBA_CACHE_DIR" in os.environ:
+        for door in (ROOT / "geoprint").rglob("__init__.py"):
+            old, new = (compiled(each) for each in (door, copy / door.relative_to(ROOT)))
+            if old.is_dir() and not new.is_symlink():
+                new.symlink_to(old)
     return copy
 
 
-def cache_name(path: Path) -> str:
-    """Return how numba calls the folder for what it compiled from a file, below NUMBA_CACHE_DIR."""
-    locator = caching._CacheLocator  # pyright: ignore[reportPrivateUsage]
-    return str(locator.get_suitable_cache_subpath(str(path)))
+def compiled(path: Path) -> Path:
+    """Return where numba keeps what it compiled from the files beside one, below NUMBA_CACHE_DIR."""
+    name = caching._CacheLocator.get_suitable_cache_subpath(str(path))  # pyright: ignore[reportPrivateUsage, reportUnknownMemberType]
+    return Path(os.environ["NUMBA_CACHE_DIR"], name)
 
 
 @pytest.mark.parametrize("kind", RECIPES)
