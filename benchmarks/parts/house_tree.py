@@ -117,8 +117,8 @@ class House:
         """Return what the contracts let a room or wing import: all that stands on floors below its own."""
         outer = next((name for name in self.rooms if name != room and within(room, name)), room)
         inside = self.floors.get(outer, ())
-        lowest = max((at for at, floor in enumerate(inside) if self._of(floor, room)), default=-1)
-        below = _each(inside[lowest + 1 :])
+        highest = next((at for at, floor in enumerate(inside) if self._of(floor, room)), -1)
+        below = _each(inside[highest + 1 :])
         core = [] if all(map(self.is_room, below)) else [outer]
         at = next(at for at, floor in enumerate(self.floors[PACKAGE]) if outer in floor)
         return [*filter(self.is_room, below), *core, *_each(self.floors[PACKAGE][at + 1 :])]
@@ -126,6 +126,22 @@ class House:
     def _of(self, floor: Sequence[str], room: str) -> bool:
         """Return whether a room, or where it has wings what stands in the room itself, is on a floor."""
         return room in floor or (room in self.floors and not all(map(self.is_room, floor)))
+
+    def upwards(self) -> Iterator[tuple[str, str]]:
+        """Yield module and what it imports where that stands on a higher floor, of the house or of their room."""
+        for module in self.modules.values():
+            for target in dict.fromkeys(map(self.target, module.imports)):
+                for container in self.floors:
+                    if all(name.startswith(f"{container}.") for name in (module.name, target)) and (
+                        self._floor(container, target) < self._floor(container, module.name)
+                    ):
+                        yield module.name, target
+
+    def _floor(self, container: str, module: str) -> int:
+        """Return on which floor a module stands, counted from the top; one that is not listed stands lowest."""
+        floors = self.floors[container]
+        found = (at for at, floor in enumerate(floors) if any(within(module, name) for name in floor))
+        return next(found, len(floors) - 1)
 
     def arrows(self) -> Mapping[str, set[str]]:
         """Return for each room and wing the others whose doors or modules it imports, at use too."""

@@ -39,8 +39,8 @@ def test_what_breaks_a_rule_is_found(copy: House) -> None:
     assert "geoprint/paths holds 2" in found
     assert "geoprint/model/long.py has 351 lines, allowed are 350." in found
     assert "geoprint/model/lengthy.py: f has 51 lines, allowed are 50." in found
-    assert "geoprint.model imports geoprint.paths, which does not stand below it." in found
-    assert "geoprint.surfaces.remesh imports geoprint.surfaces.repair, which does not stand below it." in found
+    assert "geoprint.model.above imports geoprint.paths.poses, which stands above it." in found
+    assert "geoprint.surfaces.remesh.aside imports geoprint.surfaces.repair, which stands above it." in found
     assert found.count("\n") == 4
 
 
