@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import TypeAlias, final
 
 from benchmarks.parts.house_tree import PACKAGE, House
@@ -21,8 +21,8 @@ LETTER, GAP, BETWEEN_FLOORS, LANE = 8, 26, 44, 16
 ROOM_FILL, WING_FILL, INK, ARROW = "#eef3f8", "#ffffff", "#22303c", "#5b7c99"
 TEXT = 'font-size="13" font-family="DejaVu Sans, Verdana, sans-serif" text-anchor="middle"'
 TIP = 'viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto"'
-# Sweeps over the floors in search of their order; nothing moves any more after four.
-SWEEPS = 8
+# What a crossing is worth, in pixels that arrows run sideways.
+CROSSING = 150.0
 
 # What lies on a floor: a room by its name, or the gap that an arrow from one room to another takes on that floor.
 _Place: TypeAlias = str | tuple[str, str, int]
@@ -31,12 +31,14 @@ _Place: TypeAlias = str | tuple[str, str, int]
 @final
 @dataclass(frozen=True, slots=True)
 class _Box:
-    """Where a room or gap lies: left, top, width, height."""
+    """Where a room or gap lies, and its floor from top to bottom."""
 
     left: float
     top: float
     width: float
     height: float
+    highest: float
+    lowest: float
 
     @property
     def middle(self) -> float:
@@ -46,7 +48,7 @@ class _Box:
 def picture(house: House) -> str:
     """Return the house as an SVG file; the same house gives the same bytes."""
     arrows = reduced(_between_rooms(house))
-    floors = _ordered(_with_gaps(house, arrows), arrows)
+    floors = _ordered(_with_gaps(house, arrows), arrows, house)
     boxes = _boxes(house, floors)
     width = max(box.left + box.width for box in boxes.values()) + MARGIN
     height = max(box.top + box.height for box in boxes.values()) + MARGIN
@@ -101,19 +103,44 @@ def _with_gaps(house: House, arrows: Mapping[str, Sequence[str]]) -> list[list[_
     return floors
 
 
-def _ordered(floors: list[list[_Place]], arrows: Mapping[str, Sequence[str]]) -> list[list[_Place]]:
-    """Order each floor by where its neighbours above and below stand, over and over."""
+def _ordered(floors: list[list[_Place]], arrows: Mapping[str, Sequence[str]], house: House) -> list[list[_Place]]:
+    """Swap places on the floors as long as that spares crossings or makes arrows shorter."""
+    widths = {place: _size(house, place)[0] for floor in floors for place in floor}
     drawn = [_stops(one, other, floors) for one, others in arrows.items() for other in others]
     links = [link for stops in drawn for link in pairwise(stops)]
-    for _ in range(SWEEPS):
-        for number, floor in enumerate(floors):
-            where = {place: (index + 0.5) / len(each) for each in floors for index, place in enumerate(each)}
-            aims: dict[_Place, float] = {}
-            for place in floor:
-                beside = [where[b if a == place else a] for a, b in links if place in {a, b}]
-                aims[place] = sum(beside) / len(beside) if beside else where[place]
-            floors[number] = sorted(floor, key=aims.__getitem__)
+    ends = [[link for link in links if link[0] in floor] for floor in floors]
+    least, better = _cost(floors, ends, widths), True
+    while better:
+        better = False
+        for floor in floors:
+            for one, other in combinations(range(len(floor)), 2):
+                floor[one], floor[other] = floor[other], floor[one]
+                cost = _cost(floors, ends, widths)
+                if cost < least:
+                    least, better = cost, True
+                else:
+                    floor[one], floor[other] = floor[other], floor[one]
     return floors
+
+
+def _cost(
+    floors: Sequence[Sequence[_Place]],
+    ends: Sequence[Sequence[tuple[_Place, _Place]]],
+    widths: Mapping[_Place, float],
+) -> float:
+    """Return how far arrows run sideways, and how often those between the same floors cross."""
+    middles: dict[_Place, float] = {}
+    for floor in floors:
+        left = -(sum(widths[place] for place in floor) + GAP * (len(floor) - 1)) / 2.0
+        for place in floor:
+            middles[place] = left + widths[place] / 2.0
+            left += widths[place] + GAP
+    cost = 0.0
+    for links in ends:
+        lines = [(middles[one], middles[other]) for one, other in links]
+        cost += sum(abs(above - below) for above, below in lines)
+        cost += CROSSING * sum((a - c) * (b - d) < 0.0 for (a, b), (c, d) in combinations(lines, 2))
+    return cost
 
 
 def _stops(one: str, other: str, floors: Sequence[Sequence[_Place]]) -> list[_Place]:
@@ -131,7 +158,7 @@ def _boxes(house: House, floors: Sequence[Sequence[_Place]]) -> Mapping[_Place, 
         left, height = MARGIN + (max(widths) - width) / 2.0, max(sizes[place][1] for place in floor)
         for place in floor:
             own = height if isinstance(place, tuple) else sizes[place][1]
-            found[place] = _Box(left, top + (height - own) / 2.0, sizes[place][0], own)
+            found[place] = _Box(left, top + (height - own) / 2.0, sizes[place][0], own, top, top + height)
             left += sizes[place][0] + GAP
         top += height + BETWEEN_FLOORS
     return found
@@ -164,12 +191,13 @@ def _text_width(text: str) -> float:
 def _route(
     one: str, other: str, floors: Sequence[Sequence[_Place]], boxes: Mapping[_Place, _Box]
 ) -> list[tuple[float, float]]:
-    """Return the points that an arrow goes through, in pairs of which each lies on one floor."""
+    """Return the points that an arrow goes through, each two on one floor, where it runs straight down."""
     first, *passed, last = (boxes[place] for place in _stops(one, other, floors))
-    points = [(_leaving(first, (passed or [last])[0]), first.top + first.height)]
+    start, end = _leaving(first, (passed or [last])[0]), _leaving(last, (passed or [first])[-1])
+    points = [(start, first.top + first.height), (start, first.lowest)]
     for gap in passed:
-        points += [(gap.middle, gap.top), (gap.middle, gap.top + gap.height)]
-    return [*points, (_leaving(last, (passed or [first])[-1]), last.top)]
+        points += [(gap.middle, gap.highest), (gap.middle, gap.lowest)]
+    return [*points, (end, last.highest), (end, last.top)]
 
 
 def _leaving(box: _Box, towards: _Box) -> float:
@@ -179,17 +207,13 @@ def _leaving(box: _Box, towards: _Box) -> float:
 
 
 def _arrow(points: Sequence[tuple[float, float]]) -> str:
-    start, *rest = points
-    path = f"M{start[0]:.1f} {start[1]:.1f}"
-    before = start
-    for number, (x, y) in enumerate(rest):
-        bend = (y - before[1]) / 2.0
-        path += (
-            f" L{x:.1f} {y:.1f}"
-            if number % 2
-            else f" C{before[0]:.1f} {before[1] + bend:.1f} {x:.1f} {y - bend:.1f} {x:.1f} {y:.1f}"
-        )
-        before = x, y
+    path = f"M{points[0][0]:.1f} {points[0][1]:.1f}"
+    for number, ((left, top), (x, y)) in enumerate(pairwise(points)):
+        bend = (y - top) / 2.0
+        if number % 2:
+            path += f" C{left:.1f} {top + bend:.1f} {x:.1f} {y - bend:.1f} {x:.1f} {y:.1f}"
+        elif y > top:
+            path += f" L{x:.1f} {y:.1f}"
     return f'<path d="{path}" fill="none" stroke="{ARROW}" stroke-width="1.4" marker-end="url(#tip)"/>'
 
 
@@ -201,7 +225,8 @@ def _room(house: House, room: str, box: _Box) -> Iterator[str]:
         widths = [_text_width(name) for name in names]
         left = box.middle - (sum(widths) + WING_GAP * (len(names) - 1)) / 2.0
         for name, width in zip(names, widths, strict=True):
-            yield _labelled(name, _Box(left, top, width, WING_HEIGHT), fill=WING_FILL, text=top + 16.5, bold=False)
+            wing = _Box(left, top, width, WING_HEIGHT, box.highest, box.lowest)
+            yield _labelled(name, wing, fill=WING_FILL, text=top + 16.5, bold=False)
             left += width + WING_GAP
         top += WING_HEIGHT + WING_GAP
 
