@@ -27,6 +27,8 @@ SUFFIXES = {".mod", ".pgf", ".csv", ".json"}
 # Keys of JSON that differ from run to run; and so does manifest.json, because it has the hash of every file.
 UNSTEADY = {"timings_s", "peak_memory_mb", "planning_s"}
 DEMO = ("--unit", "mm", "--place", "demo")
+# The second cell that comes with geoprint, as `geoprint init` writes it.
+STRAIGHT = "irb120-straight160.toml"
 # The small bundle: a disc of 4 mm about the middle of the plate.
 SMALL = ("plan", "data/plate.ply", *DEMO, "--at", "0", "0", "0", "--radius", "4", "--spacing", "2")
 # Name to command line, without its result's folder.
@@ -43,7 +45,7 @@ CASES: dict[str, tuple[str, ...]] = {
     ),
     "flat-heat": ("plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "2", "--on-slowdown", "follow"),
     "analog": ("plan", "data/plate.ply", "--unit", "mm", "--spacing", "3", "--cell", "tests/golden/analog.toml"),
-    "straight": ("plan", "data/plate.ply", *DEMO, "--rounds", "4", "--cell", "geoprint/robots/irb120-straight160.toml"),
+    "straight": ("plan", "data/plate.ply", *DEMO, "--rounds", "4", "--cell", STRAIGHT),
     "paper": ("plan", "data/heart_flat_patch.ply", *DEMO, "--cell", "data/paper_case_a.toml"),
     "seed-lscm": (
         "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm",
@@ -78,8 +80,12 @@ def main() -> None:
 
 def planned(name: str, folder: Path) -> Path:
     """Plan a case into a folder that does not exist yet, as a user would; return the folder."""
-    command = [sys.executable, "-m", "geoprint", *CASES[name], "--out", str(folder)]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)  # noqa: S603  (no name from outside)
+    with tempfile.TemporaryDirectory() as cells:
+        asked = CASES[name]
+        if STRAIGHT in asked:
+            _geoprint("init", cells)
+            asked = [str(Path(cells) / one) if one == STRAIGHT else one for one in asked]
+        _geoprint(*asked, "--out", str(folder))
     return folder
 
 
@@ -98,6 +104,11 @@ def steady(path: Path) -> bytes:
     if path.suffix != ".json":
         return content
     return json.dumps(json.loads(content, object_pairs_hook=_steady_keys), indent=1).encode("utf-8")
+
+
+def _geoprint(*arguments: str) -> None:
+    command = [sys.executable, "-m", "geoprint", *arguments]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)  # noqa: S603  (no name from outside)
 
 
 def _steady_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:

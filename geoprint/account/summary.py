@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
@@ -119,23 +120,13 @@ def uniformity_summary(measured: Uniformity) -> dict[str, Json]:
 
 
 def settings_summary(plan: Plan) -> dict[str, Json]:
-    """Return what was asked for and with which cell: lengths mm, speeds mm/s; pattern and options where asked for."""
+    """Return what was asked for and with which cell: lengths mm, speeds mm/s."""
     process = plan.workpiece.cell.process
-    settings: dict[str, Json] = {
-        "backend": plan.job.backend,
+    settings = cast("dict[str, Json]", plan.job.settings())
+    return {
+        **settings,
         "spacing_mm": plan.contours.spacing,
-        "resolution": plan.job.resolution,
-        "rounds": plan.job.rounds,
-        "seed": plan.job.seed,
-        "flip": plan.job.flip,
-        "label": plan.job.label,
-        "patches": [region.model_dump(exclude_none=True) for region in plan.job.patches],
-        "fill_holes_mm": plan.job.fill_holes,
         "cell": plan.workpiece.cell.name,
-        "place": plan.job.place,
-        "max_tilt_deg": plan.job.max_tilt,
-        "on_slowdown": plan.job.on_slowdown,
-        "robot": plan.job.robot,
         "speed_mm_s": process.speed,
         "travel_speed_mm_s": process.travel_speed,
         "standoff_mm": process.standoff,
@@ -145,7 +136,6 @@ def settings_summary(plan: Plan) -> dict[str, Json]:
         "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
         "flood_s": None if plan.workpiece.cell.flood is None else plan.workpiece.cell.flood.duration,
     }
-    return settings | plan.job.model_dump(include={"pattern", "options"}, exclude_defaults=True)
 
 
 def _input(plan: Plan) -> dict[str, Json]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 import traceback
-from typing import Annotated
+from collections.abc import Callable
+from importlib import import_module
+from typing import Annotated, Any, cast
 
 import typer
+from typer.core import TyperCommand
 
-from geoprint.cli.cells import calibrate, doctor, fit_flow, init
-from geoprint.cli.parts import check, inspect, patch, remesh
-from geoprint.cli.planning import compare, place, plan, recommend
 from geoprint.cli.terminal import say
 from geoprint.errors import GeoprintError, ResourceError
 
@@ -22,23 +22,52 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-# As help lists them, each in a line of its own.
+# As help lists them, each in a line of its own, by the modules of this folder; these are read once a command is asked
+# for, because its options come from `Job`.
 COMMANDS = {
-    plan: "Plan a part and write the checked program for the robot.",
-    compare: "Compare how evenly backends cover parts, and what prints.",
-    place: "Look for the place where the arm prints a part best.",
-    recommend: "Say which spacing, rounds and speed fit a pressure.",
-    inspect: "Say what a mesh is, its defects, and which backends plan it.",
-    patch: "Cut patches out of a body.",
-    remesh: "Smooth, even or thin out a mesh, within a deviation.",
-    check: "Read a bundle back and print its run sheet.",
-    init: "Write commented cell files and a job file.",
-    calibrate: "Fit the fixture or the tool centre point from touches.",
-    fit_flow: "Fit how the material flows to a few measured lines.",
-    doctor: "Show versions and prove that the checks work here.",
+    "planning": {
+        "plan": "Plan a part and write the checked program for the robot.",
+        "compare": "Compare how evenly backends cover parts, and what prints.",
+        "place": "Look for the place where the arm prints a part best.",
+        "recommend": "Say which spacing, rounds and speed fit a pressure.",
+    },
+    "parts": {
+        "inspect": "Say what a mesh is, its defects, and which backends plan it.",
+        "patch": "Cut patches out of a body.",
+        "remesh": "Smooth, even or thin out a mesh, within a deviation.",
+        "check": "Read a bundle back and print its run sheet.",
+    },
+    "cells": {
+        "init": "Write commented cell files and a job file.",
+        "calibrate": "Fit the fixture or the tool centre point from touches.",
+        "fit_flow": "Fit how the material flows to a few measured lines.",
+        "doctor": "Show versions and prove that the checks work here.",
+    },
 }
-for command, summary in COMMANDS.items():
-    app.command(short_help=summary)(command)
+
+
+class _Later(TyperCommand):
+    """A command that is read when it is called; its callback returns it."""
+
+    def make_context(self, *arguments: Any, **extra: Any) -> Any:
+        read = cast("Callable[[], TyperCommand]", self.callback)
+        return read().make_context(*arguments, **extra)
+
+
+def _reader(module: str, name: str) -> Callable[[], Any]:
+    """Return what reads a command from its module."""
+
+    def read() -> Any:
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command()(getattr(import_module(f"geoprint.cli.{module}"), name))
+        return typer.main.get_command(alone)
+
+    return read
+
+
+for module, commands in COMMANDS.items():
+    for name, summary in commands.items():
+        app.command(name.replace("_", "-"), cls=_Later, short_help=summary)(_reader(module, name))
 
 STOPPED_BY_USER = 130
 

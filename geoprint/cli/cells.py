@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.options import AsJson, CellPath, Overwrite, Unit
+from geoprint.cli.keys import takes
+from geoprint.cli.options import AsJson, Overwrite
 from geoprint.cli.terminal import say
 from geoprint.errors import ExportError, UsageError
 
@@ -33,6 +34,7 @@ def init(
         raise ExportError(f"the files cannot be written to {folder} ({error}); choose another folder.") from error
 
 
+@takes()
 def calibrate(
     touched: Annotated[
         Path | None, typer.Argument(help="Table of touched points: name,x,y,z in mm, base frame.", show_default=False)
@@ -48,8 +50,8 @@ def calibrate(
         ),
     ] = None,
     part: Annotated[Path | None, typer.Option(help="Mesh of the part at which the uncertainty matters.")] = None,
-    unit: Unit = None,
-    cell: CellPath = None,
+    unit: str | None = None,
+    cell: Path | None = None,
     out: Annotated[Path | None, typer.Option(help="Cell file to write; without it nothing is written.")] = None,
     noise_mm: Annotated[
         float | None, typer.Option(help="Standard deviation of a touch in each direction; estimated if not given.")
@@ -77,6 +79,7 @@ def calibrate(
         say(f"written and read back: {out}")
 
 
+@takes()
 def fit_flow(
     measured: Annotated[
         Path,
@@ -88,7 +91,7 @@ def fit_flow(
     *,
     density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
     model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
-    cell: CellPath = None,
+    cell: Path | None = None,
     as_json: AsJson = False,
 ) -> None:
     """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""

@@ -8,33 +8,19 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.options import (
-    AsJson,
-    At,
-    Cone,
-    Curve,
-    FillHoles,
-    Label,
-    MaxMemory,
-    Overwrite,
-    Part,
-    PartOrJob,
-    PatchBox,
-    Radius,
-    Region,
-    Unit,
-    region_of,
-)
+from geoprint.cli.keys import Keys, takes
+from geoprint.cli.options import AsJson, MaxMemory, Overwrite, Part, PartOrJob
 from geoprint.cli.terminal import limit_memory, say
 from geoprint.errors import ExportError, UsageError, VerificationError
 
 
+@takes()
 def inspect(
     surface: Part,
     *,
-    unit: Unit = None,
-    label: Label = None,
-    fill_holes: FillHoles = None,
+    unit: str | None = None,
+    label: int | None = None,
+    fill_holes: float | None = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
     max_memory: MaxMemory = None,
     as_json: AsJson = False,
@@ -56,18 +42,12 @@ def inspect(
     say(inspection_text(seen))
 
 
+@takes("unit", "label", "patches")
 def patch(
     body: PartOrJob,
     *,
     out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
-    unit: Unit = None,
-    label: Label = None,
-    at: At = None,
-    radius: Radius = None,
-    cone: Cone = None,
-    box: PatchBox = None,
-    curve: Curve = None,
-    region: Region = None,
+    keys: Keys,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
@@ -76,12 +56,7 @@ def patch(
     from geoprint.pipeline import patch_summary, patch_text, patches_of
     from geoprint.surfaces.files import load_file, save_ply
 
-    job = job_of(
-        surface=body,
-        unit=unit,
-        label=label,
-        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
-    )
+    job = job_of(surface=body, **keys)
     if not job.patches:
         raise UsageError("say where the patch lies: `--at X Y Z --radius R`, `--box`, `--curve` or `--region`.")
     several = len(job.patches) > 1
@@ -96,12 +71,13 @@ def patch(
         typer.echo(json.dumps([patch_summary(one) for one in cut] if several else patch_summary(cut[0]), indent=2))
 
 
+@takes()
 def remesh(
     surface: Part,
     *,
     out: Annotated[Path, typer.Option(help="PLY file for the new mesh, in mm.", show_default=False)],
-    unit: Unit = None,
-    label: Label = None,
+    unit: str | None = None,
+    label: int | None = None,
     edge_length: Annotated[
         float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
     ] = None,

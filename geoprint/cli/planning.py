@@ -8,70 +8,27 @@ from typing import Annotated
 
 import typer
 
+from geoprint.cli.keys import Keys, takes
 from geoprint.cli.options import (
     AsJson,
-    At,
-    Body,
-    CellPath,
-    Cone,
-    Curve,
     Figures,
-    FillHoles,
-    Flip,
-    Label,
     MaxMemory,
-    MaxTilt,
-    OneBackend,
     Out,
     Overwrite,
     PartOrJob,
     PartsOrJobs,
-    PatchBox,
-    Place,
-    Radius,
-    Region,
-    Resolution,
-    Rounds,
     Samples,
-    SeedPoint,
-    Slow,
-    Spacing,
-    Step,
-    Unit,
-    WithRobot,
     backends_of,
-    region_of,
-    rounds_of,
 )
 from geoprint.cli.terminal import limit_memory, say, watch
 
 
+@takes()
 def plan(
     surface: PartOrJob,
     *,
     out: Out,
-    unit: Unit = None,
-    backend: OneBackend = None,
-    spacing: Spacing = None,
-    rounds: Rounds = None,
-    step: Step = None,
-    resolution: Resolution = None,
-    seed: SeedPoint = None,
-    label: Label = None,
-    at: At = None,
-    radius: Radius = None,
-    cone: Cone = None,
-    box: PatchBox = None,
-    curve: Curve = None,
-    region: Region = None,
-    body: Body = None,
-    cell: CellPath = None,
-    place: Place = None,
-    max_tilt: MaxTilt = None,
-    on_slowdown: Slow = None,
-    flip: Flip = None,
-    robot: WithRobot = None,
-    fill_holes: FillHoles = None,
+    keys: Keys,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
@@ -81,12 +38,7 @@ def plan(
     from geoprint.export import check_writable
     from geoprint.pipeline import outcome_text, plan as run, save_plan, summary
 
-    job = job_of(
-        surface=surface, unit=unit, flip=flip, backend=backend, resolution=resolution, spacing=spacing,
-        rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
-        fill_holes=fill_holes, label=label, max_tilt=max_tilt, on_slowdown=on_slowdown,
-        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
-    )  # fmt: skip
+    job = job_of(surface=surface, **keys)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
@@ -98,11 +50,11 @@ def plan(
     say(f"{outcome_text(planned)}\nwritten and verified: {out}")
 
 
+@takes(but=("backend",))
 def compare(
     surfaces: PartsOrJobs,
     *,
     out: Out,
-    unit: Unit = None,
     backends: Annotated[
         str | None,
         typer.Option(
@@ -110,26 +62,7 @@ def compare(
             show_default="a chart, a mesh",
         ),
     ] = None,
-    spacing: Spacing = None,
-    rounds: Rounds = None,
-    step: Step = None,
-    resolution: Resolution = None,
-    seed: SeedPoint = None,
-    label: Label = None,
-    at: At = None,
-    radius: Radius = None,
-    cone: Cone = None,
-    box: PatchBox = None,
-    curve: Curve = None,
-    region: Region = None,
-    body: Body = None,
-    cell: CellPath = None,
-    place: Place = None,
-    max_tilt: MaxTilt = None,
-    on_slowdown: Slow = None,
-    flip: Flip = None,
-    robot: WithRobot = None,
-    fill_holes: FillHoles = None,
+    keys: Keys,
     max_memory: MaxMemory = None,
     samples: Samples = False,
     figures: Figures = False,
@@ -141,15 +74,7 @@ def compare(
     from geoprint.export import check_writable
     from geoprint.pipeline import compare_parts, comparison_summary, comparison_table, save_comparisons
 
-    patch = region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region)
-    jobs = [
-        job_of(
-            surface=surface, unit=unit, flip=flip, resolution=resolution, spacing=spacing,
-            rounds=rounds_of(rounds, step), seed=seed, body=body, cell=cell, place=place, robot=robot,
-            fill_holes=fill_holes, label=label, patch=patch, max_tilt=max_tilt, on_slowdown=on_slowdown,
-        )
-        for surface in surfaces
-    ]  # fmt: skip
+    jobs = [job_of(surface=surface, **keys) for surface in surfaces]
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
@@ -161,24 +86,11 @@ def compare(
     say(f"{comparison_table(compared)}\nwritten and verified: {out}")
 
 
+@takes(but=("place", "robot"))
 def place(
     surface: PartOrJob,
     *,
-    unit: Unit = None,
-    backend: OneBackend = None,
-    spacing: Spacing = None,
-    rounds: Rounds = None,
-    seed: SeedPoint = None,
-    label: Label = None,
-    at: At = None,
-    radius: Radius = None,
-    cone: Cone = None,
-    box: PatchBox = None,
-    curve: Curve = None,
-    region: Region = None,
-    body: Body = None,
-    cell: CellPath = None,
-    flip: Flip = None,
+    keys: Keys,
     height: Annotated[float | None, typer.Option(help="Height of the part's centroid in mm; any if not given.")] = None,
     tilt: Annotated[float, typer.Option(help="How far from upright the part may be tilted, in degrees.")] = 0.0,
     as_json: AsJson = False,
@@ -187,11 +99,7 @@ def place(
     from geoprint.config import job_of
     from geoprint.pipeline import proposal_summary, proposal_text, propose_placement
 
-    job = job_of(
-        surface=surface, unit=unit, flip=flip, backend=backend, spacing=spacing, rounds=rounds, seed=seed, body=body,
-        cell=cell, place="demo", label=label,
-        patch=region_of(at=at, radius=radius, cone=cone, box=box, curve=curve, region=region),
-    )  # fmt: skip
+    job = job_of(surface=surface, place="demo", **keys)
     with watch() as observe:
         proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)
     if as_json:
@@ -199,26 +107,23 @@ def place(
     say(proposal_text(proposal))
 
 
+@takes("unit", "spacing", "rounds", "cell")
 def recommend(
     surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
     *,
     pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
-    unit: Unit = None,
-    spacing: Spacing = None,
-    rounds: Rounds = None,
-    step: Step = None,
-    cell: CellPath = None,
+    keys: Keys,
     good: Annotated[
         tuple[float, int] | None,
         typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
     ] = None,
     as_json: AsJson = False,
-) -> None:  # fmt: skip
+) -> None:
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
     from geoprint.config import job_of
     from geoprint.pipeline.recommending import recommendation
 
-    job = job_of(surface=surface or Path(), unit=unit, spacing=spacing, rounds=rounds_of(rounds, step), cell=cell)
+    job = job_of(surface=surface or Path(), **keys)
     found, text = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
     if as_json:
         typer.echo(json.dumps(found, indent=2))

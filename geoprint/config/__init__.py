@@ -6,6 +6,7 @@ default.
 
 from geoprint.config.cells import (
     PACKAGED_CELLS as PACKAGED_CELLS,
+    cell_of as cell_of,
     load_cell as load_cell,
     packaged_cell_text as packaged_cell_text,
 )

@@ -1,4 +1,8 @@
-"""What to plan, as the command line or a program asks for it."""
+"""What to plan, as the command line or a program asks for it.
+
+Whatever is said of a key stands at its field: the options of the commands, the commented job.toml and the settings in
+plan.json are made from there. A new key is a new field.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, PositiveFloat, PositiveInt, model_validator
 
+from geoprint.config.key import Key, keys_of
 from geoprint.config.strict import Rounds, Table, Triple
 from geoprint.model import OnSlowdown
 
@@ -17,26 +22,73 @@ MOST_PATCHES = 100
 # Paths nearer together than this [mm] are a typing error: every needle is hundreds of times as wide.
 LEAST_SPACING = 1e-3
 
+Spacing = Annotated[float, Field(ge=LEAST_SPACING)]
+Cone = Annotated[float, Field(gt=0.0, lt=180.0)]
+Corners = Annotated[list[float], Field(min_length=6, max_length=6)]
+# What one backend or pattern alone takes: a value by the name of its option.
+Options = dict[str, bool | int | float | str]
+
+# Parts of job.toml in their order, with the comment that stands above each.
+GROUPS = {
+    "part": "The part, or the body that patches are cut from: STL, OBJ, PLY, OFF, 3MF, STEP, IGES, NIfTI, NRRD, DICOM.",
+    "spacing": "How closely the paths lie: one of",
+    "paths": "",
+    "robot": "",
+    "options": "What one backend or pattern alone takes, a table each.",
+    "patches": "The patches to print, one table each, one after another; without any, the whole surface is the part. "
+    "Of one patch\neverything that is given holds together.",
+}
+
 
 class PatchRegion(Table):
     """Where a patch lies on its body; what is given holds together: within the radius and within the box.
 
-    Attributes:
-        at: point [mm] on or near the body that the patch holds; with it
-        radius: greatest distance from the point along the surface [mm]; and
-        cone_deg: greatest angle between the surface's normal and that at the point [degrees].
-        box: lowest x, y, z and highest x, y, z [mm].
-        curve: points [mm] on or near the body, in order round the patch, joined by the shortest lines over it; the
-            patch is the side that holds the point, without one the smaller side.
-        region: name that the body's file gives to some of its faces.
+    A radius [mm] and a cone are about the point `at`. The patch is the side of the curve that holds that point, without
+    one the smaller side.
     """
 
-    at: Triple | None = None
-    radius: PositiveFloat | None = None
-    cone_deg: Annotated[float, Field(gt=0.0, lt=180.0)] | None = None
-    box: Annotated[list[float], Field(min_length=6, max_length=6)] | None = None
-    curve: list[Triple] | None = None
-    region: str | None = None
+    at: Annotated[
+        Triple | None,
+        Key(
+            "Cut the part out of the file: the piece about the point X Y Z (mm) ...",
+            "[0.0, 0.0, 0.0] # point on or near the surface that the patch holds",
+        ),
+    ] = None
+    radius: Annotated[
+        PositiveFloat | None,
+        Key("... up to this far along the surface in mm ...", "10.0 # up to this far from it along the surface"),
+    ] = None
+    cone_deg: Annotated[
+        Cone | None,
+        Key(
+            "... and where its normal turns at most this far, in degrees.",
+            "30.0 # where the normal turns at most this far from that at the point",
+            option="cone",
+        ),
+    ] = None
+    box: Annotated[
+        Corners | None,
+        Key(
+            "Cut the part out of the file by a box: lowest and highest X Y Z in mm.",
+            "[-10.0, -10.0, -10.0, 10.0, 10.0, 10.0] # lowest x, y, z and highest x, y, z",
+        ),
+    ] = None
+    curve: Annotated[
+        list[Triple] | None,
+        Key(
+            "Cut the part out of the file along a closed curve: a CSV file x,y,z (mm) of points in order round "
+            "it; `--at` says which side, by default the smaller.",
+            "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0], [0.0, 9.0, 29.0]] # points in order round it, "
+            "joined by shortest lines",
+        ),
+    ] = None
+    region: Annotated[
+        str | None,
+        Key(
+            "Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them.",
+            '"anterior" # name that the file gives to some of its faces; `geoprint inspect` lists them',
+        ),
+    ] = None
 
     @model_validator(mode="after")
     def _is_bounded(self) -> Self:
@@ -54,48 +106,134 @@ class PatchRegion(Table):
 class Job(Table):
     """What to plan, as the command line or a program asks for it.
 
-    Attributes:
-        surface: mesh file of the part.
-        unit: length unit of the file, None where the file carries it.
-        flip: whether the file's winding is turned, so that the other side is printed.
-        backend: name of the planning backend.
-        pattern: name of how strokes cover the part.
-        resolution: pixels along the longer side of the raster of a backend that has one.
-        options: by the name of a backend or a pattern, its options by their names.
-        spacing: distance between neighbouring paths [mm]; or
-        rounds: number of levels between the seed and the farthest point.
-        seed: point [mm] from which distance is measured, instead of the border.
-        body: mesh file of what the part lies on, in the same coordinates and unit.
-        cell: cell file; a packaged one if not given.
-        place: "demo" puts the part over the pedestal; without it the cell must be calibrated.
-        robot: whether the robot's chain is planned too.
-        label: of a label volume, which one is the part or its body.
-        patches: where on the surface the part lies, which is cut from it, one or several that are printed one after
-            another; the whole surface if not given.
-        max_tilt: largest angle between nozzle and surface normal on deposit [degrees].
-        on_slowdown: where joints cannot hold the speed: "lower" it for the run, or let the flow "follow".
-        fill_holes: holes whose border is up to this long are closed [mm]; only missing triangles if not given.
+    The order of the fields is that of the settings in plan.json. Spacing [mm] and rounds, the number of levels between
+    the seed and the farthest point, exclude each other; lengths are mm, angles degrees.
     """
 
-    surface: Path
-    unit: Literal["mm", "cm", "m", "um", "in"] | None = None
-    flip: bool = False
-    backend: str = "heat"
-    pattern: str = "contours"
-    resolution: PositiveInt | None = None
-    options: dict[str, dict[str, bool | int | float | str]] = Field(default={})
-    spacing: Annotated[float, Field(ge=LEAST_SPACING)] | None = None
-    rounds: Rounds | None = None
-    seed: Triple | None = None
-    body: Path | None = None
-    cell: Path | None = None
-    place: Literal["demo"] | None = None
-    robot: bool = True
-    label: PositiveInt | None = None
-    patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES)] = Field(default=[])
-    max_tilt: Annotated[float, Field(ge=0.0, le=45.0)] = 15.0
-    on_slowdown: OnSlowdown = "lower"
-    fill_holes: PositiveFloat | None = None
+    surface: Annotated[Path, Key("", '"heart.ply"', group="part", option="", told="", shown=True)]
+    unit: Annotated[
+        Literal["mm", "cm", "m", "um", "in"] | None,
+        Key(
+            "Length unit of the file: mm, cm, m, um or in.",
+            '"mm" # of the file: mm, cm, m, um or in; leave it out where the file carries its unit',
+            group="part",
+            told="",
+            shown=True,
+        ),
+    ] = None
+    backend: Annotated[str, Key("Planning backend.", "# heat, fast-marching or lscm", group="paths")] = "heat"
+    pattern: Annotated[
+        str,
+        Key("How paths cover the surface.", "# how paths cover the surface: contours", group="paths", always=False),
+    ] = "contours"
+    spacing: Annotated[
+        Spacing | None,
+        Key("Distance between neighbouring paths in mm.", "1.0", group="spacing", told="spacing_mm", shown=True),
+    ] = None
+    resolution: Annotated[
+        PositiveInt | None,
+        Key(
+            "Pixels along the longer side of lscm's raster; by default 16 a spacing.",
+            "500 # pixels along the longer side of the raster of lscm",
+            group="paths",
+        ),
+    ] = None
+    rounds: Annotated[
+        Rounds | None,
+        Key(
+            "Number of rounds from the seed inwards.",
+            "20 # from the border to the farthest point; of several patches, to that of the deepest",
+            group="spacing",
+        ),
+    ] = None
+    seed: Annotated[
+        Triple | None,
+        Key(
+            "Point X Y Z (mm) from which distance is measured, instead of the border.",
+            "[0.0, 0.0, 0.0] # point from which distance is measured, instead of the border",
+            group="paths",
+        ),
+    ] = None
+    options: Annotated[
+        dict[str, Options],
+        Key(
+            "What one backend or pattern alone takes, as lscm.resolution=500; may be given several times.",
+            "[options.lscm]\nresolution = 500",
+            group="options",
+            option="option",
+            always=False,
+        ),
+    ] = Field(default={})
+    flip: Annotated[
+        bool,
+        Key("Print on the other side of the surface.", "# print on the other side of the surface", group="part"),
+    ] = False
+    label: Annotated[
+        PositiveInt | None,
+        Key(
+            "Which label of a label volume (.nii, .nii.gz, .nrrd, .dcm).",
+            "1 # of a label volume, which one",
+            group="part",
+        ),
+    ] = None
+    patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES), Key("", "[[patches]]", group="patches")] = (
+        Field(default=[])
+    )
+    fill_holes: Annotated[
+        PositiveFloat | None,
+        Key(
+            "Close holes whose border is up to this long in mm; by default missing triangles.",
+            "2.0 # close holes whose border is up to this long",
+            group="part",
+            told="fill_holes_mm",
+        ),
+    ] = None
+    body: Annotated[
+        Path | None,
+        Key(
+            "Mesh of what the part lies on, same coordinates.",
+            '"phantom.ply" # what the part lies on; what patches are cut from counts without being named',
+            group="robot",
+            told="",
+        ),
+    ] = None
+    cell: Annotated[
+        Path | None, Key("Cell file; `geoprint init` writes one.", '"irb120-bent45.toml"', group="robot")
+    ] = None
+    place: Annotated[
+        Literal["demo"] | None,
+        Key(
+            "'demo': over the pedestal; the program runs only dry.",
+            '"demo" # over the pedestal, for a program that runs only dry; else the cell must be calibrated',
+            group="robot",
+        ),
+    ] = None
+    max_tilt: Annotated[
+        float,
+        Field(ge=0.0, le=45.0),
+        Key(
+            "How far the nozzle may lean from the surface normal, in degrees.",
+            "# how far the nozzle may lean from the surface normal",
+            group="robot",
+            told="max_tilt_deg",
+        ),
+    ] = 15.0
+    on_slowdown: Annotated[
+        OnSlowdown,
+        Key(
+            "Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.",
+            '# where joints cannot hold the speed: "lower" it for the run, or let the flow "follow"',
+            group="robot",
+        ),
+    ] = "lower"
+    robot: Annotated[
+        bool,
+        Key(
+            "Plan the robot too, or leave it out: paths only.",
+            "# false leaves the robot out: paths only",
+            group="robot",
+        ),
+    ] = True
 
     @model_validator(mode="after")
     def _one_of_spacing_and_rounds(self) -> Self:
@@ -110,3 +248,12 @@ class Job(Table):
                 "a seed lies on one patch; several patches are each covered from their border: leave it out"
             )
         return self
+
+    def settings(self) -> dict[str, object]:
+        """Return what plan.json tells of the job, by the names there."""
+        values = self.model_dump(mode="json", exclude_none=True)
+        return {
+            key.told or name: values.get(name)
+            for name, key, field in keys_of(type(self))
+            if key.told != "" and (key.always or values.get(name) != field.default)
+        }

@@ -6,20 +6,25 @@ A job file has the keys of `Job` in TOML; the files that it names are found from
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from importlib import resources
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
 from pydantic import ValidationError
 
-from geoprint.config.job import Job
-from geoprint.config.strict import describe, parsed_toml, text_of
+from geoprint.config.job import GROUPS, Job
+from geoprint.config.key import keys_of, option_type, table_of
+from geoprint.config.strict import Table, describe, parsed_toml, text_of
 from geoprint.errors import UsageError
 
 _JOB_SUFFIX = ".toml"
+_HEAD = """\
+# A job of geoprint: what to plan. `geoprint plan job.toml --out DIR` plans it, `geoprint compare job.toml --out DIR`
+# compares backends on it; options given there count more than the keys here. Lengths in mm, angles in degrees. Files
+# are found from the folder of this file. Keys that are commented out show their default, or what they could be.
+"""
 # Keys of a job that name files.
-_FILES = ("surface", "body", "cell")
+_FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([\w.-]+)\s*\]")
 _KEY = re.compile(r"\s*([\w-]+)\s*[.=]")
@@ -49,16 +54,25 @@ def job_of(**values: object) -> Job:
         written = _read_job_file(surface)
         # Spacing and rounds exclude each other: the one that is given replaces the one that is written.
         gone = {"spacing", "rounds"} if {"spacing", "rounds"} & given.keys() else set[str]()
-        given = {name: value for name, value in written.items() if name not in gone} | given
+        given = _joined({name: value for name, value in written.items() if name not in gone}, given)
     try:
         return Job.model_validate(given)
     except ValidationError as error:
         raise UsageError(f"{describe(error)}; `geoprint plan --help` lists what can be given.") from error
 
 
-def job_file_text() -> str:
-    """Return the text of the commented job file that geoprint brings."""
-    return resources.files("geoprint.config").joinpath("job.toml").read_text(encoding="utf-8")
+def job_file_text(model: type[Table] = Job) -> str:
+    """Return the text of a commented job file with every key."""
+    parts = [_HEAD]
+    for group, heading in GROUPS.items():
+        lines = [f"# {line}" for line in heading.splitlines()]
+        for name, key, field in keys_of(model):
+            if key.group == group:
+                lines += key.lines(name, field)
+                if (table := table_of(field)) is not None:
+                    lines += [line for within, one, inner in keys_of(table) for line in one.lines(within, inner)]
+        parts.append("".join(f"{line}\n" for line in lines))
+    return "\n".join(parts)
 
 
 def _read_job_file(path: Path) -> dict[str, object]:
@@ -85,6 +99,17 @@ def _read_job_file(path: Path) -> dict[str, object]:
             f"{path.name}: surface: {surface.name} is a job file too; name the mesh of the part or its body."
         )
     return keys
+
+
+def _joined(written: Mapping[str, object], given: Mapping[str, object]) -> dict[str, object]:
+    """Return the keys of a job file with those that are given in their place; options are joined one by one."""
+    joined = {**written, **given}
+    ours, theirs = written.get("options"), given.get("options")
+    if isinstance(ours, dict) and isinstance(theirs, dict):
+        known = cast("dict[str, dict[str, object]]", ours)
+        newer = cast("dict[str, dict[str, object]]", theirs)
+        joined["options"] = known | {owner: {**known.get(owner, {}), **newer[owner]} for owner in newer}
+    return joined
 
 
 def _with_paths(keys: dict[str, object], *, folder: Path = Path()) -> dict[str, object]:

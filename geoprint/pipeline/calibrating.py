@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.config import load_cell, packaged_cell_text
+from geoprint.config import cell_of, load_cell, packaged_cell_text
 from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Surface, TouchedPoints
 from geoprint.motion.placing import (
@@ -23,7 +23,7 @@ from geoprint.motion.placing import (
     position_uncertainty,
     turn_uncertainty,
 )
-from geoprint.pipeline.cell_writer import edited, loaded, write_cell
+from geoprint.pipeline.cell_writer import edited, write_cell
 from geoprint.pipeline.touch_tables import NamedPoints, read_flange_poses, read_points
 from geoprint.pipeline.workpiece import surface_uncertainty
 from geoprint.surfaces.files import load
@@ -158,7 +158,7 @@ def calibrate_cell(
     }
     before = load_cell(cell)
     text = edited(_text(cell), table="work", values=values, name=before.name)
-    calibrated = loaded(text, name=before.name)
+    calibrated = cell_of(text, name=before.name, folder=_folder(cell))
     if calibrated.fixture is None:
         raise VerificationError(f"{before.name} does not read back as calibrated; please report this.")
     calibration = _calibration(calibrated.fixture, found)
@@ -192,7 +192,9 @@ def calibrate_tool(poses: Path, *, cell: Path | None, noise: float | None) -> Ca
     before = load_cell(cell)
     calibration = calibrate_tip(read_flange_poses(poses, robot=before.robot), noise=noise)
     text = edited(_text(cell), table="tool", values={"tcp_mm": calibration.tip.tolist()}, name=before.name)
-    return CalibratedTool(loaded(text, name=before.name), text, calibration, before.tool.T_flange_tool[:3, 3])
+    return CalibratedTool(
+        cell_of(text, name=before.name, folder=_folder(cell)), text, calibration, before.tool.T_flange_tool[:3, 3]
+    )
 
 
 def save_calibrated(found: CalibratedFixture | CalibratedTool, out: Path, *, overwrite: bool) -> None:
@@ -213,6 +215,11 @@ def _verify(written: Cell, wanted: Cell) -> None:
         same &= np.array_equal(written.fixture.touched, wanted.fixture.touched)
     if not same or (written.fixture is None) != (wanted.fixture is None):
         raise VerificationError(f"{wanted.name} does not read back as it was calibrated: write it again.")
+
+
+def _folder(cell: Path | None) -> Path:
+    """Return from where the files are found that a cell file names."""
+    return Path() if cell is None else cell.parent
 
 
 def _text(cell: Path | None) -> str:

@@ -1,27 +1,22 @@
 """Write values into a cell file and keep everything else of it: the other tables, their order, and the comments.
 
-A TOML text is a row of statements: a header, a key with its value, a comment or an empty line. `tomllib` itself says
-where each ends, because only a whole statement parses. The edited text is parsed again and must differ from the old
-one in the wanted keys alone.
+tomlkit writes; the text is parsed again and must differ from the old one in the wanted keys alone.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from io import StringIO
-from itertools import pairwise
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
-from geoprint.config import load_cell
 from geoprint.errors import ExportError, UsageError, VerificationError
-from geoprint.model import Cell
+
+if TYPE_CHECKING:
+    from tomlkit.items import Item, Table
 
 TomlValue: TypeAlias = "str | float | Sequence[TomlValue]"
 
@@ -51,43 +46,28 @@ def edited(text: str, *, table: str, values: Mapping[str, TomlValue | None], nam
         >>> edited(text, table="work", values={"source": "x", "rms": 0.1}, name="a.toml").splitlines()
         ['[work]  # here', 'source = "x"  # so far', 'rms = 0.1']
     """
-    before = tomllib.loads(text)
-    newline = "\r\n" if "\r\n" in text else "\n"
-    lines = {key: "" if value is None else _assignment(key, value, newline) for key, value in values.items()}
-    statements = _statements(text)
-    missing, body = dict(lines), _body(statements, table=table, name=name)
-    last = body.start - 1
-    for index in body:
-        parsed = tomllib.loads(statements[index])
-        for key in parsed:
-            last = index
-            line = missing.pop(key, None)
-            if line is not None:
-                statements[index] = f"{line}{_comment(statements[index], parsed)}{newline}" if line else ""
-    added = [f"{line}{newline}" for line in missing.values() if line]
-    if added and statements[last] and not statements[last].endswith("\n"):
-        added.insert(0, newline)
-    statements[last] += "".join(added)
-    result = "".join(statements)
-    kept = {key: value for key, value in before[table].items() if key not in values}
-    wanted = {**before, table: {**kept, **tomllib.loads(newline.join(lines.values()))}}
-    if not _parses_as(result, wanted):
+    import tomlkit
+    from tomlkit.items import Table
+
+    windows = "\r\n" in text
+    document = tomlkit.parse(text.replace("\r\n", "\n"))
+    found = cast("Mapping[str, object]", document).get(table)
+    if not isinstance(found, Table) or found.is_super_table():
+        raise UsageError(f"{name} has no table [{table}] with a header of its own; write one as in `geoprint init`.")
+    for key, value in values.items():
+        if key not in found:
+            continue
+        if value is None:
+            found.remove(key)
+        else:
+            found[key] = _item(key, value)
+    _append(found, {key: value for key, value in values.items() if value is not None and key not in found})
+    result = document.as_string().replace("\n", "\r\n" if windows else "\n")
+    if not _differs_only(text, result, table=table, values=values):
         raise UsageError(
             f"{name} cannot be edited without changing more than [{table}]: write that table with one plain key a line."
         )
     return result
-
-
-def loaded(text: str, *, name: str) -> Cell:
-    """Return the cell of a text, read as every cell file is.
-
-    Raises:
-        UsageError: a key is unknown, missing or meaningless.
-    """
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / name
-        path.write_bytes(text.encode("utf-8"))
-        return load_cell(path)
 
 
 def write_cell(path: Path, text: str, *, overwrite: bool, verify: Callable[[Path], None]) -> None:
@@ -141,58 +121,55 @@ def check_cell_writable(path: Path, *, overwrite: bool) -> None:
         raise ExportError(f"{path.parent} is no folder, so {path.name} cannot be written there; choose another place.")
 
 
-def _statements(text: str) -> list[str]:
-    """Return the statements of a valid TOML text, each with its line ends; joined they are the text."""
-    statements: list[str] = []
-    pending = ""
-    for line in StringIO(text, newline="\n"):
-        pending += line
-        try:
-            tomllib.loads(pending)
-        except tomllib.TOMLDecodeError:
-            continue
-        statements.append(pending)
-        pending = ""
-    return statements
+def _append(table: Table, values: Mapping[str, TomlValue]) -> None:
+    """Add keys behind the last one of a table, before the empty lines and comments that follow it."""
+    if not values:
+        return
+    body = table.value.body
+    last = max((index for index, (key, _) in enumerate(body) if key is not None), default=-1)
+    before = body[last][1] if last >= 0 else table
+    if not before.trivia.trail.endswith("\n"):
+        before.trivia.trail += "\n"
+    behind = body[last + 1 :]
+    del body[last + 1 :]
+    for key, value in values.items():
+        table.append(key, _item(key, value))
+    body.extend(behind)
 
 
-def _body(statements: Sequence[str], *, table: str, name: str) -> range:
-    """Return which statements stand between a table's header and the next one."""
-    headers = [index for index, statement in enumerate(statements) if statement.lstrip().startswith("[")]
-    for index, after in pairwise([*headers, len(statements)]):
-        if tomllib.loads(statements[index]) == {table: {}}:
-            return range(index + 1, after)
-    raise UsageError(f"{name} has no table [{table}] with a header of its own; write one as in `geoprint init`.")
+def _item(key: str, value: TomlValue) -> Item:
+    """Return a value as it is written: numbers short, a list that is too long for its line with an entry a line."""
+    import tomlkit
+
+    item = tomlkit.item(_shortened(value))
+    if isinstance(value, str | float | int) or len(f"{key} = {item.as_string()}") <= LINE_LENGTH:
+        return item
+    lines = tomlkit.array()
+    for entry in value:
+        lines.add_line(_shortened(entry), indent="  ")
+    lines.add_line(indent="")
+    return lines
 
 
-def _comment(statement: str, parsed: Mapping[str, object]) -> str:
-    """Return the comment behind a value with the space before it, or nothing."""
-    for index, character in enumerate(statement):
-        if character == "#" and _parses_as(statement[:index], parsed):
-            bare = statement[:index].rstrip()
-            return statement[len(bare) :].rstrip()
-    return ""
+def _shortened(value: TomlValue) -> object:
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Sequence):
+        return [_shortened(entry) for entry in value]
+    number = round(float(value), DECIMALS)
+    return int(number) if number.is_integer() else number
 
 
-def _parses_as(text: str, parsed: Mapping[str, object]) -> bool:
+def _differs_only(old: str, new: str, *, table: str, values: Mapping[str, TomlValue | None]) -> bool:
+    """Whether a text is still TOML and says the same but for the keys of one table."""
     try:
-        return tomllib.loads(text) == parsed
+        before, after = tomllib.loads(old), tomllib.loads(new)
     except tomllib.TOMLDecodeError:
         return False
-
-
-def _assignment(key: str, value: TomlValue, newline: str) -> str:
-    line = f"{key} = {_literal(value)}"
-    if len(line) <= LINE_LENGTH or isinstance(value, str | float | int):
-        return line
-    entries = "".join(f"  {_literal(entry)},{newline}" for entry in value)
-    return f"{key} = [{newline}{entries}]"
-
-
-def _literal(value: TomlValue) -> str:
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    if isinstance(value, float | int):
-        # Without a negative zero.
-        return f"{round(value, DECIMALS) + 0.0:.{DECIMALS}f}".rstrip("0").removesuffix(".")
-    return f"[{', '.join(_literal(entry) for entry in value)}]"
+    wanted = {key for key, value in values.items() if value is not None}
+    if {key for key in after[table] if key in values} != wanted:
+        return False
+    for parsed in (before, after):
+        for key in values:
+            parsed[table].pop(key, None)
+    return before == after

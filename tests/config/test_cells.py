@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
+from geoprint.config.cell_file import CellFile
+from geoprint.config.strict import Table
 from geoprint.errors import UsageError
 from geoprint.model import GoodPrint
 from tests.motion.cells import bent_cell, straight_cell
@@ -39,6 +43,16 @@ def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> Non
         np.testing.assert_array_equal(found.demo_rotation, np.eye(3))
         assert found.process == wanted.process
         assert found.fixture is None
+
+
+def test_the_packaged_cells_name_every_key() -> None:
+    text = packaged_cell_text(PACKAGED_CELLS[0])
+    for name, field in CellFile.model_fields.items():
+        assert f"[{name}]" in text
+        for table in (field.annotation, *get_args(field.annotation)):
+            keys = table.model_fields if isinstance(table, type) and issubclass(table, Table) else ()
+            for key in keys:
+                assert re.search(rf"^(# *)?{key} = ", text, re.MULTILINE), f"{name}.{key}"
 
 
 LAMP = """

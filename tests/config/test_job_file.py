@@ -116,10 +116,12 @@ def test_the_file_that_geoprint_brings_names_every_key_and_each_of_its_lines_is_
     head, patches = text.split("# [[patches]]")
     job_of(surface=written(tmp_path, text))
     named = {match[1] for match in re.finditer(r"^(?:# )?(\w+) = ", head, re.MULTILINE)}
-    assert named | {"patches"} == set(Job.model_fields)
+    assert named | {"patches", "options"} == set(Job.model_fields)
     region = "[[patches]]" + re.sub(r"^# ", "", patches, flags=re.MULTILINE)
     assert set(tomllib.loads(region)["patches"][0]) == set(PatchRegion.model_fields)
     job_of(surface=written(tmp_path, head + region))
+    options = re.sub(r"^# ", "", head[head.index("# [options.") :].split("\n\n")[0], flags=re.MULTILINE)
+    assert tomllib.loads(options) == {"options": {"lscm": {"resolution": 500}}}
     defaults = {name: field.default for name, field in Job.model_fields.items()}
     for match in re.finditer(r"^# (\w+) = .*$", head, re.MULTILINE):
         shown = job_of(surface=written(tmp_path, 'surface = "a.ply"\n' + match[0].removeprefix("# ")))

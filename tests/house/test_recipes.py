@@ -95,12 +95,7 @@ RECIPES = {
     "command": Recipe(
         "size",
         COMMAND,
-        {
-            "geoprint/cli/application.py": (
-                (FUTURE, "\nfrom geoprint.cli.size import size\n"),
-                ("\nCOMMANDS = {\n", '    size: "Say how long a file is.",\n'),
-            )
-        },
+        {"geoprint/cli/application.py": (("\nCOMMANDS = {\n", '    "size": {"size": "Say how long a file is."},\n'),)},
     ),
 }
 

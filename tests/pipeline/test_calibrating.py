@@ -15,6 +15,7 @@ from geoprint import transforms
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, UsageError
 from geoprint.motion.arm import Arm
+from geoprint.motion.arm.urdf import read_urdf
 from geoprint.pipeline import (
     calibration_summary,
     calibration_text,
@@ -68,6 +69,16 @@ def test_a_calibrated_cell_is_written_and_says_the_same_as_its_tables(
     # Calibrated again without a noise, the key goes.
     again = calibrate_cell(touched, model=model, cell=tmp_path / "new.toml", part=None, unit=None, noise=None)
     assert "noise_mm" not in tomllib.loads(again.text)["work"]
+
+
+def test_a_cell_that_names_the_urdf_beside_it_is_calibrated(tables: tuple[Path, Path], tmp_path: Path) -> None:
+    touched, model = tables
+    (tmp_path / "own.urdf").write_text(read_urdf("irb120"), encoding="utf-8")
+    text = packaged_cell_text(PACKAGED_CELLS[0]).replace('model = "irb120"', 'urdf = "own.urdf"')
+    cell = written(tmp_path, "cell.toml", text)
+    found = calibrate_cell(touched, model=model, cell=cell, part=None, unit=None, noise=None)
+    save_calibrated(found, tmp_path / "new.toml", overwrite=False)
+    assert load_cell(tmp_path / "new.toml").robot.model == "own.urdf"
 
 
 def test_what_is_said_of_a_calibration_agrees_with_what_programs_read(tables: tuple[Path, Path], part: Path) -> None:

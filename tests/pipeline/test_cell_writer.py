@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomlkit
 from hypothesis import given, settings, strategies as st
 
 from geoprint.config import PACKAGED_CELLS, packaged_cell_text
@@ -51,9 +52,31 @@ def test_a_table_without_a_header_of_its_own_is_refused(text: str) -> None:
         edited(text, table="work", values={"source": "x"}, name="t")
 
 
-def test_a_dotted_key_that_would_change_with_its_neighbour_is_refused() -> None:
+def test_a_dotted_key_is_replaced_with_its_neighbours() -> None:
+    text = "[work]\na.b = 1\nkept = 2\na.c = 3\n"
+    assert edited(text, table="work", values={"a": 1.0}, name="t") == "[work]\nkept = 2\na = 1\n"
+
+
+def test_new_keys_stand_before_the_tables_within_a_table() -> None:
+    text = "[work]\nb = 1\n\n# of the inner one\n[work.deep]\nc = 1\n"
+    found = tomllib.loads(edited(text, table="work", values={"new": 2.0}, name="t"))
+    assert found == {"work": {"b": 1, "new": 2, "deep": {"c": 1}}}
+
+
+def test_an_edit_that_would_change_anything_else_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def spoil(text: str) -> tomlkit.TOMLDocument:
+        return tomlkit.loads(text.replace("b = 1", "b = 2"))
+
+    monkeypatch.setattr(tomlkit, "parse", spoil)
     with pytest.raises(UsageError, match="without changing more"):
-        edited("[work]\na.b = 1\na.c = 2", table="work", values={"a": 1.0}, name="t")
+        edited("[a]\nb = 1\n[work]\n", table="work", values={"a": 1.0}, name="t")
+
+
+def test_a_list_too_long_for_a_line_has_an_entry_a_line() -> None:
+    points = [[100.0 + number, 20.5, -0.00001] for number in range(8)]
+    result = edited("[work]\r\na = 1\r\n", table="work", values={"points": points}, name="t")
+    assert result.startswith("[work]\r\na = 1\r\npoints = [\r\n  [100, 20.5, 0],\r\n  [101, 20.5, 0],\r\n")
+    assert result.endswith("  [107, 20.5, 0],\r\n]\r\n")
 
 
 # What ends a string, a list or a comment in TOML, or a line in Python but not in TOML.
