@@ -45,10 +45,9 @@ def test_what_breaks_a_rule_is_found(copy: House) -> None:
 
 
 def test_the_table_has_a_row_for_each_room_and_wing() -> None:
-    names = [line.split("|")[1].strip() for line in table(HOUSE)]
+    names = {line.split("|")[1].strip() for line in table(HOUSE)}
     folders = {path.parent for path in (ROOT / "geoprint").rglob("*.py")}
-    wanted = {".".join(path.relative_to(ROOT / "geoprint").parts) or "geoprint" for path in folders}
-    assert wanted == set(names) - {"room", "---", "**together**", "__main__", "errors", "transforms"}
+    assert names >= {".".join(path.relative_to(ROOT / "geoprint").parts) or "geoprint" for path in folders}
 
 
 def test_the_picture_is_that_of_today() -> None:
