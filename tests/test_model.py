@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import GeoprintError, InputError, LimitError, PlanError, UsageError
-from geoprint.model import Contours, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import Contours, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
 from tests.motion.cells import bent_cell
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
@@ -67,6 +67,17 @@ def test_contours_need_a_level_a_curve() -> None:
     curves = SurfaceCurves(points(2), np.array([0, 2]), np.array([False]))
     with pytest.raises(InputError, match="one level"):
         Contours(curves, np.array([0, 1]), 1.0, ScalarField(np.zeros(3)))
+
+
+def test_strokes_need_a_row_a_point_and_a_spacing_and_a_width_above_nothing() -> None:
+    curves = SurfaceCurves(points(5), np.array([0, 2, 5]), np.array([False, False]))
+    row, ones = np.array([0.0, 0.0, 1.9, 2.0, 3.1]), np.ones(5)
+    assert Strokes(curves, row, ones, ones).levels.tolist() == [0, 1]
+    with pytest.raises(InputError, match="one row a point: 4 rows, 5 points"):
+        Strokes(curves, row[:4], ones[:4], ones[:4])
+    for spacing, width in ((0.0 * ones, ones), (ones, -ones)):
+        with pytest.raises(InputError, match="must be positive"):
+            Strokes(curves, row, spacing, width)
 
 
 def test_a_robot_refuses_a_home_outside_its_limits() -> None:

@@ -5,8 +5,6 @@ lengths of its sides and what lies across them; its edges may be any straight li
 not only those of the mesh. Two triangles that share an edge unfold into a plane; replacing the edge by the other
 diagonal of that quadrilateral changes neither the surface nor its vertices. Flipping until every edge is locally
 Delaunay ends after finitely many flips [Bobenko2007] and leaves cotangent weights that are nowhere negative.
-
-Half-edge 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3).
 """
 
 from __future__ import annotations
@@ -21,6 +19,7 @@ from numba import njit
 from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.model.arrays import freeze_arrays
+from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
 
 # By how much opposite angles must exceed a half turn [rad] before an edge is flipped: rounding does not decide.
 ANGLE_TOLERANCE = 1e-9
@@ -70,9 +69,12 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
         MeshError: an edge has more than two faces, two faces at an edge are wound against each other, or an edge has
             no length.
     """
-    corners, twins = surface.faces.copy(), np.full(surface.faces.shape, -1)
-    clash = _glue(corners.ravel(), twins.ravel(), len(surface.vertices))
-    if clash >= 0:
+    corners, starts = surface.faces.copy(), surface.faces.ravel()
+    twins = matched(starts, len(surface.vertices))
+    # Beside an edge that is wound in one sense its half-edges run against each other.
+    clashes = np.flatnonzero((twins < BORDER) | ((twins >= 0) & (starts[twins] == starts)))
+    if clashes.size:
+        clash = clashes[0]
         first, second = corners[clash // 3, clash % 3], corners[clash // 3, (clash + 1) % 3]
         raise MeshError(
             f"{surface.name}: the edge between vertices {first} and {second} has more than two faces, or two that are "
@@ -87,7 +89,7 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
             "place; prepare the surface first, which merges them.",
             face=face,
         )
-    return _frozen(corners, lengths, twins, vertex_count=len(surface.vertices))
+    return _frozen(corners, lengths, twins.reshape(-1, 3), vertex_count=len(surface.vertices))
 
 
 def delaunay(
@@ -169,35 +171,6 @@ def _side_lengths(vertices: FloatArray, corners: IntArray) -> FloatArray:
 
 
 @njit(cache=True)
-def _glue(corners: IntArray, twins: IntArray, vertex_count: int) -> int:
-    """Find the twin of every half-edge by its smaller vertex; return a half-edge that cannot be glued, or -1."""
-    count = corners.size
-    first = np.zeros(vertex_count + 1, np.int64)
-    for half in range(count):
-        first[min(corners[half], corners[_next(half)]) + 1] += 1
-    for vertex in range(vertex_count):
-        first[vertex + 1] += first[vertex]
-    place = first[:-1].copy()
-    at = np.empty(count, np.int64)
-    for half in range(count):
-        low = min(corners[half], corners[_next(half)])
-        at[place[low]] = half
-        place[low] += 1
-    for vertex in range(vertex_count):
-        for i in range(first[vertex], first[vertex + 1]):
-            half = at[i]
-            for j in range(i + 1, first[vertex + 1]):
-                other = at[j]
-                opposed = corners[half] == corners[_next(other)] and corners[_next(half)] == corners[other]
-                aligned = corners[half] == corners[other] and corners[_next(half)] == corners[_next(other)]
-                if aligned or (opposed and (twins[half] >= 0 or twins[other] >= 0)):
-                    return half
-                if opposed:
-                    twins[half], twins[other] = other, half
-    return -1
-
-
-@njit(cache=True)
 def _flip_all(
     corners: IntArray, lengths: FloatArray, twins: IntArray, sine_of_margin: float, cosine_of_widest: float
 ) -> int:
@@ -257,7 +230,7 @@ def _demands_flip(
 @njit(cache=True)
 def _opposite_angle(half: int, lengths: FloatArray) -> tuple[float, float]:
     """Return cosine and sine of the angle opposite to a side."""
-    side, right, left = lengths[half], lengths[_next(half)], lengths[_previous(half)]
+    side, right, left = lengths[half], lengths[next_half(half)], lengths[previous_half(half)]
     scale = 2.0 * right * left
     return (right * right + left * left - side * side) / scale, 2.0 * _doubled_area(side, right, left) / scale
 
@@ -278,8 +251,8 @@ def _flip(half: int, corners: IntArray, lengths: FloatArray, twins: IntArray) ->
     """
     twin = twins[half]
     face, other = half - half % 3, twin - twin % 3
-    right, left = _next(half), _previous(half)
-    twin_right, twin_left = _next(twin), _previous(twin)
+    right, left = next_half(half), previous_half(half)
+    twin_right, twin_left = next_half(twin), previous_half(twin)
     u, v, w, x = corners[half], corners[twin], corners[left], corners[twin_left]
     edge, vw, wu, ux, xv = lengths[half], lengths[right], lengths[left], lengths[twin_right], lengths[twin_left]
     # u at the origin, v on the first axis, w above and x below it.
@@ -303,13 +276,3 @@ def _flip(half: int, corners: IntArray, lengths: FloatArray, twins: IntArray) ->
         twins[new[k]] = beyond
         if beyond >= 0:
             twins[beyond] = new[k]
-
-
-@njit(cache=True)
-def _next(half: int) -> int:
-    return half + 1 if half % 3 < 2 else half - 2
-
-
-@njit(cache=True)
-def _previous(half: int) -> int:
-    return half - 1 if half % 3 > 0 else half + 2

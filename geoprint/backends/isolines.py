@@ -45,7 +45,7 @@ def isolines(
         surface: n vertices, m faces.
         field: (n,) values at the vertices.
         levels: (l,) strictly rising values.
-        edge_shares: given (k, 2) edges and (k,) values between those at their ends, returns the (k,) shares of the way
+        edge_shares: given (k, 2) edges and (k,) values between those at their ends, returns the (k,) shares of the edge
             from the first end at which the field takes them; a field that is linear along edges by default.
 
     Returns:

@@ -141,7 +141,7 @@ def _in_order(runs: list[_Run]) -> list[_Run]:
 
 
 def _first_start(runs: list[_Run]) -> FloatArray:
-    """Start where the first level is nearest to the last one, so that the row of seams runs inwards the short way."""
+    """Start where the first level is nearest to the last one, so that the row of seams runs inwards straight."""
     outer = np.concatenate([run.places for run in runs if run.level == runs[0].level])
     inner = np.concatenate([run.places for run in runs if run.level == runs[-1].level])
     return outer[int(np.argmin(np.linalg.norm(outer - inner.mean(axis=0), axis=1)))]

@@ -145,13 +145,13 @@ def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
 def _travel(run: _Stretch, following: _Stretch, corners: FloatArray) -> _Stretch:
     """Lift off, cross, come down; the ends themselves are rows of the runs. The tool turns while it crosses."""
     ends = np.vstack([run.tips[-1:], corners, following.tips[:1]])
-    tips, corners = sampled_polyline(ends)
+    tips, rows = sampled_polyline(ends)
     arcs = arc_lengths(tips)
-    lifted, lowering = arcs[corners[1]], arcs[corners[-2]]
+    lifted, lowering = arcs[rows[1]], arcs[rows[-2]]
     shares = np.clip((arcs - lifted) / max(lowering - lifted, 1e-9), 0.0, 1.0)
     stops = np.zeros(arcs.size, dtype=np.bool_)
-    stops[corners] = _corners(ends)
-    stops[corners[[1, -2]]] = True
+    stops[rows] = _corners(ends)
+    stops[rows[[1, -2]]] = True
     before: BoolArray = shares[:, None] < 0.5
     inner = slice(1, -1)
     return _Stretch(

@@ -28,7 +28,7 @@ from geoprint.surfaces import (
     turned_over,
     vertex_normals,
 )
-from geoprint.surfaces.files import Loaded, region_faces
+from geoprint.surfaces.files import MeshFile, region_faces
 from geoprint.surfaces.remesh import contracted, refine, trimmed
 from geoprint.surfaces.repair import Joined, PreparationReport, join, prepare
 from geoprint.surfaces.topology import used_vertices
@@ -64,7 +64,7 @@ class PatchChoice:
     region: IntArray | None = None
 
 
-def choice_of(region: PatchRegion, body: Loaded) -> PatchChoice:
+def choice_of(region: PatchRegion, body: MeshFile) -> PatchChoice:
     """Return a patch's place on a body as a job states it, with angles in rad.
 
     Raises:

@@ -15,7 +15,7 @@ from geoprint.model import FloatArray, Surface
 from geoprint.pipeline.patches import choice_of, cut_patch
 from geoprint.results import Patch
 from geoprint.surfaces import PolylineDistance, boundary_loops, closest, edge_lengths, face_areas, in_words, united
-from geoprint.surfaces.files import Loaded
+from geoprint.surfaces.files import MeshFile
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import PreparationReport, prepare
 
@@ -45,7 +45,7 @@ class PreparedPart:
     body: Surface | None
 
 
-def prepared_part(job: Job, loaded: Loaded) -> PreparedPart:
+def prepared_part(job: Job, loaded: MeshFile) -> PreparedPart:
     """Prepare what a file holds, or cut the patches out of it that a job names.
 
     Raises:
@@ -60,7 +60,7 @@ def prepared_part(job: Job, loaded: Loaded) -> PreparedPart:
     return PreparedPart(surface, tuple(patch.preparation for patch in patches), patches, _common_body(patches))
 
 
-def patches_of(job: Job, body: Loaded) -> tuple[Patch, ...]:
+def patches_of(job: Job, body: MeshFile) -> tuple[Patch, ...]:
     """Return the patches that a job cuts from its body, in its order; none where the whole body is the part.
 
     Raises:

@@ -88,7 +88,7 @@ class Plan:
     Attributes:
         job: what was asked for.
         workpiece: what was planned on.
-        contours: level curves of the backend.
+        contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
         poses: tool poses, in the work frame; with a robot as the robot is commanded.
         uniformity: how even the paths are, or None where there is but one level.

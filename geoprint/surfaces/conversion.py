@@ -1,33 +1,13 @@
-"""What a file that is not a mesh was turned into, and how."""
+"""How a file that is not a mesh was turned into one, and the packages that this needs."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import TypeAlias
 
 from geoprint.errors import UsageError
-from geoprint.model import FloatArray, IntArray
 
 # Names and values that say how a mesh was made, as the plan's record keeps them.
 Notes: TypeAlias = tuple[tuple[str, str | float | int], ...]
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Conversion:
-    """A mesh made from volumes, exact geometry or points.
-
-    Attributes:
-        vertices: (n, 3) positions in the file's unit.
-        faces: (m, 3) vertex indices, counter-clockwise from outside.
-        unit: of the positions, a key of `io.UNITS`; None where the file carries none.
-        notes: how it was made.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-    unit: str | None
-    notes: Notes
 
 
 def missing(package: str, *, extra: str, work: str) -> UsageError:

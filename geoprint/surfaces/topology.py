@@ -1,7 +1,7 @@
 """Connectivity of a triangle mesh: edges, half-edges, boundary loops, components and the kind of surface.
 
-Half-edge h = 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3); the face lies on its left, seen
-from outside. Everything here reads the faces alone; only the order of boundary loops asks for lengths.
+Half-edges are numbered as `halfedges` says. All of this reads the faces alone; only the order of boundary loops asks
+for lengths.
 """
 
 from __future__ import annotations
@@ -126,8 +126,11 @@ def edge_faces(faces: IntArray) -> IntArray:
     Raises:
         MeshError: an edge has more than two faces.
     """
-    _, side_edge = numbered_edges(faces)
-    order, first, counts = _sides_by_edge(side_edge)
+    side_edge = numbered_edges(faces)[1]
+    counts = face_counts(side_edge)
+    if counts.max(initial=0) > 2:
+        raise _crowded(counts)
+    order, first = np.argsort(side_edge.ravel(), kind="stable"), np.concatenate([[0], np.cumsum(counts)[:-1]])
     result = np.full((counts.size, 2), -1, dtype=np.int64)
     result[:, 0] = order[first] // 3
     inner = counts == 2
@@ -147,19 +150,15 @@ def twins(faces: IntArray) -> IntArray:
     Raises:
         MeshError: an edge has more than two faces.
     """
-    _, side_edge = numbered_edges(faces)
-    order, first, counts = _sides_by_edge(side_edge)
-    inner = first[counts == 2]
-    result = np.full(order.size, -1, dtype=np.int64)
-    result[order[inner]] = order[inner + 1]
-    result[order[inner + 1]] = order[inner]
-    return result
+    other = _matched(faces)
+    if other.min(initial=-1) < -1:
+        raise _crowded(face_counts(numbered_edges(faces)[1]))
+    return other
 
 
 def boundary_half_edges(faces: IntArray) -> IntArray:
     """Return the half-edges whose edge has no other face, ascending."""
-    _, side_edge = numbered_edges(faces)
-    return np.flatnonzero(face_counts(side_edge)[side_edge.ravel()] == 1)
+    return np.flatnonzero(_matched(faces) == -1)
 
 
 def boundary_loops(surface: Surface) -> tuple[IntArray, ...]:
@@ -255,12 +254,15 @@ def kind_of(euler: int, *, loops: int) -> str:
     return ("disc", "annulus")[loops - 1] if loops <= 2 else f"disc with {loops - 1} holes"
 
 
-def _sides_by_edge(side_edge: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the half-edges ordered by edge, where each edge begins in that order, and how many it has."""
-    flat = side_edge.ravel()
-    counts = face_counts(side_edge)
-    if counts.max(initial=0) > 2:
-        raise MeshError(
-            f"{int((counts > 2).sum())} edges have more than two faces; prepare the surface first, which says where."
-        )
-    return np.argsort(flat, kind="stable"), np.concatenate([[0], np.cumsum(counts)[:-1]]), counts
+def _matched(faces: IntArray) -> IntArray:
+    """Return the (3 m,) twins of half-edges, -1 on the border and -2 where an edge has more than two faces."""
+    from geoprint.surfaces.halfedges import matched  # here, because Numba takes half a second to load
+
+    return matched(faces.ravel(), int(faces.max(initial=-1)) + 1)
+
+
+def _crowded(counts: IntArray) -> MeshError:
+    """Return the refusal of edges with more than two faces, given the number of faces at each edge."""
+    return MeshError(
+        f"{int((counts > 2).sum())} edges have more than two faces; prepare the surface first, which says where."
+    )

@@ -25,13 +25,13 @@ READER = '''"""Reading .tri files: nine coordinates a line, one triangle each.""
 
 import numpy as np
 
-from geoprint.surfaces.files.text_formats import MeshArrays
+from geoprint.surfaces.files.mesh_file import MeshFile
 
 
-def read_tri(data: bytes, /, *, name: str) -> MeshArrays:
+def read_tri(data: bytes, /, *, name: str) -> MeshFile:
     """Read a .tri file."""
     corners = np.array(data.decode("ascii").split(), dtype=np.float64).reshape(-1, 3)
-    return MeshArrays(corners, np.arange(len(corners)).reshape(-1, 3))
+    return MeshFile(corners, np.arange(len(corners)).reshape(-1, 3))
 '''
 EXPORTER = '''"""The tips of a program's targets, a line each."""
 
@@ -78,7 +78,7 @@ RECIPES = {
         {
             "geoprint/surfaces/files/formats.py": (
                 (FUTURE, "\nfrom geoprint.surfaces.files.tri import read_tri\n"),
-                ('".stl": read_stl, ', '".tri": read_tri, '),
+                ("    **MESHES,\n", '    ".tri": read_tri,\n'),
             )
         },
     ),

@@ -33,7 +33,7 @@ from geoprint.pipeline.saving import plan_files
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.results import Plan
 from geoprint.surfaces import boundary_seed, united
-from geoprint.surfaces.files import Loaded, load, load_file, save_ply
+from geoprint.surfaces.files import MeshFile, load, load_file, save_ply
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
 from tests.meshes import disc, plate, sphere
@@ -179,7 +179,7 @@ def test_patches_on_separate_pieces_have_all_of_them_in_the_way_each_once(tmp_pa
     loaded = united([one, Surface(one.vertices + np.array([50.0, 0.0, 0.0]), one.faces)])
     discs = [disc_at(place, 5.0) for place in ((0.0, 0.0, RADIUS), (50.0, 0.0, RADIUS), (50.0, RADIUS, 0.0))]
     for regions, pieces in ((discs[1:], 1), (discs, 2)):
-        body = prepared_part(job(tmp_path / "two.ply", *regions), Loaded(loaded, "mm", (), {})).body
+        body = prepared_part(job(tmp_path / "two.ply", *regions), MeshFile(loaded.vertices, loaded.faces, "mm")).body
         assert body is not None
         assert len(body.faces) == pieces * len(one.faces)
 
@@ -188,7 +188,8 @@ def test_a_body_with_a_speck_is_in_the_way_once_however_its_patches_are_cut(tmp_
     one = sphere(radius=RADIUS, subdivisions=3)
     speck = Surface(np.array([[0.0, 0.0, 25.0], [0.1, 0.0, 25.0], [0.0, 0.1, 25.0]]), np.array([[0, 1, 2]]))
     regions = [disc_at(PLACES[0], 5.0), box((-25.0, -25.0), (0.0, 25.0))]
-    body = prepared_part(job(tmp_path / "ball.ply", *regions), Loaded(united([one, speck]), "mm", (), {})).body
+    both = united([one, speck])
+    body = prepared_part(job(tmp_path / "ball.ply", *regions), MeshFile(both.vertices, both.faces, "mm")).body
     assert body is not None
     assert len(body.faces) == len(one.faces) + 1
 

@@ -1,13 +1,13 @@
-"""The paper's way: flatten, rasterise, distance transform, marching squares, lift.
+"""The paper's backend: flatten, rasterise, distance transform, marching squares, lift.
 
 Its distance is measured in the chart, so it is as even on the surface as the chart is true to length: exact on a
-plane, good on a nearly flat patch, and off by the chart's scale where the surface bends both ways or forms a cap.
+plane, good on a nearly flat patch, and off by the chart's scale where the surface is doubly bent or forms a cap.
 
 A band, such as a cylinder, is cut and laid flat. Distances are then taken to the seed and its images in moved copies of
 the chart, and curves are joined across the cut, so that nothing depends on where it runs.
 
-Straight distance in the chart is shorter than any way within the surface where it crosses a hole or a bay of the
-border. From the whole border it never does, since the nearest point of it comes first; from any other seed it may.
+Straight distance in the chart is shorter than the shortest way where it crosses a hole or a bay of the border. From the
+whole border it never does, since the nearest point of it comes first; from any other seed it may.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ def conformal_chart(surface: Surface) -> Surface:
     A disc is pinned at two far vertices of its border, as in [Levy2002]. With holes two pins do not settle the map: on
     a band about a cylinder z and 1/z are both conformal, and a sum of them folds. There the longest loop, as a
     function of its arc length, has its first harmonic fixed instead, which asks it to go round once,
-    counter-clockwise; of maps that keep all angles, as on a plane part, that changes the scale alone. Either way it is
+    counter-clockwise; of maps that keep all angles, as on a plane part, that changes the scale alone. Both are
     one sparse positive definite system. The chart is scaled so that its area is the surface's, which makes chart
     lengths right on average.
 

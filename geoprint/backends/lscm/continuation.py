@@ -55,7 +55,7 @@ class Continuation:
 
         Args:
             points: (..., 2) places [mm].
-            rounds: how often, counter-clockwise along the longest loop; negative for the other way.
+            rounds: how often, counter-clockwise along the longest loop; negative for clockwise.
 
         Returns:
             (..., 2) places [mm].
@@ -77,9 +77,9 @@ class Continuation:
         half = np.exp(0.5j * self.turn)
         middle, shift = complex(*self.right.mean(axis=0)), complex(*self.shift)
         opposite = half * middle + shift / (1.0 + half)
-        ways = self.left - self.right
+        across = self.left - self.right
         places = np.array([opposite.real, opposite.imag]) - 0.5 * (self.left + self.right)
-        beyond = (places * ways).sum(axis=1) / np.linalg.norm(ways, axis=1)
+        beyond = (places * across).sum(axis=1) / np.linalg.norm(across, axis=1)
         corners = [int(np.argmin(beyond)), int(np.argmax(beyond))]
         return np.stack([self.left[corners], self.right[corners]], axis=1)
 

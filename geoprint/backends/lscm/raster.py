@@ -1,7 +1,7 @@
 """A flat region as an image: distance of its pixels to segments, and level curves of the image.
 
 Distances are those to the segments themselves, not to pixels: each is exact, so what reaches the paths of the raster is
-the interpolation between pixels alone. Where the distance has a kink, half-way between two parts of the border, that
+the interpolation between pixels alone. Where the distance has a kink, midway between two parts of the border, that
 rounds a corner of a level curve by a fraction of a pixel; where it curves with radius r it moves a curve by at most
 pixel^2 / (8 r); elsewhere the distance is linear and its curves are exact.
 """

@@ -29,6 +29,7 @@ from geoprint.surfaces import (
     half_edges,
     twins,
 )
+from geoprint.surfaces.halfedges import next_halves
 
 # Bands that turn by more are nearly plane rings [rad]: uncut their charts are hardly worse. From 4 / 3 pi on the copy
 # at one side of the cut would come round to the half of the chart at that side; what is left is for crooked cuts.
@@ -153,13 +154,13 @@ def _cut_along(surface: Surface, seam: IntArray) -> Surface:
     left, right = seam[:-1] * count + seam[1:], seam[1:] * count + seam[:-1]
     whole = np.flatnonzero((other >= 0) & ~np.isin(keys, np.concatenate([left, right])))
     # The end of a half-edge is the corner at which its twin starts.
-    after = whole - whole % 3 + (whole + 1) % 3
+    after = next_halves(whole)
     size = len(keys)
     corner_class = connected_nodes(after, other[whole], nodes=size)
     # The face of a half-edge that runs back along the seam lies on its right.
     order = np.argsort(keys)
     back = order[np.searchsorted(keys, right, sorter=order)]
-    starts, ends = back, back - back % 3 + (back + 1) % 3
+    starts, ends = back, next_halves(back)
     copied = corner_class[np.concatenate([ends[:1], starts])]
     number = np.full(size, -1, dtype=np.int64)
     number[copied] = count + np.arange(seam.size)

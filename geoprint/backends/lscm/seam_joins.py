@@ -3,9 +3,9 @@
 Curves are traced a little beyond both sides of the cut, kept where they lie in the chart, and joined there. The two
 sides are traced on pixels that do not match, so that the ends on them differ by a fraction of a pixel, and a curve
 that only just touches the cut may cross it on one side and not on the other. So no end is asked for its partner across
-the cut: along the cut, ends of pieces are matched with beginnings of pieces, on whichever side, such that the sum of
-the gaps is least. A curve that crosses finds itself again on the other side; one that crosses out and back on one side
-alone closes its own little gap. Either way larger values stay on its left.
+the cut: along the cut, ends of stretches are matched with beginnings of stretches, on whichever side, such that the sum
+of the gaps is least. A curve that crosses finds itself again on the other side; one that crosses out and back on one
+side alone closes its own little gap. In both cases larger values stay on its left.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ Holds: TypeAlias = Callable[[FloatArray], BoolArray]
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
-    """A piece of a level curve in a chart.
+class ChartStretch:
+    """A stretch of a level curve in a chart.
 
     Attributes:
         nodes: (k, 2) corners [mm], those on the cut included.
@@ -62,7 +62,7 @@ class Piece:
 def joined(
     levels: list[list[FloatArray]], continuation: Continuation, *, holds: Holds, pixel: float
 ) -> list[list[FloatArray]]:
-    """Keep the pieces of level curves that lie in a chart, and join those of each level across its cut.
+    """Keep the stretches of level curves that lie in a chart, and join those of each level across its cut.
 
     Args:
         levels: of each level the (k, 2) polylines [mm], larger values on the left; a closed one repeats its first
@@ -81,18 +81,18 @@ def joined(
     if not continuation.rounds:
         return levels
     near = NEAR_PIXELS * pixel
-    cut = [[piece for line in lines for piece in _pieces(line, continuation, near=near)] for lines in levels]
-    # The middle of a piece is farthest from its ends, where it is in the chart and beyond it.
-    kept = iter(holds(np.array([piece.middle for pieces in cut for piece in pieces]).reshape(-1, 2)).tolist())
-    inside = [[piece for piece in pieces if next(kept)] for pieces in cut]
-    return [_chained(pieces, continuation, pixel=pixel) for pieces in inside]
+    cut = [[stretch for line in lines for stretch in _stretches(line, continuation, near=near)] for lines in levels]
+    # The middle of a stretch is farthest from its ends, where it is in the chart and beyond it.
+    kept = iter(holds(np.array([stretch.middle for stretches in cut for stretch in stretches]).reshape(-1, 2)).tolist())
+    inside = [[stretch for stretch in stretches if next(kept)] for stretches in cut]
+    return [_chained(stretches, continuation, pixel=pixel) for stretches in inside]
 
 
-def _pieces(line: FloatArray, continuation: Continuation, *, near: float) -> list[Piece]:
+def _stretches(line: FloatArray, continuation: Continuation, *, near: float) -> list[ChartStretch]:
     """Cut a line at both sides of the cut."""
     close = point_distances(continuation.sides, line) <= near
     if not close.any():
-        return [Piece(line, np.inf, np.inf)]
+        return [ChartStretch(line, np.inf, np.inf)]
     sides = (continuation.left, continuation.right)
     crossings = np.vstack([_crossings(line, side, close=close) for side in sides])
     crossings = crossings[np.argsort(crossings[:, 0], kind="stable")]
@@ -100,18 +100,18 @@ def _pieces(line: FloatArray, continuation: Continuation, *, near: float) -> lis
     on_cut = np.concatenate([[np.inf], crossings[:, 1], [np.inf]])
     corners = [line[:0], *crossings[:, None, 2:], line[:0]]
     index = np.arange(len(line))
-    pieces = [
-        Piece(
+    stretches = [
+        ChartStretch(
             np.vstack([corners[i], line[(index > places[i]) & (index < places[i + 1])], corners[i + 1]]),
             float(on_cut[i]),
             float(on_cut[i + 1]),
         )
         for i in range(len(places) - 1)
     ]
-    if len(pieces) > 1 and bool((line[0] == line[-1]).all()):
-        first, last = pieces[0], pieces.pop()
-        pieces[0] = Piece(np.vstack([last.nodes[:-1], first.nodes]), last.start, first.end)
-    return [piece for piece in pieces if len(piece.nodes) > 1]
+    if len(stretches) > 1 and bool((line[0] == line[-1]).all()):
+        first, last = stretches[0], stretches.pop()
+        stretches[0] = ChartStretch(np.vstack([last.nodes[:-1], first.nodes]), last.start, first.end)
+    return [stretch for stretch in stretches if len(stretch.nodes) > 1]
 
 
 def _crossings(line: FloatArray, side: FloatArray, *, close: BoolArray) -> FloatArray:
@@ -120,11 +120,11 @@ def _crossings(line: FloatArray, side: FloatArray, *, close: BoolArray) -> Float
     A corner on the other polyline counts as on its left, so that no crossing through a corner is missed or doubled.
 
     Returns:
-        (c, 4): node of the line and share of the way to the next, arc length along the side [mm], x and y [mm].
+        (c, 4): node of the line and share of the line to the next, arc length along the side [mm], x and y [mm].
     """
     nodes = np.flatnonzero(close[:-1] | close[1:])
-    start, way, along = line[nodes, None], np.diff(line, axis=0)[nodes, None], np.diff(side, axis=0)
-    corners = _cross(way, side - start)
+    start, step, along = line[nodes, None], np.diff(line, axis=0)[nodes, None], np.diff(side, axis=0)
+    corners = _cross(step, side - start)
     before, after = _cross(along, start - side[:-1]), _cross(along, line[nodes + 1, None] - side[:-1])
     crossed = ((corners[:, :-1] >= 0.0) != (corners[:, 1:] >= 0.0)) & ((before >= 0.0) != (after >= 0.0))
     i, j = np.nonzero(crossed)
@@ -135,26 +135,26 @@ def _crossings(line: FloatArray, side: FloatArray, *, close: BoolArray) -> Float
     return np.column_stack([nodes[i] + share, arcs, side[j] + ahead[:, None] * along[j]])
 
 
-def _chained(pieces: list[Piece], continuation: Continuation, *, pixel: float) -> list[FloatArray]:
-    """Join the ends of pieces on the cut with beginnings on it, and follow them round."""
+def _chained(stretches: list[ChartStretch], continuation: Continuation, *, pixel: float) -> list[FloatArray]:
+    """Join the ends of stretches on the cut with beginnings on it, and follow them round."""
     lengths = arc_lengths(continuation.left)
-    following = _following(pieces, largest_gap=LARGEST_GAP_PIXELS * pixel, whole=float(lengths[-1]))
-    free = set(range(len(pieces)))
+    following = _following(stretches, largest_gap=LARGEST_GAP_PIXELS * pixel, whole=float(lengths[-1]))
+    free = set(range(len(stretches)))
     chains: list[FloatArray] = []
-    for first in sorted(free - set(following.values())) + list(range(len(pieces))):
+    for first in sorted(free - set(following.values())) + list(range(len(stretches))):
         if first not in free:
             continue
         parts, length, here = list[FloatArray](), 0.0, first
         while here in free:
             free.remove(here)
-            piece = pieces[here]
-            length += piece.length
-            # The corner at which the piece before it ended is the place of both.
-            parts.append(piece.nodes[1:] if parts else piece.nodes)
+            stretch = stretches[here]
+            length += stretch.length
+            # The corner at which the stretch before it ended is the place of both.
+            parts.append(stretch.nodes[1:] if parts else stretch.nodes)
             if here not in following:
                 break
             here = following[here]
-            arc = 0.5 * (piece.end + pieces[here].start)
+            arc = 0.5 * (stretch.end + stretches[here].start)
             node = [np.interp(arc, lengths, continuation.left[:, axis]) for axis in range(2)]
             parts[-1] = np.vstack([parts[-1][:-1], node])
         else:
@@ -164,18 +164,18 @@ def _chained(pieces: list[Piece], continuation: Continuation, *, pixel: float) -
     return chains
 
 
-def _following(pieces: list[Piece], *, largest_gap: float, whole: float) -> dict[int, int]:
-    """Return, for pieces that end on the cut, the piece that begins there.
+def _following(stretches: list[ChartStretch], *, largest_gap: float, whole: float) -> dict[int, int]:
+    """Return, for stretches that end on the cut, the stretch that begins there.
 
     Args:
-        pieces: of one level.
+        stretches: of one level.
         largest_gap: between an end and a beginning along the cut [mm].
         whole: length of the cut [mm].
 
     Raises:
         FieldError: an end or a beginning is left over that is farther from the border than that.
     """
-    ends, starts = np.array([piece.end for piece in pieces]), np.array([piece.start for piece in pieces])
+    ends, starts = np.array([stretch.end for stretch in stretches]), np.array([stretch.start for stretch in stretches])
     ending, starting = np.flatnonzero(np.isfinite(ends)), np.flatnonzero(np.isfinite(starts))
     gaps = np.minimum(np.abs(ends[ending, None] - starts[starting]), largest_gap)
     rows, columns = linear_sum_assignment(gaps)

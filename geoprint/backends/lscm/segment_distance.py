@@ -70,7 +70,7 @@ def point_distances(segments: FloatArray, points: FloatArray) -> FloatArray:
 
 
 def _lines(segments: FloatArray) -> FloatArray:
-    """Return (s, 6): start, way to the end, and that way over its squared length."""
+    """Return (s, 6): start, step to the end, and that step over its squared length."""
     along: FloatArray = segments[:, 1] - segments[:, 0]
     squares = (along**2).sum(axis=1)
     return np.hstack([segments[:, 0], along, along / np.where(squares > 0.0, squares, 1.0)[:, None]])

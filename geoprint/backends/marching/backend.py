@@ -18,7 +18,14 @@ from geoprint.backends.intrinsic import IntrinsicTriangulation, delaunay, intrin
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances, linear_edge_length
 from geoprint.backends.marching.edge_crossings import crossing_shares, slopes_at
-from geoprint.backends.marching.front import SEED_FIRST_EDGE, SEED_LAST_EDGE, SEED_VERTEX, Front, Mesh, measure_corners
+from geoprint.backends.marching.front import (
+    SEED_FIRST_EDGE,
+    SEED_LAST_EDGE,
+    SEED_VERTEX,
+    Front,
+    MarchingMesh,
+    measure_corners,
+)
 from geoprint.backends.marching.kernels import march, settle
 from geoprint.backends.marching.ridge_corners import with_ridge_corners
 from geoprint.backends.marching.seed_pieces import SeedPieces, seed_pieces
@@ -26,6 +33,7 @@ from geoprint.backends.marching.seed_windows import see_from_border, see_from_pi
 from geoprint.errors import FieldError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 from geoprint.surfaces import edge_lengths, in_words
+from geoprint.surfaces.halfedges import next_halves
 
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
@@ -63,7 +71,7 @@ class FastMarching:
         self._surface = surface
         self._mesh = half_edge_mesh(delaunay(intrinsic_triangulation(surface), margin=FLIP_MARGIN))
         border = np.flatnonzero(self._mesh.twins < 0)
-        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[_following(border)]])
+        self._rim = np.column_stack([self._mesh.corners[border], self._mesh.corners[next_halves(border)]])
 
     @staticmethod
     def edge_length(part: Surface, *, spacing: float) -> float:
@@ -110,7 +118,7 @@ class FastMarching:
         ends = self._surface.vertices[edges]
         return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
-    def _march(self, seed: Seed) -> tuple[Mesh, Front]:
+    def _march(self, seed: Seed) -> tuple[MarchingMesh, Front]:
         pieces = seed_pieces(self._surface, seed, rim=self._rim)
         mesh = self._mesh
         if pieces.faces.size:
@@ -140,11 +148,11 @@ class FastMarching:
             )
 
 
-def half_edge_mesh(triangulation: IntrinsicTriangulation) -> Mesh:
+def half_edge_mesh(triangulation: IntrinsicTriangulation) -> MarchingMesh:
     """Return a triangulation as the kernels read it."""
     corners, twins = triangulation.corners.ravel(), triangulation.twins.ravel()
     lengths = triangulation.lengths.ravel()
-    return Mesh(corners, lengths, twins, *measure_corners(corners, lengths, twins, triangulation.vertex_count))
+    return MarchingMesh(corners, lengths, twins, *measure_corners(corners, lengths, twins, triangulation.vertex_count))
 
 
 def flipped_apart_from(
@@ -178,7 +186,7 @@ def flipped_apart_from(
     return IntrinsicTriangulation(flipped.corners, flipped.lengths, sewn, triangulation.vertex_count)
 
 
-def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
+def seeded_front(mesh: MarchingMesh, pieces: SeedPieces) -> Front:
     """Return the front as it leaves the seed: what is seen from it directly is settled."""
     count = mesh.first.size
     front = Front(
@@ -193,7 +201,7 @@ def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
     front.marks[pieces.vertices] = SEED_VERTEX
     front.heap[: pieces.vertices.size] = pieces.vertices
     front.places[pieces.vertices] = np.arange(pieces.vertices.size)
-    ends = mesh.corners[_following(mesh.first[pieces.border])]
+    ends = mesh.corners[next_halves(mesh.first[pieces.border])]
     front.marks[pieces.border] |= SEED_FIRST_EDGE
     front.marks[ends] |= SEED_LAST_EDGE
     both = SEED_FIRST_EDGE | SEED_LAST_EDGE
@@ -204,8 +212,3 @@ def seeded_front(mesh: Mesh, pieces: SeedPieces) -> Front:
         see_from_border(mesh, front, mesh.first[pieces.border])
     see_from_pieces(mesh, front, pieces.faces, pieces.starts, pieces.ends)
     return front
-
-
-def _following(half_edges: IntArray) -> IntArray:
-    """Return the next half-edge of the same triangle for each half-edge."""
-    return half_edges + np.where(half_edges % 3 < 2, 1, -2)

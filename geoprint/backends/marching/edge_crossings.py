@@ -11,9 +11,10 @@ from math import sin
 import numpy as np
 from numba import njit
 
-from geoprint.backends.marching.front import SEED_VERTEX, Front, Mesh, after, before, uncounted
+from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh, uncounted
 from geoprint.backends.marching.kernels import slope
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # Half-edges whose length differs by more than this share from the edge's are another line between its ends.
 SAME_LENGTH = 1e-9
@@ -23,7 +24,7 @@ HALVINGS = 40
 
 @njit(cache=True, error_model="numpy")
 def crossing_shares(
-    mesh: Mesh, front: Front, edges: IntArray, lengths: FloatArray, levels: FloatArray, meeting: float
+    mesh: MarchingMesh, front: Front, edges: IntArray, lengths: FloatArray, levels: FloatArray, meeting: float
 ) -> FloatArray:
     """Return where levels cross edges.
 
@@ -36,7 +37,7 @@ def crossing_shares(
         meeting: as for `march`.
 
     Returns:
-        (k,) shares of the way from the first vertex. Along lines that no triangle has as a side the distance is taken
+        (k,) shares of the edge from the first vertex. Along lines that no triangle has as a side the distance is taken
         as linear.
     """
     shares = np.empty(levels.size)
@@ -53,9 +54,9 @@ def crossing_shares(
 
 @njit(cache=True, error_model="numpy")
 def slopes_at(
-    mesh: Mesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
+    mesh: MarchingMesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of the distance along edges, at the given shares of the way, and where it rises across.
+    """Return the derivatives of the distance along edges, at shares of their length, and where it rises across.
 
     The other arguments are those of `crossing_shares`.
 
@@ -83,8 +84,8 @@ def slopes_at(
 
 
 @uncounted
-def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
-    """Return the derivatives of the distance by the share of the way along an edge, at its start and its end.
+def edge_slopes(mesh: MarchingMesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
+    """Return the derivatives of the distance by the share of an edge, at its start and its end.
 
     Both are the difference of the distances where the edge is no side of a triangle.
     """
@@ -101,7 +102,7 @@ def edge_slopes(mesh: Mesh, front: Front, start: int, end: int, length: float) -
 
 
 @uncounted
-def edge_sides(mesh: Mesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
+def edge_sides(mesh: MarchingMesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
     """Return whether the distance rises to the left (positive) or right of an edge, at its start and its end.
 
     Both are 0 where the edge is no side of a triangle.
@@ -117,21 +118,21 @@ def edge_sides(mesh: Mesh, front: Front, start: int, end: int, length: float) ->
 
 
 @uncounted
-def half_edge_between(mesh: Mesh, start: int, end: int, length: float) -> int:
+def half_edge_between(mesh: MarchingMesh, start: int, end: int, length: float) -> int:
     """Return the half-edge of a length from one vertex to another, -1 where there is none."""
     half = mesh.first[start]
     while True:
-        if mesh.corners[after(half)] == end and abs(mesh.lengths[half] - length) <= SAME_LENGTH * length:
+        if mesh.corners[next_half(half)] == end and abs(mesh.lengths[half] - length) <= SAME_LENGTH * length:
             return half
-        half = mesh.twins[before(half)]
+        half = mesh.twins[previous_half(half)]
         if half < 0 or half == mesh.first[start]:
             return -1
 
 
 @uncounted
-def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
+def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
-    start, following = mesh.corners[half], after(half)
+    start, following = mesh.corners[half], next_half(half)
     end = mesh.corners[following]
     first = slope(mesh, front, start, mesh.bearings[half])
     back = mesh.bearings[following] + mesh.angles[following] * mesh.stretch[end]
@@ -139,9 +140,9 @@ def slopes_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
 
 
 @uncounted
-def sides_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
+def sides_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the seed."""
-    start, following = mesh.corners[half], after(half)
+    start, following = mesh.corners[half], next_half(half)
     end = mesh.corners[following]
     back = mesh.bearings[following] + mesh.angles[following] * mesh.stretch[end]
     first = 0.0 if front.marks[start] & SEED_VERTEX else sin(mesh.bearings[half] - front.origins[start])
@@ -151,7 +152,7 @@ def sides_along(mesh: Mesh, front: Front, half: int) -> tuple[float, float]:
 
 @uncounted
 def ridge_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
-    """Return where a level between the values at 0 and 1 is crossed on the way from the lower one to the ridge."""
+    """Return where a level between the values at 0 and 1 is crossed from the lower one up to the ridge."""
     share = (level - low) / (high - low)
     if high > low and first > 0.0:
         share = (level - low) / first

@@ -1,6 +1,6 @@
 """What front marching works on: half-edge arrays, the state of the front, and the heap of vertices that wait.
 
-Half-edge 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3), and stands for that corner too.
+Half-edges are numbered as `surfaces.halfedges` says.
 Directions at a vertex are bearings: angles [rad] counter-clockwise from its first half-edge, stretched at a vertex
 inside the surface so that a full turn is 2 pi whatever angles meet there [Polthier1998]. On the border the first
 half-edge is the one along the border, and nothing is stretched.
@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # Compiles a loop that makes no arrays. By default numba counts references to an array whenever it is taken out of a
 # tuple, which costs as much as all the arithmetic of marching; whoever calls such a loop holds its arrays anyway.
@@ -33,7 +34,7 @@ BESIDE_SEED = 8
 SEEN_FROM_SEED = 16
 
 
-class Mesh(NamedTuple):
+class MarchingMesh(NamedTuple):
     """Half-edge arrays of m triangles and n vertices.
 
     Attributes:
@@ -79,12 +80,12 @@ class Front(NamedTuple):
 def measure_corners(
     corners: IntArray, lengths: FloatArray, twins: IntArray, vertex_count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
-    """Return angles, bearings, stretch and first half-edges, as `Mesh` holds them."""
+    """Return angles, bearings, stretch and first half-edges, as `MarchingMesh` holds them."""
     angles = np.empty(corners.size)
     first = np.full(vertex_count, -1)
     sums = np.zeros(vertex_count)
     for half in range(corners.size):
-        right, left, across = lengths[half], lengths[before(half)], lengths[after(half)]
+        right, left, across = lengths[half], lengths[previous_half(half)], lengths[next_half(half)]
         cosine = (right * right + left * left - across * across) / (2.0 * right * left)
         angles[half] = acos(min(1.0, max(-1.0, cosine)))
         vertex = corners[half]
@@ -103,7 +104,7 @@ def measure_corners(
         while True:
             bearings[half] = angle * stretch[vertex]
             angle += angles[half]
-            half = twins[before(half)]
+            half = twins[previous_half(half)]
             if half < 0 or half == first[vertex]:
                 break
     return angles, bearings, stretch, first
@@ -171,21 +172,9 @@ def sink(front: Front, count: int) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def border_bearing(mesh: Mesh, vertex: int) -> float:
+def border_bearing(mesh: MarchingMesh, vertex: int) -> float:
     """Return the bearing of the last edge of a border vertex: the sum of its angles [rad]."""
     half = int(mesh.first[vertex])
-    while mesh.twins[before(half)] >= 0:
-        half = int(mesh.twins[before(half)])
+    while mesh.twins[previous_half(half)] >= 0:
+        half = int(mesh.twins[previous_half(half)])
     return mesh.bearings[half] + mesh.angles[half]
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def after(half: int) -> int:
-    """Return the next half-edge of the same triangle."""
-    return half + 1 if half % 3 < 2 else half - 2
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def before(half: int) -> int:
-    """Return the half-edge of the same triangle that ends where this one starts."""
-    return half - 1 if half % 3 > 0 else half + 2

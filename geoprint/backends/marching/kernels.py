@@ -13,15 +13,14 @@ from geoprint.backends.marching.front import (
     SEED_VERTEX,
     SEEN_FROM_SEED,
     Front,
-    Mesh,
-    after,
+    MarchingMesh,
     arrive,
-    before,
     border_bearing,
     pop_nearest,
     uncounted,
 )
 from geoprint.model import IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # A line that bends may beat such an arrival, but not by the error of marching near a point: this share of it.
 SEEN_MARGIN = 0.05
@@ -39,7 +38,7 @@ CUBIC_TRUST = 0.5
 
 
 @uncounted
-def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
+def march(mesh: MarchingMesh, front: Front, tolerance: float, meeting: float) -> int:
     """Spread the distance from the waiting vertices until nothing changes.
 
     The nearest waiting vertex leaves the heap, and the edges of the triangles around it offer their distance to the
@@ -62,16 +61,16 @@ def march(mesh: Mesh, front: Front, tolerance: float, meeting: float) -> int:
         count += 1
         half = mesh.first[vertex]
         while True:
-            improve(mesh, front, after(half), tolerance, meeting)
-            improve(mesh, front, before(half), tolerance, meeting)
-            half = mesh.twins[before(half)]
+            improve(mesh, front, next_half(half), tolerance, meeting)
+            improve(mesh, front, previous_half(half), tolerance, meeting)
+            half = mesh.twins[previous_half(half)]
             if half < 0 or half == mesh.first[vertex]:
                 break
     return count
 
 
 @uncounted
-def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
+def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) -> None:
     """Find every distance anew from what its neighbours know in the end.
 
     While the front marches, an edge may offer an arrival before the direction at its farther end is final; such an
@@ -90,7 +89,7 @@ def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
         best, origin, known = inf, 0.0, front.distances[vertex]
         half = int(mesh.first[vertex])
         while True:
-            edge, last = after(half), before(half)
+            edge, last = next_half(half), previous_half(half)
             if known > min(front.distances[mesh.corners[edge]], front.distances[mesh.corners[last]]):
                 offer, share = through_edge(mesh, front, half, best, meeting)
                 if offer < best:
@@ -104,7 +103,7 @@ def settle(mesh: Mesh, front: Front, order: IntArray, meeting: float) -> None:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def improve(mesh: Mesh, front: Front, corner: int, tolerance: float, meeting: float) -> None:
+def improve(mesh: MarchingMesh, front: Front, corner: int, tolerance: float, meeting: float) -> None:
     """Offer the vertex at a corner the shortest line through its triangle, from the edge opposite to it.
 
     Args:
@@ -116,7 +115,7 @@ def improve(mesh: Mesh, front: Front, corner: int, tolerance: float, meeting: fl
     """
     vertex = int(mesh.corners[corner])
     known = front.distances[vertex]
-    edge, last = after(corner), before(corner)
+    edge, last = next_half(corner), previous_half(corner)
     start, end = int(mesh.corners[edge]), int(mesh.corners[last])
     # An edge farther than the vertex on both ends cannot lower it.
     if known > min(front.distances[start], front.distances[end]) and not front.marks[vertex] & (
@@ -136,7 +135,7 @@ def improve(mesh: Mesh, front: Front, corner: int, tolerance: float, meeting: fl
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def through_edge(mesh: Mesh, front: Front, corner: int, known: float, meeting: float) -> tuple[float, float]:
+def through_edge(mesh: MarchingMesh, front: Front, corner: int, known: float, meeting: float) -> tuple[float, float]:
     """Return the shortest arrival at a corner through its opposite edge, and where it crosses the edge.
 
     On the edge, s in [0, 1] from start to end, the distance is H(s): the cubic with the values and slopes of both
@@ -147,7 +146,7 @@ def through_edge(mesh: Mesh, front: Front, corner: int, known: float, meeting: f
     Returns:
         Distance [mm], no sharp one where it cannot beat `known`; s.
     """
-    edge, last = after(corner), before(corner)
+    edge, last = next_half(corner), previous_half(corner)
     length, start, end = mesh.lengths[edge], int(mesh.corners[edge]), int(mesh.corners[last])
     # The corner seen from the start of the edge: `along` it and `away` from it.
     along, away = apex(length, mesh.lengths[corner], mesh.lengths[last])
@@ -242,7 +241,7 @@ def cubic_share(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def slope(mesh: Mesh, front: Front, vertex: int, bearing: float) -> float:
+def slope(mesh: MarchingMesh, front: Front, vertex: int, bearing: float) -> float:
     """Return the derivative of the distance at a vertex in a direction, per mm.
 
     On the seed it is 1, but less than a quarter turn from a seeded border edge the sine of the angle to that edge.

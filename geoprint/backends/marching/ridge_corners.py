@@ -30,7 +30,7 @@ def with_ridge_corners(surface: Surface, curves: SurfaceCurves, *, edge_slopes: 
         surface: m faces.
         curves: level curves of a distance, larger values on their left; every point on an edge and, but for the last
             of an open curve, in the face that the curve crosses next.
-        edge_slopes: given (k, 2) edges and (k,) shares of the way along them, returns the (k,) derivatives of the
+        edge_slopes: given (k, 2) edges and (k,) shares of their length, returns the (k,) derivatives of the
             distance along them, per mm, and (k,) positive where it rises to the left of the edge, negative where to the
             right, and 0 where that is not known.
 

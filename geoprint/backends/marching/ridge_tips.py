@@ -29,8 +29,8 @@ def tips_beyond(
         last: (k, 3) of the piece's end.
 
     Returns:
-        The (j,) piece that each new point belongs to, ascending, and the points in their order along it: on the way
-        through the side, the corner, and on the way back. Corners beyond the next triangle too are left out of it, and
+        The (j,) piece that each new point belongs to, ascending, and the points in their order along it: on going out
+        through the side, the corner, and on coming back. Corners beyond the next triangle too are left out of it, and
         pieces whose third side is border, or that touch it, get nothing.
     """
     opposite = np.argmin(corners, axis=1)
@@ -93,7 +93,7 @@ def _unfolded(here: FloatArray, there: FloatArray, corners: FloatArray) -> Float
 
 
 def _foot_and_height(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return where the foot of each apex lies, as a share of the way from start to end, and its height [mm]."""
+    """Return where the foot of each apex lies, as a share of the line from start to end, and its height [mm]."""
     side, slant = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     foot = np.einsum("kx,kx->k", slant, side) / np.einsum("kx,kx->k", side, side)
     return foot, np.linalg.norm(slant - foot[:, None] * side, axis=1)

@@ -84,7 +84,7 @@ def _at_vertices(surface: Surface, points: SurfacePoints) -> tuple[BoolArray, In
 
 
 def _border_edges(rim: IntArray, starts: IntArray, ends: IntArray) -> IntArray:
-    """Return the start of the border half-edge between two vertices, whichever way it runs, else -1."""
+    """Return the start of the border half-edge between two vertices, whichever direction it has, else -1."""
     # The last place stands for "no vertex" and follows nothing.
     following = np.full(max(int(ends.max(initial=0)), int(rim.max(initial=0)), int(starts.max(initial=0))) + 2, -1)
     following[rim[:, 0]] = rim[:, 1]

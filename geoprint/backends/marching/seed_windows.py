@@ -18,12 +18,11 @@ from geoprint.backends.marching.front import (
     SEED_VERTEX,
     SEEN_FROM_SEED,
     Front,
-    Mesh,
-    after,
+    MarchingMesh,
     arrive,
-    before,
 )
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # How far straight lines are followed, in longest sides of the triangle they start in.
 REACH = 2.0
@@ -81,14 +80,14 @@ class Window(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
+def see_from_vertices(mesh: MarchingMesh, front: Front, vertices: IntArray) -> None:
     """Set the distances of what is seen from seed vertices through the triangles around them."""
     for vertex in vertices:
         half = int(mesh.first[vertex])
         while True:
-            opposite = after(half)
+            opposite = next_half(half)
             see_along(mesh, front, opposite, mesh.lengths[half], mesh.bearings[opposite], mesh.angles[opposite])
-            last = before(half)
+            last = previous_half(half)
             see_along(mesh, front, last, mesh.lengths[last], mesh.bearings[last], 0.0)
             here, right, apex = triangle(mesh, half)
             source = Source(here, Point(0.0, 0.0))
@@ -100,7 +99,7 @@ def see_from_vertices(mesh: Mesh, front: Front, vertices: IntArray) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def see_from_border(mesh: Mesh, front: Front, border: IntArray) -> None:
+def see_from_border(mesh: MarchingMesh, front: Front, border: IntArray) -> None:
     """Set the distances of what is seen squarely from seeded border edges, given by their half-edges."""
     for k in range(border.size):
         side_number = int(border[k]) % 3
@@ -110,13 +109,13 @@ def see_from_border(mesh: Mesh, front: Front, border: IntArray) -> None:
         opposite = corners[(side_number + 2) % 3]
         back = way_to_segment(opposite, start, end)
         angle = turn(Point(start.x - opposite.x, start.y - opposite.y), back)
-        corner = before(int(border[k]))
+        corner = previous_half(int(border[k]))
         see_along(mesh, front, corner, sqrt(back.x * back.x + back.y * back.y), mesh.bearings[corner], angle)
         leave_segment(mesh, front, half, corners, start, end, longest_side(mesh, half))
 
 
 @njit(cache=True, error_model="numpy")
-def see_along(mesh: Mesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
+def see_along(mesh: MarchingMesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
     """Offer a corner the straight line from the seed, `angle` counter-clockwise from its half-edge."""
     vertex = int(mesh.corners[corner])
     if distance < front.distances[vertex]:
@@ -125,7 +124,7 @@ def see_along(mesh: Mesh, front: Front, corner: int, distance: float, bearing: f
 
 
 @njit(cache=True, error_model="numpy")
-def see_from_pieces(mesh: Mesh, front: Front, faces: IntArray, starts: FloatArray, ends: FloatArray) -> None:
+def see_from_pieces(mesh: MarchingMesh, front: Front, faces: IntArray, starts: FloatArray, ends: FloatArray) -> None:
     """Set the distances of what is seen from straight pieces inside triangles.
 
     Args:
@@ -152,7 +151,14 @@ def see_from_pieces(mesh: Mesh, front: Front, faces: IntArray, starts: FloatArra
 
 @njit(cache=True, error_model="numpy")
 def see_corner(
-    mesh: Mesh, front: Front, corner: int, here: Point, following: Point, start: Point, end: Point, touching: float
+    mesh: MarchingMesh,
+    front: Front,
+    corner: int,
+    here: Point,
+    following: Point,
+    start: Point,
+    end: Point,
+    touching: float,
 ) -> None:
     """Offer a corner of a triangle its distance from a segment in it."""
     back = way_to_segment(here, start, end)
@@ -181,7 +187,7 @@ def way_to_segment(here: Point, start: Point, end: Point) -> Point:
 
 @njit(cache=True, error_model="numpy")
 def leave_point(
-    mesh: Mesh, front: Front, half: int, corners: tuple[Point, Point, Point], place: Point, longest: float
+    mesh: MarchingMesh, front: Front, half: int, corners: tuple[Point, Point, Point], place: Point, longest: float
 ) -> None:
     """Follow all straight lines from a point of a triangle, in it or on one of its sides."""
     source = Source(place, Point(0.0, 0.0))
@@ -195,7 +201,7 @@ def leave_point(
 
 @njit(cache=True, error_model="numpy")
 def leave_segment(
-    mesh: Mesh,
+    mesh: MarchingMesh,
     front: Front,
     half: int,
     corners: tuple[Point, Point, Point],
@@ -219,7 +225,7 @@ def leave_segment(
 
 
 @njit(cache=True, error_model="numpy")
-def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: float) -> None:
+def follow(mesh: MarchingMesh, front: Front, source: Source, window: Window, reach: float) -> None:
     """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees.
 
     It ends where all corners of a triangle are nearer to other pieces of the seed.
@@ -232,7 +238,7 @@ def follow(mesh: Mesh, front: Front, source: Source, window: Window, reach: floa
         if half < 0 or gap(source, window.start, window.end) > reach:
             continue
         apex = beyond(mesh, half, window.end, window.start)
-        first, last = after(half), before(half)
+        first, last = next_half(half), previous_half(half)
         if (
             is_nearer(front, int(mesh.corners[half]), source, window.end, tie)
             and is_nearer(front, int(mesh.corners[first]), source, window.start, tie)
@@ -263,7 +269,7 @@ def is_nearer(front: Front, vertex: int, source: Source, place: Point, tie: floa
 
 @njit(cache=True, error_model="numpy")
 def travelled(source: Source, place: Point) -> Point:
-    """Return the way that a straight line from the source has come at a place."""
+    """Return the vector that a straight line from the source has covered at a place."""
     x, y = place.x - source.place.x, place.y - source.place.y
     if source.normal.x == 0.0 and source.normal.y == 0.0:
         return Point(x, y)
@@ -311,9 +317,9 @@ def separation(first: Point, second: Point) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def beyond(mesh: Mesh, half: int, start: Point, end: Point) -> Point:
+def beyond(mesh: MarchingMesh, half: int, start: Point, end: Point) -> Point:
     """Return the corner opposite to a half-edge that runs from start to end, on its left."""
-    length, right, left = mesh.lengths[half], mesh.lengths[before(half)], mesh.lengths[after(half)]
+    length, right, left = mesh.lengths[half], mesh.lengths[previous_half(half)], mesh.lengths[next_half(half)]
     along = 0.5 * (length + (right - left) * (right + left) / length)
     away = sqrt(max(right * right - along * along, 0.0))
     x, y = (end.x - start.x) / length, (end.y - start.y) / length
@@ -321,7 +327,7 @@ def beyond(mesh: Mesh, half: int, start: Point, end: Point) -> Point:
 
 
 @njit(cache=True, error_model="numpy")
-def triangle(mesh: Mesh, half: int) -> tuple[Point, Point, Point]:
+def triangle(mesh: MarchingMesh, half: int) -> tuple[Point, Point, Point]:
     """Return the corners of a triangle in the plane: its half-edge starts at the origin, along the x axis."""
     start, end = Point(0.0, 0.0), Point(mesh.lengths[half], 0.0)
     return start, end, beyond(mesh, half, start, end)
@@ -336,6 +342,6 @@ def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
 
 
 @njit(cache=True, error_model="numpy")
-def longest_side(mesh: Mesh, half: int) -> float:
+def longest_side(mesh: MarchingMesh, half: int) -> float:
     """Return the longest side of the triangle of a half-edge [mm]."""
-    return max(mesh.lengths[half], mesh.lengths[after(half)], mesh.lengths[before(half)])
+    return max(mesh.lengths[half], mesh.lengths[next_half(half)], mesh.lengths[previous_half(half)])

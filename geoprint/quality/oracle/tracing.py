@@ -14,6 +14,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.quality.oracle.front import Front, Goal, Pieces, cross, empty_front
 from geoprint.quality.oracle.triangles import ComplexArray, Mesh, Places, spatial
 from geoprint.quality.oracle.unfolding import search
+from geoprint.surfaces.halfedges import next_half
 
 # Windows that one connection may take: neighbouring poses are a fraction of a spacing apart, which is a few triangles.
 WINDOWS = 50_000
@@ -222,6 +223,5 @@ def crossing(start: complex, along: complex, seen: complex) -> float:
 @njit(cache=True, error_model="numpy")
 def on_half_edge(mesh: Mesh, half: int, share: float) -> complex:
     """Return the place at a share of a half-edge, in the plane of its face."""
-    following = 3 * (half // 3) + (half + 1) % 3
-    start, end = complex(mesh.corners[half]), complex(mesh.corners[following])
+    start, end = complex(mesh.corners[half]), complex(mesh.corners[next_half(half)])
     return start + share * (end - start)

@@ -1,7 +1,7 @@
 """Triangles laid flat one by one: the plane coordinates in which geodesics are unfolded.
 
-Half-edge h = 3 f + i runs along face f from its corner i to its corner i + 1 (mod 3), the face on its left. Points of
-the plane are complex numbers, so that laying a triangle beside another is one multiplication.
+Half-edges are numbered as `surfaces.halfedges` says. Points of the plane are complex numbers, so that laying a triangle
+beside another is one multiplication.
 """
 
 from __future__ import annotations

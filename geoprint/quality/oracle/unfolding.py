@@ -17,6 +17,7 @@ from numba import njit
 
 from geoprint.quality.oracle.front import ANY, Front, Goal, Pieces, add, cross, pop
 from geoprint.quality.oracle.triangles import Mesh
+from geoprint.surfaces.halfedges import next_half, previous_half
 
 # Lines within this angle [rad] of a cone belong to it: what lies on the line between two cones is not lost between
 # them, and the length of a path that bends by so little is the shortest to 16 digits.
@@ -76,7 +77,7 @@ def begin(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, fac
             return
     see(front, pieces, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
     for i in range(3):
-        corner, end = mesh.corners[half + i] - place, mesh.corners[half + (i + 1) % 3] - place
+        corner, end = mesh.corners[half + i] - place, mesh.corners[next_half(half + i)] - place
         look(mesh, front, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, -1)
         meet(mesh, front, goal, number, half + i, corner, end - corner, 0.0, -1)
 
@@ -88,7 +89,7 @@ def cross_face(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int
     start, end = complex(front.starts[item]), complex(front.ends[item])
     right, left = complex(front.rights[item]), complex(front.lefts[item])
     face = half // 3
-    following, last = 3 * face + (half + 1) % 3, 3 * face + (half + 2) % 3
+    following, last = next_half(half), previous_half(half)
     apex = start + (end - start) * mesh.apexes[half]
     scale = (end - start) / (mesh.corners[following] - mesh.corners[half])
     see(front, pieces, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
@@ -122,7 +123,7 @@ def turn(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item
     around = first
     while around != half:
         angle += float(mesh.angles[around])
-        around = mesh.twins[3 * (around // 3) + (around + 2) % 3]
+        around = mesh.twins[previous_half(around)]
     if angle >= pi:
         fan(mesh, front, pieces, goal, number, first, 0.0, angle - pi, before, item)
     if angle + pi <= total:
@@ -140,7 +141,7 @@ def fan(
     while True:
         width, apex = mesh.angles[half], side * mesh.apexes[half]
         face = half // 3
-        following, last = 3 * face + (half + 1) % 3, 3 * face + (half + 2) % 3
+        following, last = next_half(half), previous_half(half)
         if angle + width >= low:
             right = side if low <= angle else side * rect(1.0, low - angle)
             left = apex if high >= angle + width else side * rect(1.0, high - angle)
@@ -160,8 +161,7 @@ def first_around(mesh: Mesh, half: int) -> int:
     """Return the rightmost half-edge that starts at the same vertex on the border, or the one given inside."""
     around = half
     while mesh.twins[around] >= 0:
-        twin = mesh.twins[around]
-        around = 3 * (twin // 3) + (twin + 1) % 3
+        around = next_half(mesh.twins[around])
         if around == half:
             break
     return around

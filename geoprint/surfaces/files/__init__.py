@@ -1,7 +1,6 @@
 """Files become meshes: formats of meshes, archives, CAD, label volumes, point clouds."""
 
 from geoprint.surfaces.files.io import (
-    Loaded as Loaded,
     load as load,
     load_file as load_file,
     ply_bytes as ply_bytes,
@@ -9,6 +8,7 @@ from geoprint.surfaces.files.io import (
     suggested_unit as suggested_unit,
     unit_hint as unit_hint,
 )
+from geoprint.surfaces.files.mesh_file import MeshFile as MeshFile
 from geoprint.surfaces.files.regions import (
     LONGEST_NAME as LONGEST_NAME,
     region_faces as region_faces,

@@ -12,8 +12,9 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
-from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files import cad_worker
+from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.native import run_worker
 
 # Largest distance between a face and its triangles [mm], and as a share of the part's size: the smaller counts.
@@ -29,12 +30,12 @@ LARGEST_SIZE = 2000.0
 MILLIMETRES = {"step": 1000.0, "iges": 1.0}
 
 
-def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
+def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
     """Return triangles of all faces of a STEP or IGES file, in mm.
 
     Args:
         data: content of the file.
-        suffix: ".step", ".stp", ".iges" or ".igs".
+        kind: a key of MILLIMETRES.
         name: of the file.
 
     Raises:
@@ -44,7 +45,6 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
     """
     if importlib.util.find_spec("cascadio") is None:
         raise missing("cascadio", extra="cad", work="reading STEP and IGES files")
-    kind = "step" if suffix in {".step", ".stp"} else "iges"
     vertices, faces = _tessellated(data, kind=kind, chord=ROUGH_CHORD, relative=True, name=name)
     size = float(np.ptp(vertices, axis=0).max())
     chord = min(CHORD, CHORD_SHARE * size)
@@ -55,7 +55,7 @@ def read_cad(data: bytes, *, suffix: str, name: str) -> Conversion:
         ("chord_mm", round(chord, 6)),
         ("angle_deg", round(math.degrees(ANGLE), 3)),
     )
-    return Conversion(vertices, faces, "mm", notes)
+    return MeshFile(vertices, faces, "mm", notes)
 
 
 def _tessellated(data: bytes, *, kind: str, chord: float, relative: bool, name: str) -> tuple[FloatArray, IntArray]:

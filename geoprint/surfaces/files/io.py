@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import final
 
 import numpy as np
 
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.files.formats import read_mesh
-from geoprint.surfaces.files.regions import Regions
+from geoprint.surfaces.files.mesh_file import UNITS, MeshFile
 from geoprint.surfaces.topology import used_vertices
 
-# Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
-UNITS = {"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001}
 # Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
 PLAUSIBLE_SIZE = (1.0, 2000.0)
 # Largest extent of most parts [mm]: among plausible units the one that gives it is suggested.
@@ -26,31 +22,13 @@ USUAL_SIZE = (10.0, 500.0)
 RESOLUTION_SHARE = 1e-4
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Loaded:
-    """A surface as a file has it.
-
-    Attributes:
-        surface: in mm, named after the file.
-        unit: of the file's coordinates.
-        notes: how the mesh was made, where the file holds something else.
-        regions: groups, objects, solids and labels that the file gives to faces.
-    """
-
-    surface: Surface
-    unit: str
-    notes: Notes
-    regions: Regions
-
-
 def load(path: Path, *, unit: str | None) -> Surface:
     """Return the surface of `load_file`."""
     return load_file(path, unit=unit).surface
 
 
-def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Loaded:
-    """Read a mesh file, or make a mesh of what it holds, and turn its coordinates into mm.
+def load_file(path: Path, *, unit: str | None, label: int | None = None) -> MeshFile:
+    """Read a mesh file, or make a mesh of what it holds, of known unit and believable size.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
     that.
@@ -62,7 +40,7 @@ def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Load
         label: of a label volume, which one is meant.
 
     Returns:
-        The surface in mm, named after the file, and how it was read.
+        What the file holds, with its unit.
 
     Raises:
         UsageError: the unit is missing, unknown, or another one than the file says.
@@ -74,19 +52,17 @@ def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Load
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
     file = read_mesh(path, label=label)
-    vertices, faces = file.vertices, file.faces
     if file.unit is not None and unit not in {None, file.unit}:
         raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
     unit = unit or file.unit
     # Vertices that no face uses do not belong to the part.
-    used = vertices[used_vertices(faces)]
+    used = file.vertices[used_vertices(file.faces)]
     extents = used.max(axis=0) - used.min(axis=0)
     if unit is None:
         raise UsageError(_missing_unit(path.name, extents))
     _check_size(path.name, extents * UNITS[unit], unit=unit, carried=file.unit is not None)
     _check_resolution(path.name, used * UNITS[unit])
-    surface = Surface(vertices=vertices * UNITS[unit], faces=faces, name=path.name)
-    return Loaded(surface, unit, file.notes, file.regions)
+    return replace(file, unit=unit)
 
 
 def ply_bytes(surface: Surface) -> bytes:

@@ -17,8 +17,9 @@ from scipy import ndimage
 
 from geoprint.errors import InputError, UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files.dicom_segmentation import read_dicom
+from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.volume_formats import LabelVolume, read_nifti, read_nrrd
 from geoprint.surfaces.operators import signed_volume
 from geoprint.surfaces.topology import turned_over
@@ -67,23 +68,33 @@ class _Field:
     first: IntArray
 
 
-def read_volume(data: bytes, *, suffix: str, label: int | None, name: str) -> Conversion:
-    """Return the surface of one label of a volume file.
+def read_nifti_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+    """Return the surface of one label of a NIfTI file, as `volume_mesh`; raises also as `read_nifti`."""
+    return volume_mesh(read_nifti(data, name=name), label=label, name=name)
+
+
+def read_nrrd_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+    """Return the surface of one label of a NRRD file, as `volume_mesh`; raises also as `read_nrrd`."""
+    return volume_mesh(read_nrrd(data, name=name), label=label, name=name)
+
+
+def read_dicom_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+    """Return the surface of one segment of a DICOM file, as `volume_mesh`; raises also as `read_dicom`."""
+    return volume_mesh(read_dicom(data, label=label, name=name), label=label, name=name)
+
+
+def volume_mesh(volume: LabelVolume, *, label: int | None, name: str) -> MeshFile:
+    """Return the surface of one label of a volume.
 
     Args:
-        data: content of the file.
-        suffix: ".nii", ".nii.gz", ".nrrd" or ".dcm".
+        volume: as read.
         label: which one; None where there is but one.
         name: of the file.
 
     Raises:
         UsageError: there is no such label, or no choice among several; a package is missing.
-        InputError: as the readers of `volume_formats` and `dicom_segmentation`, and as `label_surface`.
+        InputError: as `label_surface`.
     """
-    if suffix == ".dcm":
-        volume = read_dicom(data, label=label, name=name)
-    else:
-        volume = (read_nrrd if suffix == ".nrrd" else read_nifti)(data, name=name)
     chosen = _chosen_label(volume, label, name=name)
     vertices, faces, smoothing, volume_error = label_surface(volume.labels == chosen, volume.affine, name=name)
     notes = (
@@ -92,7 +103,7 @@ def read_volume(data: bytes, *, suffix: str, label: int | None, name: str) -> Co
         ("volume_error", round(volume_error, 6)),
         ("coordinates", "right, anterior, superior"),
     )
-    return Conversion(vertices, faces, volume.unit, notes)
+    return MeshFile(vertices, faces, volume.unit, notes)
 
 
 def label_surface(inside: BoolArray, affine: FloatArray, *, name: str) -> tuple[FloatArray, IntArray, float, float]:

@@ -17,8 +17,9 @@ from scipy.spatial import KDTree
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.clipping import clipped, part_of
-from geoprint.surfaces.conversion import Conversion, missing
+from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files import cloud_worker
+from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.native import run_worker
 from geoprint.surfaces.points import closest
 from geoprint.surfaces.remesh import contracted
@@ -64,6 +65,17 @@ class PointCloud:
 
     points: FloatArray
     normals: FloatArray | None
+
+
+def read_cloud(data: bytes, /, *, name: str) -> MeshFile:
+    """Return a surface through the points that stand in lines of text.
+
+    Raises:
+        InputError: as `read_point_text` and `reconstruct`, and so the others.
+        ResourceError: it takes too long or too much memory.
+        UsageError: adobe-lagrange is not installed.
+    """
+    return reconstruct(read_point_text(data, name=name), name=name)
 
 
 def read_point_text(data: bytes, *, name: str) -> PointCloud:
@@ -114,7 +126,7 @@ def read_point_ply(data: bytes, *, name: str) -> PointCloud:
     return PointCloud(points, _unit_normals(np.column_stack([columns[axis] for axis in ("nx", "ny", "nz")])))
 
 
-def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
+def reconstruct(cloud: PointCloud, *, name: str) -> MeshFile:
     """Return a surface through a cloud of points, which ends where the points end.
 
     Args:
@@ -155,7 +167,7 @@ def reconstruct(cloud: PointCloud, *, name: str) -> Conversion:
         ("residual_p95", round(float(np.quantile(residuals, 0.95)), 6)),
         ("residual_max", round(float(residuals.max()), 6)),
     )
-    return Conversion(surface.vertices, surface.faces, None, notes)
+    return MeshFile(surface.vertices, surface.faces, notes=notes)
 
 
 def estimated_normals(points: FloatArray, tree: KDTree) -> FloatArray:

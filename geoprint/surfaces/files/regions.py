@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -14,7 +13,6 @@ from geoprint.model import IntArray
 
 # The faces of each region, ascending; a face may lie in several regions or in none.
 Regions: TypeAlias = Mapping[str, IntArray]
-NO_REGIONS: Regions = MappingProxyType({})
 
 # A property with more values than this numbers things, it does not label them.
 MOST_LABELS = 1000

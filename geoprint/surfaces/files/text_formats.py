@@ -8,26 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
-from geoprint.surfaces.files.regions import NO_REGIONS, Regions, named, together
+from geoprint.surfaces.files.mesh_file import MeshFile, check_indices
+from geoprint.surfaces.files.regions import Regions, named, together
 from geoprint.surfaces.operators import doubled_area_vectors
 
 # The statements of OBJ that name the faces after them, and what they name.
 _OBJ_NAMES = (("g", "group"), ("o", "object"), ("usemtl", "material"))
-
-
-class MeshArrays(NamedTuple):
-    """What a mesh file holds: (n, 3) vertices in its unit, (m, 3) faces and their regions."""
-
-    vertices: FloatArray
-    faces: IntArray
-    regions: Regions = NO_REGIONS
 
 
 # Its number in the file and its words.
@@ -35,7 +29,7 @@ _Line: TypeAlias = tuple[int, list[str]]
 _Parsed = TypeVar("_Parsed")
 
 
-def read_obj(data: bytes, /, *, name: str) -> MeshArrays:
+def read_obj(data: bytes, /, *, name: str) -> MeshFile:
     """Read positions, faces and regions of an OBJ file; normals and texture are left out.
 
     Args:
@@ -64,7 +58,7 @@ def read_obj(data: bytes, /, *, name: str) -> MeshArrays:
     ]
     mesh = _mesh(vertices, absolute, name=name)
     sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
-    return mesh._replace(regions=_obj_regions(lines, face_lines, sizes))
+    return replace(mesh, regions=_obj_regions(lines, face_lines, sizes))
 
 
 def _obj_regions(lines: list[_Line], face_lines: list[_Line], sizes: IntArray) -> Regions:
@@ -81,7 +75,7 @@ def _obj_regions(lines: list[_Line], face_lines: list[_Line], sizes: IntArray) -
     return together(kinds)
 
 
-def read_off(data: bytes, /, *, name: str) -> MeshArrays:
+def read_off(data: bytes, /, *, name: str) -> MeshFile:
     """Read positions and faces of an OFF file, also with colours (COFF) or normals (NOFF), which are left out.
 
     Args:
@@ -163,7 +157,7 @@ def _off_corners(words: list[str]) -> list[int]:
     return corners
 
 
-def _mesh(vertices: list[tuple[float, float, float]], polygons: list[list[int]], *, name: str) -> MeshArrays:
+def _mesh(vertices: list[tuple[float, float, float]], polygons: list[list[int]], *, name: str) -> MeshFile:
     """Cut polygons into fans from their first corner."""
     positions = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
@@ -171,25 +165,7 @@ def _mesh(vertices: list[tuple[float, float, float]], polygons: list[list[int]],
     faces = np.array(fans, dtype=np.int64).reshape(-1, 3)
     check_indices(faces, vertices=len(positions), name=name)
     _check_convex(positions, faces, np.repeat(np.arange(sizes.size), sizes - 2), name=name)
-    return MeshArrays(positions, faces)
-
-
-def check_indices(faces: IntArray, *, vertices: int, name: str) -> None:
-    """Refuse faces that refer to vertices which are not in the file.
-
-    Raises:
-        InputError: an index is negative, or not below the number of vertices.
-    """
-    wrong = (faces < 0) | (faces >= vertices)
-    if wrong.any():
-        face = int(np.argmax(wrong.any(axis=1)))
-        raise InputError(
-            f"`{name}`: face {face} refers to vertex {faces[wrong][0]}, but there are {vertices} vertices, numbered "
-            "from 0; the file is damaged, so export it again.",
-            face=face,
-            vertex=int(faces[wrong][0]),
-            vertices=vertices,
-        )
+    return MeshFile(positions, faces)
 
 
 def _check_convex(vertices: FloatArray, faces: IntArray, polygon: IntArray, *, name: str) -> None:

@@ -17,8 +17,8 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.files.archives import open_archive, read_entry
+from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.regions import Regions, printable
-from geoprint.surfaces.files.text_formats import MeshArrays
 
 # What the format calls a unit, our name of it and how many of ours it is.
 _UNITS: Mapping[str, tuple[str, float]] = {
@@ -67,7 +67,7 @@ class _Model:
     build: list[tuple[_Key, FloatArray]] = field(default_factory=list[tuple[_Key, FloatArray]])
 
 
-def read_3mf(data: bytes, /, *, name: str) -> tuple[MeshArrays, str]:
+def read_3mf(data: bytes, /, *, name: str) -> MeshFile:
     """Read the meshes of the build of a 3MF package, end to end.
 
     Args:
@@ -75,7 +75,7 @@ def read_3mf(data: bytes, /, *, name: str) -> tuple[MeshArrays, str]:
         name: what messages call it.
 
     Returns:
-        Vertices and faces, whose regions are the objects, composed ones too; and the unit of the vertices.
+        The mesh, whose regions are the objects, composed ones too.
 
     Raises:
         InputError: the package or its model is damaged, declares entities, refers to what is not there, or its
@@ -101,14 +101,14 @@ def read_3mf(data: bytes, /, *, name: str) -> tuple[MeshArrays, str]:
         for piece in _placed(objects, key, transform, name=name, depth=0, left=left)
     ]
     shifts = np.cumsum([0, *(len(piece.vertices) for piece in placed)])
-    mesh = MeshArrays(
+    return MeshFile(
         np.concatenate([piece.vertices for piece in placed] or [np.empty((0, 3))]) * scale,
         np.concatenate(
             [piece.faces + shift for piece, shift in zip(placed, shifts, strict=False)] or [np.empty((0, 3), np.int64)]
         ),
-        _regions(placed),
+        unit,
+        regions=_regions(placed),
     )
-    return mesh, unit
 
 
 def _regions(placed: list[_Piece]) -> Regions:

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.surfaces.halfedges import next_half, previous_half
 from geoprint.surfaces.remesh.creases import CORNER, INSIDE, LEAST_RIM
 
 # Faces around a vertex beyond which its edges are left alone: a good vertex has six.
@@ -51,21 +52,21 @@ def split(
         middle = vertices + count
         behind = 3 * faces
         faces += 1
-        starts[behind], starts[behind + 1] = middle, starts[_next(side)]
-        starts[behind + 2] = starts[_previous(side)]
-        _set(behind + 1, int(twins[_next(side)]), bool(curves[_next(side)]), twins, curves)
-        starts[_next(side)] = middle
-        _set(_next(side), behind + 2, False, twins, curves)
+        starts[behind], starts[behind + 1] = middle, starts[next_half(side)]
+        starts[behind + 2] = starts[previous_half(side)]
+        _set(behind + 1, int(twins[next_half(side)]), bool(curves[next_half(side)]), twins, curves)
+        starts[next_half(side)] = middle
+        _set(next_half(side), behind + 2, False, twins, curves)
         _set(behind, -1, bool(curves[side]), twins, curves)
         if other >= 0:
             touched[other // 3] = True
             before = 3 * faces
             faces += 1
             starts[before], starts[before + 1] = starts[other], middle
-            starts[before + 2] = starts[_previous(other)]
-            _set(before + 2, int(twins[_previous(other)]), bool(curves[_previous(other)]), twins, curves)
+            starts[before + 2] = starts[previous_half(other)]
+            _set(before + 2, int(twins[previous_half(other)]), bool(curves[previous_half(other)]), twins, curves)
             starts[other] = middle
-            _set(_previous(other), before + 1, False, twins, curves)
+            _set(previous_half(other), before + 1, False, twins, curves)
             _set(before, behind, bool(curves[side]), twins, curves)
         done[count] = side
         count += 1
@@ -85,7 +86,12 @@ def flip(starts: IntArray, twins: IntArray, curves: BoolArray, vertices: FloatAr
         other = int(twins[side])
         if other < side or curves[side]:
             continue
-        after, before, other_after, other_before = _next(side), _previous(side), _next(other), _previous(other)
+        after, before, other_after, other_before = (
+            next_half(side),
+            previous_half(side),
+            next_half(other),
+            previous_half(other),
+        )
         a, b, c, d = int(starts[side]), int(starts[other]), int(starts[before]), int(starts[other_before])
         around = _ring(int(outgoing[c]), twins, ring)
         if around < 0 or not _flip_gains(vertices, a, b, c, d) or _among(d, ring[:around], starts, twins):
@@ -135,7 +141,7 @@ def collapse(
         for side in (int(chosen[index]), int(twins[chosen[index]])):
             if side < 0 or not left[side // 3]:
                 continue
-            lost, kept = int(starts[side]), int(starts[_next(side)])
+            lost, kept = int(starts[side]), int(starts[next_half(side)])
             if _distance(vertices, lost, kept) >= shortest or kinds[lost] == CORNER:
                 continue
             if (kinds[lost] != INSIDE and not curves[side]) or _on_small_rim(side, twins):
@@ -150,18 +156,6 @@ def collapse(
             _remove(side, ring[:around], starts, twins, curves, outgoing, left)
             break
     return left
-
-
-@njit(cache=True)
-def _next(side: int) -> int:
-    """Return the half-edge behind in the same face."""
-    return side - 2 if side % 3 == 2 else side + 1
-
-
-@njit(cache=True)
-def _previous(side: int) -> int:
-    """Return the half-edge before in the same face."""
-    return side + 2 if side % 3 == 0 else side - 1
 
 
 @njit(cache=True)
@@ -190,7 +184,7 @@ def _ring(first: int, twins: IntArray, ring: IntArray) -> int:
             return -1
         ring[count] = side
         count += 1
-        side = twins[_previous(side)]
+        side = twins[previous_half(side)]
         if side == first:
             return count
         if side < 0:
@@ -199,9 +193,9 @@ def _ring(first: int, twins: IntArray, ring: IntArray) -> int:
     while side >= 0:
         if count == ring.size:
             return -1
-        ring[count] = _next(side)
+        ring[count] = next_half(side)
         count += 1
-        side = twins[_next(side)]
+        side = twins[next_half(side)]
     return count
 
 
@@ -212,9 +206,9 @@ def _on_small_rim(side: int, twins: IntArray) -> bool:
         return False
     here = side
     for _ in range(LEAST_RIM):
-        here = _next(here)
+        here = next_half(here)
         while twins[here] >= 0:
-            here = _next(int(twins[here]))
+            here = next_half(int(twins[here]))
         if here == side:
             return True
     return False
@@ -224,8 +218,8 @@ def _on_small_rim(side: int, twins: IntArray) -> bool:
 def _among(vertex: int, ring: IntArray, starts: IntArray, twins: IntArray) -> bool:
     """Return whether a vertex is a neighbour of that of a ring."""
     for side in ring:
-        before = _previous(side)
-        if starts[_next(side)] == vertex or (twins[before] < 0 and starts[before] == vertex):
+        before = previous_half(side)
+        if starts[next_half(side)] == vertex or (twins[before] < 0 and starts[before] == vertex):
             return True
     return False
 
@@ -234,15 +228,15 @@ def _among(vertex: int, ring: IntArray, starts: IntArray, twins: IntArray) -> bo
 def _link_holds(side: int, ring: IntArray, starts: IntArray, twins: IntArray, outgoing: IntArray) -> bool:
     """Return whether collapsing an edge leaves a manifold."""
     other_ring = np.empty(MOST_AROUND, dtype=np.int64)
-    around = _ring(int(outgoing[starts[_next(side)]]), twins, other_ring)
+    around = _ring(int(outgoing[starts[next_half(side)]]), twins, other_ring)
     if around < 0:
         return False
     common = 0
     for spoke in other_ring[:around]:
-        before = _previous(spoke)
-        if _among(starts[_next(spoke)], ring, starts, twins):
+        before = previous_half(spoke)
+        if _among(int(starts[next_half(spoke)]), ring, starts, twins):
             common += 1
-        if twins[before] < 0 and _among(starts[before], ring, starts, twins):
+        if twins[before] < 0 and _among(int(starts[before]), ring, starts, twins):
             common += 1
     if common != (1 if twins[side] < 0 else 2):
         return False
@@ -250,10 +244,10 @@ def _link_holds(side: int, ring: IntArray, starts: IntArray, twins: IntArray, ou
         if here < 0:
             continue
         # The opposite corner loses a face: a fan keeps one on the rim, three inside.
-        around = _ring(_previous(here), twins, other_ring)
+        around = _ring(previous_half(here), twins, other_ring)
         on_rim = False
         for spoke in other_ring[: max(around, 0)]:
-            on_rim = on_rim or twins[spoke] < 0 or twins[_previous(spoke)] < 0
+            on_rim = on_rim or twins[spoke] < 0 or twins[previous_half(spoke)] < 0
         if around < (2 if on_rim else 4):
             return False
     return True
@@ -263,7 +257,7 @@ def _link_holds(side: int, ring: IntArray, starts: IntArray, twins: IntArray, ou
 def _stays_in_shape(ring: IntArray, kept: int, starts: IntArray, vertices: FloatArray, longest: float) -> bool:
     """Return whether the faces of a ring neither turn far nor get long edges where its vertex becomes another."""
     for side in ring:
-        lost, second, third = int(starts[side]), int(starts[_next(side)]), int(starts[_previous(side)])
+        lost, second, third = int(starts[side]), int(starts[next_half(side)]), int(starts[previous_half(side)])
         if kept in (second, third):
             continue
         if _distance(vertices, kept, second) > longest or _distance(vertices, kept, third) > longest:
@@ -278,13 +272,13 @@ def _remove(
     side: int, ring: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, outgoing: IntArray, left: BoolArray
 ) -> None:
     """Collapse an edge onto its end."""
-    kept = starts[_next(side)]
+    kept = starts[next_half(side)]
     for spoke in ring:
         starts[spoke] = kept
     for here in (side, int(twins[side])):
         if here < 0:
             continue
-        after, before = _next(here), _previous(here)
+        after, before = next_half(here), previous_half(here)
         inner, outer = int(twins[after]), int(twins[before])
         curve = bool(curves[after]) or bool(curves[before])
         corner = starts[before]
@@ -296,9 +290,9 @@ def _remove(
         beyond = inner if inner >= 0 else outer
         # One of the outer sides begins at the corner, the other at the end that is kept, whichever is left.
         if starts[beyond] == corner:
-            outgoing[corner], outgoing[kept] = beyond, _next(beyond)
+            outgoing[corner], outgoing[kept] = beyond, next_half(beyond)
         else:
-            outgoing[kept], outgoing[corner] = beyond, _next(beyond)
+            outgoing[kept], outgoing[corner] = beyond, next_half(beyond)
 
 
 @njit(cache=True)

@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.surfaces.halfedges import next_halves
 from geoprint.surfaces.operators import face_areas
 from geoprint.surfaces.places import triple
 from geoprint.surfaces.repair.crossings import crossings
@@ -171,7 +172,7 @@ def _touching_fans(surface: Surface, side_edge: IntArray) -> Finding:
     same = flat[here] == flat[there]
     here, there = here[same], there[same]
     corners = surface.faces.ravel()
-    ahead, beyond = 3 * (here // 3) + (here % 3 + 1) % 3, 3 * (there // 3) + (there % 3 + 1) % 3
+    ahead, beyond = next_halves(here), next_halves(there)
     agree = corners[here] == corners[there]
     rows = np.concatenate([here, ahead])
     columns = np.concatenate([np.where(agree, there, beyond), np.where(agree, beyond, there)])

@@ -6,6 +6,7 @@ import numpy as np
 
 from geoprint.errors import MeshError
 from geoprint.model import BoolArray, IntArray, Surface
+from geoprint.surfaces.halfedges import next_halves
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.topology import connected_nodes, face_counts, half_edges, numbered_edges, twins
 
@@ -79,7 +80,7 @@ def split_vertices(surface: Surface) -> Surface:
     other = twins(surface.faces)
     half = np.flatnonzero(other >= 0)
     # The start of a half-edge is the end of its twin: these two corners are next to each other at that vertex.
-    touching = 3 * (other[half] // 3) + (other[half] % 3 + 1) % 3
+    touching = next_halves(other[half])
     fans = connected_nodes(half, touching, nodes=3 * len(surface.faces))
     vertex_of_fan = np.empty(int(fans.max()) + 1, dtype=np.int64)
     vertex_of_fan[fans] = surface.faces.ravel()

@@ -14,7 +14,7 @@ from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import Surface
 from geoprint.surfaces import face_areas
 from geoprint.surfaces.files import load, save_ply
-from geoprint.surfaces.files.io import UNITS
+from geoprint.surfaces.files.mesh_file import UNITS
 from tests import meshes
 from tests.shared_data import shared
 

@@ -1,0 +1,84 @@
+"""What a reader makes of a file: a mesh, its unit, how it was made, and the regions that the file names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.surfaces.conversion import Notes
+from geoprint.surfaces.files.regions import Regions
+
+# Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
+UNITS: Mapping[str, float] = MappingProxyType({"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001})
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshFile:
+    """A mesh as a file holds it, or as it was made of what a file holds.
+
+    Attributes:
+        vertices: (n, 3) positions in the file's unit.
+        faces: (m, 3) vertex indices, counter-clockwise from outside; polygons are triangulated.
+        unit: of the positions, a key of UNITS; None where the format carries none and nobody has said it.
+        notes: how the mesh was made, where the file holds something else.
+        regions: groups, objects, solids and labels that the file gives to faces.
+        name: of the file.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    unit: str | None = None
+    notes: Notes = ()
+    regions: Regions = field(default_factory=dict[str, IntArray])
+    name: str = "surface"
+
+    @property
+    def surface(self) -> Surface:
+        """Return the mesh in mm, named after the file.
+
+        Raises:
+            InputError: the unit is not known.
+        """
+        if self.unit is None:
+            raise InputError(f"`{self.name}` has no unit; give it with `--unit`.")
+        return Surface(vertices=self.vertices * UNITS[self.unit], faces=self.faces, name=self.name)
+
+
+def check_indices(faces: IntArray, *, vertices: int, name: str) -> None:
+    """Refuse faces that refer to vertices which are not in the file.
+
+    Raises:
+        InputError: an index is negative, or not below the number of vertices.
+    """
+    wrong = (faces < 0) | (faces >= vertices)
+    if wrong.any():
+        face = int(np.argmax(wrong.any(axis=1)))
+        raise InputError(
+            f"`{name}`: face {face} refers to vertex {faces[wrong][0]}, but there are {vertices} vertices, numbered "
+            "from 0; the file is damaged, so export it again.",
+            face=face,
+            vertex=int(faces[wrong][0]),
+            vertices=vertices,
+        )
+
+
+def check_mesh(file: MeshFile, *, name: str) -> None:
+    """Refuse a mesh without faces, with faces that refer to nothing, or with coordinates that are not finite."""
+    if len(file.faces) == 0:
+        raise InputError(f"`{name}` holds no faces; a surface needs triangles, so export it as a mesh.")
+    check_indices(file.faces, vertices=len(file.vertices), name=name)
+    broken = ~np.isfinite(file.vertices).all(axis=1)
+    if broken.any():
+        raise InputError(
+            f"`{name}`: vertices with NaN or infinite coordinates: {int(broken.sum())}, the first is vertex "
+            f"{int(np.argmax(broken))}; repair the mesh where it was made.",
+            vertices=int(broken.sum()),
+            vertex=int(np.argmax(broken)),
+        )
