@@ -1,4 +1,4 @@
-"""The sources: each one that a docstring cites is listed in `geoprint`'s, and each one listed is cited."""
+"""The sources: each one that a docstring cites is listed in BIBLIOGRAPHY.md, and each one listed is cited."""
 
 from __future__ import annotations
 
@@ -8,10 +8,8 @@ from pathlib import Path
 import geoprint
 
 PACKAGE = Path(geoprint.__file__).parent
-LISTED = re.findall(r"^    \[(\w+)\]", geoprint.__doc__ or "", re.MULTILINE)
-SOURCES = "\n".join(
-    path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py"
-)
+LISTED = re.findall(r"^\| (\w+) \|", (PACKAGE / "BIBLIOGRAPHY.md").read_text(encoding="utf-8"), re.MULTILINE)[1:]
+SOURCES = "\n".join(path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py"))
 
 
 def test_every_source_that_is_cited_is_listed() -> None:

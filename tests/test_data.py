@@ -17,7 +17,7 @@ from geoprint.backends.heat import Heat
 from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.config import job_of, load_cell
 from geoprint.model import FloatArray, GoodPrint, Surface
-from geoprint.pipeline import recommendation
+from geoprint.pipeline.recommending import recommendation
 from geoprint.surfaces import (
     boundary_loops,
     closest,

@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import final
 
-from geoprint.deposition import FittedFluid
+from geoprint.deposition.fitting import Advice, Beside, FittedFluid
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA
-from geoprint.results import Advice, Beside
 
 # Name of each parameter of a fluid in the cell file, with its unit.
 KEYS = {"consistency": "consistency_pa_sn", "index": "flow_index", "yield_stress": "yield_stress_pa"}

@@ -91,7 +91,7 @@ def fit_flow(
 ) -> None:
     """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
     from geoprint.account.recommendation import fit_summary, material_table
-    from geoprint.pipeline import fit_flow as run
+    from geoprint.pipeline.recommending import fit_flow as run
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:

@@ -125,7 +125,7 @@ def recommend(
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
     from geoprint.account.recommendation import recommendation_summary, recommendation_text
     from geoprint.config import job_of
-    from geoprint.pipeline import recommendation
+    from geoprint.pipeline.recommending import recommendation
 
     job = job_of(surface=surface or Path(), **keys)
     found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)

@@ -12,23 +12,7 @@ from geoprint.deposition.curing import (
     exposure as exposure,
     fastest_curing as fastest_curing,
 )
-from geoprint.deposition.fitting import (
-    PARAMETERS as PARAMETERS,
-    FittedFluid as FittedFluid,
-    FluidModel as FluidModel,
-    fit_fluid as fit_fluid,
-)
 from geoprint.deposition.following import following_flow as following_flow
-from geoprint.deposition.measured import (
-    MeasuredFlow as MeasuredFlow,
-    read_measured_flow as read_measured_flow,
-)
-from geoprint.deposition.recommendation import (
-    Recommendation as Recommendation,
-    RelativeSetting as RelativeSetting,
-    recommend as recommend,
-    relative_setting as relative_setting,
-)
 from geoprint.deposition.rheology import (
     Bore as Bore,
     PressureBudget as PressureBudget,

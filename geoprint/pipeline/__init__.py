@@ -25,12 +25,6 @@ from geoprint.pipeline.patches import (
     cut_patch as cut_patch,
 )
 from geoprint.pipeline.placing import propose_placement as propose_placement
-from geoprint.pipeline.planning import (
-    plan as plan,
-)
-from geoprint.pipeline.recommending import (
-    fit_flow as fit_flow,
-    recommendation as recommendation,
-)
+from geoprint.pipeline.planning import plan as plan
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.pipeline.several_patches import patches_of as patches_of

@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from geoprint.config import Job, load_cell
-from geoprint.deposition import (
+from geoprint.deposition import bore_of
+from geoprint.deposition.fitting import (
     PARAMETERS,
+    Advice,
+    Beside,
     FittedFluid,
     FluidModel,
-    bore_of,
     fit_fluid,
     read_measured_flow,
     recommend,
@@ -19,7 +21,6 @@ from geoprint.errors import UsageError
 from geoprint.model import PASCAL_PER_KPA, Cell, Material
 from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.workpiece import largest_distance
-from geoprint.results import Advice, Beside
 from geoprint.surfaces import face_areas
 from geoprint.surfaces.files import load_file
 

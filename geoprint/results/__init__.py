@@ -25,10 +25,6 @@ from geoprint.results.proposal import (
     STAND_DECIMALS as STAND_DECIMALS,
     Proposal as Proposal,
 )
-from geoprint.results.recommendation import (
-    Advice as Advice,
-    Beside as Beside,
-)
 from geoprint.results.workpiece import (
     Patch as Patch,
     Side as Side,

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geoprint.deposition import Bore, FluidModel, MeasuredFlow, fit_fluid, flow_through, read_measured_flow
+from geoprint.deposition import Bore, flow_through
+from geoprint.deposition.fitting import FluidModel, MeasuredFlow, fit_fluid, read_measured_flow
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Fluid
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geoprint.deposition import bore_of, flow_through, recommend, relative_setting
+from geoprint.deposition import bore_of, flow_through
+from geoprint.deposition.fitting import recommend, relative_setting
 from geoprint.errors import InputError
 from geoprint.model import Flood, Fluid, Material
 from tests.motion.cells import bent_cell

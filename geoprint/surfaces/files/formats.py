@@ -11,10 +11,14 @@ from typing import Protocol
 
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.surfaces.files.archives import only_mesh
-from geoprint.surfaces.files.cad import read_cad
-from geoprint.surfaces.files.label_volumes import read_dicom_label, read_nifti_label, read_nrrd_label
 from geoprint.surfaces.files.mesh_file import MeshFile, check_mesh
-from geoprint.surfaces.files.point_clouds import read_cloud
+from geoprint.surfaces.files.optional_readers import (
+    read_cad,
+    read_cloud,
+    read_dicom_label,
+    read_nifti_label,
+    read_nrrd_label,
+)
 from geoprint.surfaces.files.text_formats import read_obj, read_off
 from geoprint.surfaces.files.three_mf import read_3mf
 from geoprint.surfaces.files.triangle_formats import read_ply, read_stl

@@ -18,7 +18,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import IntArray
 from geoprint.surfaces.files.mesh_file import MeshFile
-from geoprint.surfaces.files.point_clouds import read_point_ply, reconstruct
+from geoprint.surfaces.files.optional_readers import read_cloud_ply
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
 
 STL_HEADER_BYTES = 84
@@ -93,7 +93,7 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
         InputError: the header is not one, or promises more than the file holds.
     """
     if _without_faces(data):
-        return reconstruct(read_point_ply(data, name=name), name=name)
+        return read_cloud_ply(data, name=name)
     header, end, body = data.partition(b"end_header")
     if not end or data[:3] != b"ply":
         raise InputError(f"`{name}` does not begin with a PLY header; it is not a PLY file, so export the mesh again.")
@@ -122,14 +122,9 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
             "triangles, so export it as a mesh."
         )
     mesh, elements = _through_trimesh(data, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name)
-    return replace(
-        mesh,
-        regions=labelled_faces(
-            mesh.faces,
-            of_faces=_integers(elements, "face", count=len(mesh.faces)),
-            of_vertices=_integers(elements, "vertex", count=len(mesh.vertices)),
-        ),
-    )
+    of_faces = _integers(elements, "face", count=len(mesh.faces))
+    of_vertices = _integers(elements, "vertex", count=len(mesh.vertices))
+    return replace(mesh, regions=labelled_faces(mesh.faces, of_faces=of_faces, of_vertices=of_vertices))
 
 
 def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, IntArray]:

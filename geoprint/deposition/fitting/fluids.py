@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from geoprint.deposition.measured import MeasuredFlow
+from geoprint.deposition.fitting.measured import MeasuredFlow
 from geoprint.deposition.rheology import Bore, flow_through, starting_pressure
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Fluid

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from geoprint.deposition import Recommendation, RelativeSetting
+from geoprint.deposition.fitting.recommendation import Recommendation, RelativeSetting
 from geoprint.model import Process
 
 

@@ -1,0 +1,47 @@
+"""Readers of CAD files, point clouds and label volumes, imported when such a file is met: nobody else needs them."""
+
+from __future__ import annotations
+
+from geoprint.surfaces.files.mesh_file import MeshFile
+
+
+def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
+    """Tessellate a STEP or IGES file, as `cad.read_cad` does."""
+    from geoprint.surfaces.files import cad
+
+    return cad.read_cad(data, kind=kind, name=name)
+
+
+def read_cloud(data: bytes, /, *, name: str) -> MeshFile:
+    """Put a surface through the points of a text file, as `point_clouds.read_cloud` does."""
+    from geoprint.surfaces.files import point_clouds
+
+    return point_clouds.read_cloud(data, name=name)
+
+
+def read_cloud_ply(data: bytes, /, *, name: str) -> MeshFile:
+    """Put a surface through the points of a PLY file without faces."""
+    from geoprint.surfaces.files import point_clouds
+
+    return point_clouds.reconstruct(point_clouds.read_point_ply(data, name=name), name=name)
+
+
+def read_nifti_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+    """Read one label of a NIfTI file, as `label_volumes.read_nifti_label` does."""
+    from geoprint.surfaces.files import label_volumes
+
+    return label_volumes.read_nifti_label(data, name=name, label=label)
+
+
+def read_nrrd_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+    """Read one label of an NRRD file, as `label_volumes.read_nrrd_label` does."""
+    from geoprint.surfaces.files import label_volumes
+
+    return label_volumes.read_nrrd_label(data, name=name, label=label)
+
+
+def read_dicom_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+    """Read one label of a DICOM segmentation, as `label_volumes.read_dicom_label` does."""
+    from geoprint.surfaces.files import label_volumes
+
+    return label_volumes.read_dicom_label(data, name=name, label=label)

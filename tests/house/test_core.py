@@ -1,0 +1,72 @@
+"""The core stands alone: with everything optional hidden it plans and compares a part, robot and report included."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from benchmarks.house import LARGEST_CORE, core
+from benchmarks.parts.house_tree import ROOT, House
+
+HOUSE = House()
+# What the extras `cad`, `medical` and `scan` install.
+EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "lagrange", "pyfqmr")
+# Refuses to import the modules that its first argument lists, then runs the command line with the rest.
+ALONE = """
+import json, sys
+
+hidden = json.loads(sys.argv.pop(1))
+
+class Hiding:
+    def find_spec(self, name, path=None, target=None):
+        if any(name == one or name.startswith(f"{one}.") for one in hidden):
+            raise ImportError(f"{name} is hidden")
+
+sys.meta_path.insert(0, Hiding())
+from geoprint.cli import main
+main()
+"""
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    hidden = json.dumps([*HOUSE.optional, *EXTRAS])
+    command = [sys.executable, "-c", ALONE, hidden, *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
+
+
+def test_it_compares_and_writes_checked_programs_with_everything_optional_hidden(tmp_path: Path) -> None:
+    part = ["data/plate.ply", "--unit", "mm", "--spacing", "6", "--place", "demo"]
+
+    done = run("compare", *part, "--out", str(tmp_path / "compared"))
+
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "compared" / "report.html").is_file()
+    assert len(list((tmp_path / "compared").glob("*/rapid/*.mod"))) >= 2
+
+    done = run("plan", *part, "--backend", "fast-marching", "--out", str(tmp_path / "plan"))
+
+    assert done.returncode == 0, done.stderr
+    assert list((tmp_path / "plan" / "rapid").glob("*.mod"))
+
+
+def test_what_is_hidden_is_really_hidden_and_asked_for_by_name(tmp_path: Path) -> None:
+    cloud = tmp_path / "cloud.xyz"
+    cloud.write_text("0 0 0\n" * 300, encoding="ascii")
+
+    done = run("inspect", str(cloud), "--unit", "mm")
+
+    assert done.returncode != 0
+    assert "point_clouds is hidden" in done.stderr
+
+
+def test_every_hidden_module_is_there() -> None:
+    assert [name for name in HOUSE.optional if name not in HOUSE.modules] == []
+
+
+def test_it_stays_small() -> None:
+    needed = HOUSE.needed("geoprint.pipeline.plan", "geoprint.pipeline.compare", "geoprint.pipeline.save_comparisons")
+    assert {"geoprint.backends.marching.backend", "geoprint.export.rapid.program"} < set(needed)
+    assert 15_000 < sum(module.code for module in needed.values()) <= LARGEST_CORE
+    assert "**" not in core(HOUSE)

@@ -1,0 +1,186 @@
+"""CONTRIBUTING's recipes work: followed in a copy of the tree, they touch only the files that they name."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core import caching
+
+from benchmarks.house import breaches
+from benchmarks.parts.house_tree import ROOT, House
+from geoprint.surfaces.files import load
+
+CONTRIBUTING = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+READER = '''"""Reading .tri files: nine coordinates a line, one triangle each."""
+
+import numpy as np
+
+from geoprint.surfaces.files.mesh_file import MeshFile
+
+
+def read_tri(data: bytes, /, *, name: str) -> MeshFile:
+    """Read a .tri file."""
+    corners = np.array(data.decode("ascii").split(), dtype=np.float64).reshape(-1, 3)
+    return MeshFile(corners, np.arange(len(corners)).reshape(-1, 3))
+'''
+EXPORTER = '''"""The tips of a program's targets, a line each."""
+
+from geoprint.export.orders import Orders
+
+
+def tip_list(orders: Orders) -> bytes:
+    """Return the file."""
+    return "".join(f"{x:.3f} {y:.3f} {z:.3f}\\n" for x, y, z in orders.tips).encode("ascii")
+'''
+COMMAND = '''"""The command that says how long a file is."""
+
+from pathlib import Path
+
+import typer
+
+
+def size(file: Path) -> None:
+    """Say how many bytes a file has."""
+    typer.echo(f"{file.stat().st_size} bytes")
+'''
+FUTURE = "from __future__ import annotations\n"
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What somebody writes who follows a recipe.
+
+    Attributes:
+        name: of what is new.
+        text: of its own file.
+        lines: to add, by the file that has them: behind which text, and what.
+    """
+
+    name: str
+    text: str
+    lines: Mapping[str, tuple[tuple[str, str], ...]]
+
+
+RECIPES = {
+    "reader": Recipe(
+        "tri",
+        READER,
+        {
+            "geoprint/surfaces/files/formats.py": (
+                (FUTURE, "\nfrom geoprint.surfaces.files.tri import read_tri\n"),
+                ("    **MESHES,\n", '    ".tri": read_tri,\n'),
+            )
+        },
+    ),
+    "exporter": Recipe(
+        "tips",
+        EXPORTER,
+        {
+            "geoprint/pipeline/saving.py": (
+                (FUTURE, "\nfrom geoprint.export.tips import tip_list\n"),
+                ('files["targets.csv"] = targets_table(orders)\n', '        files["tips.txt"] = tip_list(orders)\n'),
+            )
+        },
+    ),
+    "command": Recipe(
+        "size",
+        COMMAND,
+        {"geoprint/cli/application.py": (("\nCOMMANDS = {\n", '    "size": {"size": "Say how long a file is."},\n'),)},
+    ),
+}
+
+
+def named_files(new: str) -> set[str]:
+    """Return the files that CONTRIBUTING names for something new, its own called NAME."""
+    row = re.search(rf"^\| {new} \|.*\|(.*)\|$", CONTRIBUTING, re.MULTILINE)
+    assert row is not None, f"CONTRIBUTING has no row for a new {new}"
+    return set(re.findall(r"`([^`]+)`", row[1]))
+
+
+def followed(recipe: Recipe, tree: Path) -> None:
+    """Follow a recipe in a tree."""
+    (new,) = (path for path in named_files(kind_of(recipe)) if "NAME" in path)
+    (tree / new.replace("NAME", recipe.name)).write_text(recipe.text, encoding="utf-8")
+    for file, additions in recipe.lines.items():
+        text = (tree / file).read_text(encoding="utf-8")
+        for behind, line in additions:
+            assert text.count(behind) == 1, f"{file} has no single {behind!r} any more"
+            text = text.replace(behind, behind + line)
+        (tree / file).write_text(text, encoding="utf-8")
+
+
+def kind_of(recipe: Recipe) -> str:
+    return next(kind for kind, each in RECIPES.items() if each is recipe)
+
+
+def contents(tree: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(tree).as_posix(): path.read_bytes()
+        for path in tree.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def run(tree: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    done = subprocess.run(
+        [sys.executable, "-m", *arguments], cwd=tree, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package with what numba compiled for it, which would take a minute again."""
+    copy = tmp_path_factory.mktemp("tree")
+    shutil.copytree(ROOT / "geoprint", copy / "geoprint")
+    shutil.copy(ROOT / "pyproject.toml", copy)
+    if "NUMBA_CACHE_DIR" in os.environ:
+        for door in (ROOT / "geoprint").rglob("__init__.py"):
+            old, new = (compiled(each) for each in (door, copy / door.relative_to(ROOT)))
+            if old.is_dir() and not new.is_symlink():
+                new.symlink_to(old)
+    return copy
+
+
+def compiled(path: Path) -> Path:
+    """Return where numba keeps what it compiled from the files beside one, below NUMBA_CACHE_DIR."""
+    name = caching._CacheLocator.get_suitable_cache_subpath(str(path))  # pyright: ignore[reportPrivateUsage, reportUnknownMemberType]
+    return Path(os.environ["NUMBA_CACHE_DIR"], name)
+
+
+@pytest.mark.parametrize("kind", RECIPES)
+def test_a_recipe_touches_only_the_files_that_it_names_and_breaks_no_rule(tree: Path, kind: str) -> None:
+    before, rules = contents(tree), set(breaches(House(tree)))
+
+    followed(RECIPES[kind], tree)
+
+    after = contents(tree)
+    touched = {path for path in after if before.get(path) != after[path]}
+    assert touched == {path.replace("NAME", RECIPES[kind].name) for path in named_files(kind)}
+    assert set(breaches(House(tree))) <= rules
+
+
+def test_what_the_recipes_made_works(tree: Path) -> None:
+    plate = load(ROOT / "data" / "plate.ply", unit="mm")
+    part = tree / "part.tri"
+    np.savetxt(part, plate.vertices[plate.faces].reshape(-1, 9))
+
+    assert "  size " in run(tree, "geoprint", "--help").stdout
+    assert run(tree, "geoprint", "size", str(part)).stdout == f"{part.stat().st_size} bytes\n"
+    small = ["--at", "0", "0", "0", "--radius", "4", "--spacing", "2"]
+    run(tree, "geoprint", "plan", str(part), "--unit", "mm", "--place", "demo", *small, "--out", "plan")
+
+    tips = np.loadtxt(tree / "plan" / "tips.txt")
+    assert len(tips) == len((tree / "plan" / "targets.csv").read_text(encoding="utf-8").splitlines()) - 1
+    np.testing.assert_allclose(tips.mean(axis=0)[:2], 0.0, atol=1.0)
