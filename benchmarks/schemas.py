@@ -1,12 +1,13 @@
 """The schemas of plan.json and compare.json for other programs, written from the records that geoprint tells with.
 
-    python -m benchmarks.schemas
+    python -m benchmarks.schemas [--smoke]
 
 Run it after a field of a record was added, renamed or described anew; `tests/account/test_schemas.py` asks for it.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 from pathlib import Path
 
@@ -27,8 +28,13 @@ def schemas() -> dict[str, str]:
 
 def main() -> None:
     """Write the schemas into the room that tells."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--smoke", action="store_true", help="only say how long they are")
+    smoke = parser.parse_args().smoke
     for name, text in schemas().items():
-        (FOLDER / name).write_text(text, encoding="utf-8")
+        print(f"{name}: {len(text.splitlines())} lines")
+        if not smoke:
+            (FOLDER / name).write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -140,9 +140,14 @@ def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:
         "surface.ply": ply_bytes(plan.workpiece.surface),
     }
     files |= chart_pictures(plan)
-    for robot in plan.robot:
-        files |= _robot_files(plan.workpiece, robot)
+    for robot, folder in zip(plan.robot, robot_folders(plan), strict=True):
+        files |= {f"{folder}{name}": content for name, content in _robot_files(plan.workpiece, robot).items()}
     return files
+
+
+def robot_folders(plan: Plan) -> list[str]:
+    """Return the folder in the bundle of each placement's files, with a slash at its end: none for a single one."""
+    return [""] if len(plan.robot) == 1 else [f"part-{number}/" for number, _ in enumerate(plan.robot, start=1)]
 
 
 def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
@@ -178,10 +183,10 @@ def verify_files(plan: Plan, told: PlanRecord, folder: Path) -> None:
     _verify_surface(plan, folder / "surface.ply")
     if read_record(folder / "plan.json", PlanRecord) != told:
         raise VerificationError("plan.json does not read back as it was told; the disk may be faulty: write again.")
-    for robot in plan.robot:
-        verify_trajectory_table(folder / "trajectory.csv", robot.trajectory)
+    for robot, part in zip(plan.robot, robot_folders(plan), strict=True):
+        verify_trajectory_table(folder / part / "trajectory.csv", robot.trajectory)
         names = [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules]
-        for finding in check_program(folder, names).findings:
+        for finding in check_program(folder / part, names).findings:
             raise VerificationError(
                 f"{finding.file}, line {finding.line}: {finding.reason}; please report this as a defect of geoprint."
             )
