@@ -2,18 +2,19 @@
 
 Data flows in one direction, through frozen values (`geoprint.model`):
 
-    file -> Surface -> [backend] -> Contours -> Toolpath -> PoseStream -> JointPath -> Trajectory
-         -> Targets -> ControllerPath -> Clearance -> Orders -> Program
+    file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
+         -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> told
 
-and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
+and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
 
-    cli -> pipeline -> {config, export, quality, report} -> {backends, deposition, paths, motion, robots}
-        -> surfaces -> transforms -> model -> errors
+    cli -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
+        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry -> errors
 
-`plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result. The
-stages themselves are public too: `surfaces.load` and `prepare`, `backends.BACKENDS`, `paths.arrange` and `poses`,
-`motion.reach`, `retime`, `written_targets`, `controller_path` and `clearance`, `export.orders_of`, `rapid_program`,
-`quality.uniformity`. Lengths are mm, times s, angles rad.
+`plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result; `results`
+has their values, `account` what is said of them. The stages themselves are public too: `surfaces.files.load`,
+`surfaces.repair.prepare`, `backends.BACKENDS`, `patterns.PATTERNS`, `paths.arrange` and `poses`, `motion.reach.reach`,
+`motion.timing.retime`, `motion.controller.written_targets` and `controller_path`, `motion.collision.clearance`,
+`export.orders_of`, `export.rapid.rapid_program`, `quality.uniformity`. Lengths are mm, times s, angles rad.
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """
