@@ -21,8 +21,8 @@ from geoprint.quality.oracle import (
     ANY,
     Ask,
     ComplexArray,
+    FlatMesh,
     GeodesicDistance,
-    Mesh,
     Places,
     SmallTriangles,
     SurfacePath,
@@ -97,7 +97,7 @@ class _Stretches(NamedTuple):
 
 
 def coverage(
-    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+    mesh: FlatMesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
 ) -> Coverage:
     """Measure how the path covers the surface.
 
@@ -137,7 +137,7 @@ def coverage(
     )
 
 
-def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_Stretches, float]:
+def _stretches(mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_Stretches, float]:
     """Return the stretches near small triangles, and the share of the area for which they were not found."""
     triangles = small_triangles(mesh, edge_length=TRIANGLE_SHARE * spacing)
     # In random order, so that what a budget leaves out is nowhere in particular.
@@ -156,7 +156,7 @@ def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tup
     return found.some(known), 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
 
 
-def _own_shares(mesh: Mesh, path: SurfacePath, found: _Stretches) -> FloatArray:
+def _own_shares(mesh: FlatMesh, path: SurfacePath, found: _Stretches) -> FloatArray:
     """Return which share of each triangle is nearer to its own stretch than to the other: it is cut by a line.
 
     Across a triangle both distances fall at a rate of one towards the places that they lead to, so half of their
@@ -172,7 +172,7 @@ def _own_shares(mesh: Mesh, path: SurfacePath, found: _Stretches) -> FloatArray:
     return positive_shares(0.5 * (found.other - found.own)[:, None] + change)
 
 
-def _directions(mesh: Mesh, places: Places, ends: Places) -> ComplexArray:
+def _directions(mesh: FlatMesh, places: Places, ends: Places) -> ComplexArray:
     """Return the (k,) unit vectors from places towards others in the planes of their faces; 0 where both are one."""
     way = np.einsum("kpx,kx->kp", mesh.axes[places.faces], spatial(mesh, ends) - spatial(mesh, places))
     plane = way[:, 0] + 1j * way[:, 1]

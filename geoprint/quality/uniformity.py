@@ -16,7 +16,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import Coverage, coverage
 from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, sampled
-from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, Mesh, SurfacePath, flat_mesh, spatial
+from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
 from geoprint.quality.spacing import meeting_share, outer_distance
 from geoprint.surfaces.remesh import refine
 
@@ -257,7 +257,7 @@ def widths_at_poses(
 class _Covered(NamedTuple):
     """A deposited path on the triangles of its surface, and how it covers them."""
 
-    mesh: Mesh
+    mesh: FlatMesh
     path: SurfacePath
     distance: GeodesicDistance
     samples: Samples
