@@ -196,11 +196,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         FieldError: there are fewer than two levels, so that there is no spacing to measure; or the path lies on
             another surface.
     """
-    count = np.unique(poses.levels[poses.deposit]).size
-    if count < 2:
-        raise FieldError(
-            f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
-        )
+    _require_levels(poses, spacing=spacing)
     mesh, path, distance, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
     chosen = samples.some(inner)
@@ -252,6 +248,14 @@ def widths_at_poses(
     """
     _, path, _, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
     return at_poses(poses, path, samples, covered.widths)
+
+
+def _require_levels(poses: PoseStream, *, spacing: float) -> None:
+    count = np.unique(poses.levels[poses.deposit]).size
+    if count < 2:
+        raise FieldError(
+            f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
+        )
 
 
 class _Covered(NamedTuple):
