@@ -88,7 +88,7 @@ RECIPES = {
         {
             "geoprint/pipeline/saving.py": (
                 (FUTURE, "\nfrom geoprint.export.tips import tip_list\n"),
-                ('files["targets.csv"] = targets_table(orders)\n', '        files["tips.txt"] = tip_list(orders)\n'),
+                ('"targets.csv": targets_table(orders),\n', '        "tips.txt": tip_list(orders),\n'),
             )
         },
     ),
