@@ -14,7 +14,7 @@ CONTRIBUTING = ".github/CONTRIBUTING.md"
 # Of the rows behind this heading: what is retired, what is said instead, where it stays.
 HEADING = "| retired |"
 # A capital or an end of a word in a name ends a word too: `WayBack`, `tip_ways`.
-_IN_NAMES = r"(?<![a-z])(?:{word}|{capital}(?![a-z]))(?![a-z])"
+_IN_NAMES = r"(?:(?<![A-Za-z]){word}|(?<![a-z]){capital})(?![a-z])"
 
 
 @final

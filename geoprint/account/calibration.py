@@ -66,7 +66,7 @@ class AttitudeRecord:
 
 @final
 @dataclass(frozen=True, slots=True)
-class SurfaceRecord:
+class SurfaceUncertaintyRecord:
     """An uncertainty along the part's normal, and whether a plan refuses it or warns at this stand-off."""
 
     deviation_mm: float
@@ -112,7 +112,7 @@ class FixtureRecord:
     covariance_mm_rad: tuple[Numbers, ...]
     position: UncertaintyRecord
     attitude: AttitudeRecord
-    surface: SurfaceRecord | None
+    surface: SurfaceUncertaintyRecord | None
     touch_next: NextTouchRecord
 
 
@@ -179,11 +179,11 @@ def _fixture_record(found: CalibratedFixture) -> FixtureRecord:
     )
 
 
-def _surface_record(surface: Uncertainty | None, *, standoff: float) -> SurfaceRecord | None:
+def _surface_record(surface: Uncertainty | None, *, standoff: float) -> SurfaceUncertaintyRecord | None:
     """Say what the calibration means for printing, by the rule that the plan applies."""
     if surface is None:
         return None
-    return SurfaceRecord(
+    return SurfaceUncertaintyRecord(
         *_uncertainty(surface),
         standoff_mm=standoff,
         refused=surface.bound > standoff,
@@ -298,7 +298,7 @@ def _touch_lines(touches: TouchesRecord) -> Iterator[str]:
         yield f"  {touch.name:<{width}}  {x:7.3f} {y:7.3f} {z:7.3f}  {length:6.3f}  {touch.miss_mm:6.3f}{odd}"
 
 
-def _surface_line(surface: SurfaceRecord) -> str:
+def _surface_line(surface: SurfaceUncertaintyRecord) -> str:
     verdict = "a plan will warn" if surface.warned else "good enough"
     if surface.refused:
         verdict = "too much: no plan will be made"

@@ -290,7 +290,7 @@ class FollowingRecord(ThicknessRecord):
 
 
 class LightRecord(Record):
-    """What the lamp gives on its way over the part."""
+    """What the lamp gives on its path over the part."""
 
     one_pass: float = Field(description="dose when the spot passes once [mJ/cm2]")
     all_passes: float = Field(description="mean dose of all passes together [mJ/cm2]")

@@ -17,7 +17,7 @@ from geoprint.surfaces.remesh import Distances
 
 @final
 @dataclass(frozen=True, slots=True)
-class MeshRecord:
+class FinenessRecord:
     """How fine and how even a mesh is: mean of its edges and their standard deviation over it, its smallest angles."""
 
     faces: int
@@ -69,8 +69,8 @@ class RemeshingRecord:
     steps: tuple[str, ...]
     topology: str
     preparation: tuple[str, ...]
-    before: MeshRecord
-    after: MeshRecord
+    before: FinenessRecord
+    after: FinenessRecord
     deviation: DeviationRecord
 
 
@@ -112,9 +112,9 @@ def _record(found: Remeshed) -> RemeshingRecord:
     )
 
 
-def _mesh(surface: Surface) -> MeshRecord:
+def _mesh(surface: Surface) -> FinenessRecord:
     lengths, angles = edge_lengths(surface), np.degrees(smallest_angles(surface))
-    return MeshRecord(
+    return FinenessRecord(
         faces=len(surface.faces),
         edge_mean_mm=rounded(lengths.mean()),
         edge_cv=rounded(lengths.std() / lengths.mean()),
@@ -133,7 +133,7 @@ def _distances(found: Distances) -> DistancesRecord:
     )
 
 
-def _mesh_text(mesh: MeshRecord) -> str:
+def _mesh_text(mesh: FinenessRecord) -> str:
     return (
         f"{mesh.faces} faces, edges {mesh.edge_mean_mm:.3g} mm (CV {mesh.edge_cv:.2f}), smallest angle "
         f"{mesh.smallest_angle_deg:.3g} degrees, 1 % below {mesh.smallest_angle_p1_deg:.3g}"

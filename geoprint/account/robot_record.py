@@ -44,7 +44,7 @@ class SlowdownRecord(Record):
     """A stretch of deposit on which the joints do not hold the set speed."""
 
     run: int = Field(description="from 0")
-    kind: Literal["lowered", "dip"] = Field(description="the whole run lowered, or slower on the way")
+    kind: Literal["lowered", "dip"] = Field(description="the whole run lowered, or slower on a stretch")
     place_mm: Place = Field(description="tip where the least is held [mm]")
     arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
     length_mm: Rounded = Field(description="of the stretch [mm]")

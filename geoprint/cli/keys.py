@@ -182,7 +182,7 @@ def _scalar(text: str) -> object:
     return value
 
 
-# Other ways to say a key.
+# Other options that set a key.
 _OTHERS = {
     "rounds": {"step": _Option("--step", str, "Step of the normalised distance, 0.05 or 1/20 for 20 rounds.", _rounds)}
 }

@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath
-from geoprint.paths.corners import round_corners
+from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.resample import resample
 from geoprint.surfaces import arc_lengths, component_labels, positions
 
@@ -66,18 +66,10 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float) -> Toolpath:
         for run in ordered
     ]
     rounded = round_corners(surface, sampled, closed=[run.closed for run in ordered], spacing=spacing, speed=speed)
-    pieces = rounded.pieces
     return Toolpath(
-        curves=SurfaceCurves(
-            SurfacePoints(
-                np.concatenate([piece.points.faces for piece in pieces]),
-                np.concatenate([piece.points.weights for piece in pieces]),
-            ),
-            np.concatenate([[0], np.cumsum([piece.points.faces.size for piece in pieces])]),
-            np.array([piece.closed for piece in pieces]),
-        ),
-        levels=np.array([ordered[piece.run].level for piece in pieces]),
-        layers=np.zeros(len(pieces), dtype=np.int64),
+        curves=_curves(rounded.pieces),
+        levels=np.array([ordered[run.run].level for run in rounded.pieces]),
+        layers=np.zeros(len(rounded.pieces), dtype=np.int64),
         spacing=spacing,
         dropped_runs=len(dropped),
         dropped_length=float(sum(_length(run) for run in dropped)),
@@ -101,6 +93,18 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
         )
         for piece, closed, level, label in zip(slices, curves.closed, strokes.levels, pieces, strict=True)
     ]
+
+
+def _curves(runs: list[RoundedRun]) -> SurfaceCurves:
+    """Return the curves of runs, one after the other."""
+    return SurfaceCurves(
+        SurfacePoints(
+            np.concatenate([run.points.faces for run in runs]),
+            np.concatenate([run.points.weights for run in runs]),
+        ),
+        np.concatenate([[0], np.cumsum([run.points.faces.size for run in runs])]),
+        np.array([run.closed for run in runs]),
+    )
 
 
 def _length(run: _Run) -> float:

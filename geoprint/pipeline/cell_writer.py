@@ -39,7 +39,7 @@ def edited(text: str, *, table: str, values: Mapping[str, TomlValue | None], nam
         name: what messages call the file.
 
     Raises:
-        UsageError: the table has no header of its own, or the text is laid out in a way that cannot be edited safely.
+        UsageError: the table has no header of its own, or the text is laid out so that it cannot be edited safely.
 
     Examples:
         >>> text = "[work]  # here\nsource = 'demo'  # so far"

@@ -27,7 +27,7 @@ JOINT_TOLERANCE = 1e-3
 QUADRANT_TOLERANCE = 1e-6
 # Speeds are written to one decimal [mm/s].
 SPEED_TOLERANCE = 0.06
-# A straight line between targets is longer than the planned way by at most what their places were rounded by, and the
+# A straight line between targets is longer than the planned path by at most what their places were rounded by, and the
 # trajectory, seen each millisecond, shorter than it by what that cuts off at a corner [mm].
 LINE_TOLERANCE = 0.005
 CORNER_TOLERANCE = 0.02
@@ -61,9 +61,9 @@ def check_passing(orders: Orders, passed: FloatArray) -> None:
 
 
 def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Process) -> None:
-    """Check that the speed of each target is that of the trajectory on the way there, and at most the process's.
+    """Check that the speed of each target is that of the trajectory up to it, and at most the process's.
 
-    The planned way there is at least as long as the straight line between the targets, and at most as long as that of
+    The planned path there is at least as long as the straight line between the targets, and at most as long as that of
     the trajectory, which swings around corners.
 
     Args:
@@ -76,11 +76,11 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
         VerificationError: one is not.
     """
     lines, durations = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1), np.diff(orders.times)
-    ways = np.maximum(_ways(orders.times, tips, times), lines)
+    paths = np.maximum(_path_lengths(orders.times, tips, times), lines)
     planned = np.where(orders.laid[:-1], process.speed, process.travel_speed)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slow, fast = (lines - LINE_TOLERANCE) / durations, (ways + CORNER_TOLERANCE) / durations
-    moves = (ways > TURN_ON_THE_SPOT) & (durations > 0.0)
+        slow, fast = (lines - LINE_TOLERANCE) / durations, (paths + CORNER_TOLERANCE) / durations
+    moves = (paths > TURN_ON_THE_SPOT) & (durations > 0.0)
     lowest = np.where(moves, np.minimum(planned, np.maximum(slow - SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
     highest = np.where(moves, np.minimum(planned, np.maximum(fast + SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
     lowest, highest = (np.append(process.travel_speed, each) for each in (lowest, highest))
@@ -95,15 +95,15 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
 
 
 def check_zones(orders: Orders, tips: TipsAt) -> None:
-    """Check that each zone is half the way to the nearer neighbour, at most 0.3 mm, and 0 where the tool stops.
+    """Check that each zone is half the distance to the nearer neighbour, at most 0.3 mm, and 0 where the tool stops.
 
     It stops at both ends of each run, where laying begins or ends, beside turns on the spot, and where the tip rests.
 
     Raises:
         VerificationError: one is not.
     """
-    ways = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
-    nearer = np.minimum(np.append(ways, 0.0), np.append(0.0, ways))
+    distances = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
+    nearer = np.minimum(np.append(distances, 0.0), np.append(0.0, distances))
     borders = np.diff(orders.runs) != 0
     stops = np.append(borders, np.True_) | np.append(np.True_, borders)
     stops |= np.diff(orders.laid.astype(np.int8), prepend=0) != 0
@@ -137,10 +137,10 @@ def check_extent(poses: PosesTable, extent: FloatArray) -> None:
 def check_configuration(
     steps: tuple[Step, ...], orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray
 ) -> None:
-    """Check that the inverse kinematics of the written targets has the written configuration, on the planned way.
+    """Check that the inverse kinematics of the written targets has the written configuration, on the planned motion.
 
     Raises:
-        VerificationError: one has another, or lies on another way.
+        VerificationError: one has another, or lies off the planned motion.
     """
     data = _targets(steps)
     found = arm.solutions(T_base_work @ _frames(data))
@@ -151,7 +151,7 @@ def check_configuration(
     rows = np.arange(len(steps))
     off = ~(misses[rows, nearest] <= JOINT_TOLERANCE)
     if off.any():
-        _refuse(steps, int(np.argmax(off)), "no inverse kinematic solution is on the planned way")
+        _refuse(steps, int(np.argmax(off)), "no inverse kinematic solution is on the planned motion")
     _check_data(steps, wound[rows, nearest], data[:, 7:11].astype(np.int64), arm=arm, how="")
 
 
@@ -195,8 +195,8 @@ def _refuse(steps: tuple[Step, ...], row: int, what: str) -> NoReturn:
     raise VerificationError(f"target {row + 1}: {what}", module=place.module, line=place.line)
 
 
-def _ways(moments: FloatArray, tips: TipsAt, times: FloatArray) -> FloatArray:
-    """Return (t - 1,) the way of the tip from each of (t,) moments to the next, by the rows of the trajectory [mm]."""
+def _path_lengths(moments: FloatArray, tips: TipsAt, times: FloatArray) -> FloatArray:
+    """Return (t - 1,) how far the tip goes from each of (t,) moments to the next, by the trajectory's rows [mm]."""
     every = np.union1d(moments, times[(times > moments[0]) & (times < moments[-1])])
     steps = [
         np.linalg.norm(np.diff(tips(every[start : start + _STRETCH + 1]), axis=0), axis=1)

@@ -89,16 +89,10 @@ def save_comparisons(
     files = {"compare.json": json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
     for part, plans, folder in zip(parts, told.plans, part_folders(parts), strict=True):
-        if isinstance(part, FailedPart):
-            continue
-        files[f"{folder}compare.png"] = comparison_picture(part)
-        for name, outcome in part.planned:
-            bundles.append((outcome.plan, plans[name], f"{folder}{name}/"))
-            if samples:
-                files[f"{folder}{name}/spacing.csv"] = spacing_table(outcome.uniformity)
-        if figures:
-            drawn = paper_files(part.workpiece, part.planned)
-            files |= {f"{folder}figures/{file}": content for file, content in drawn.items()}
+        if not isinstance(part, FailedPart):
+            shown = _shown_files(part, samples=samples, figures=figures)
+            files |= {f"{folder}{file}": content for file, content in shown.items()}
+            bundles += [(outcome.plan, plans[name], f"{folder}{name}/") for name, outcome in part.planned]
     for plan, of, folder in bundles:
         files |= {f"{folder}{file}": content for file, content in plan_files(plan, of).items()}
 
@@ -112,6 +106,18 @@ def save_comparisons(
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
+
+
+def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str, bytes]:
+    """Return name and content of what one part has beside its bundles: its picture, and what was asked for."""
+    files = {"compare.png": comparison_picture(part)}
+    for name, outcome in part.planned:
+        if samples:
+            files[f"{name}/spacing.csv"] = spacing_table(outcome.uniformity)
+    if figures:
+        drawn = paper_files(part.workpiece, part.planned)
+        files |= {f"figures/{file}": content for file, content in drawn.items()}
+    return files
 
 
 def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.backends import Piecewise, backend
+from geoprint.backends import BackendFactory, Piecewise, backend
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.export.rapid import check_cell
@@ -82,13 +82,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         part, side = printed_side(asked, body, flip=job.flip)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
-        spacing = _wanted_spacing(job, part)
-        # Each piece as finely as it needs alone, so that its paths do not depend on the others.
-        found = [
-            (piece.surface, min(factory.edge_length(piece.surface, spacing=spacing) for factory in factories))
-            for piece in pieces(part)
-        ]
-        surface = united([refine(piece, edge_length=edge_length) for piece, edge_length in found])
+        surface, edge_length = _refined(part, factories, spacing=_wanted_spacing(job, part))
         seed = _seed(job, surface)
     return Workpiece(
         cell=cell,
@@ -100,7 +94,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         digests=digests,
         patches=prepared.patches,
         preparations=prepared.preparations,
-        edge_length=min(edge_length for _, edge_length in found),
+        edge_length=edge_length,
         surface=surface,
         seed=seed,
         placement=placement,
@@ -172,6 +166,17 @@ def surface_uncertainty(calibration: FixtureCalibration, part: Surface) -> Uncer
     return normal_uncertainty(calibration, apply(T_base_work, part.vertices), normals=normals)
 
 
+def _refined(part: Surface, factories: Sequence[BackendFactory], *, spacing: float) -> tuple[Surface, float]:
+    """Return the part, each piece as finely as it needs alone, so that its paths do not depend on the others.
+
+    The number is the shortest edge length [mm] that a backend wants of a piece.
+    """
+    alone = [piece.surface for piece in pieces(part)]
+    wanted = [min(factory.edge_length(piece, spacing=spacing) for factory in factories) for piece in alone]
+    refined = [refine(piece, edge_length=edge_length) for piece, edge_length in zip(alone, wanted, strict=True)]
+    return united(refined), min(wanted)
+
+
 def _seed(job: Job, surface: Surface) -> Seed:
     if job.seed is None:
         return boundary_seed(surface)
@@ -238,8 +243,8 @@ def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Su
     source = "flip" if flip else "winding"
     told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
     if agreeing is None:
-        way = "leave `--flip` out for the other" if flip else "`--flip` turns it"
-        return part, Side(source, flip, None, f"printed on {told}; {way}.")
+        other = "leave `--flip` out for the other" if flip else "`--flip` turns it"
+        return part, Side(source, flip, None, f"printed on {told}; {other}.")
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:
         sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it)."

@@ -1,7 +1,7 @@
 """How much of the surface the path covers once, twice or not at all, and how wide the strip of each stretch is.
 
-The surface is cut into small triangles. In each of them the distance to the nearest stretch of path falls one way, and
-the distance to the nearest other stretch falls the other way, both at a rate of one: the shares of the triangle that
+The surface is cut into small triangles. In each of them the distance to the nearest stretch of path falls to one side,
+and the distance to the nearest other stretch to the other side, both at a rate of one: the shares of the triangle that
 belong to this stretch, that are far from both and that are near both follow from the two distances at its middle, the
 first of them, which sets the flow, with the directions too. So shares are far finer than the triangles. Distances run
 over the surface.
@@ -21,8 +21,8 @@ from geoprint.quality.oracle import (
     ANY,
     Ask,
     ComplexArray,
+    FlatMesh,
     GeodesicDistance,
-    Mesh,
     Places,
     SmallTriangles,
     SurfacePath,
@@ -76,7 +76,7 @@ class Coverage:
         freeze_arrays(self, widths="float: k", gaps="bool: j", overlaps="bool: j")
 
 
-class _Stretches(NamedTuple):
+class _NearestTwo(NamedTuple):
     """For each of j small triangles the nearest stretch of path and the nearest other one, infinitely far for none."""
 
     triangles: SmallTriangles
@@ -87,9 +87,9 @@ class _Stretches(NamedTuple):
     other_runs: IntArray
     other_arcs: FloatArray
 
-    def some(self, which: BoolArray) -> _Stretches:
+    def some(self, which: BoolArray) -> _NearestTwo:
         """Return some of them."""
-        return _Stretches(
+        return _NearestTwo(
             self.triangles.some(which),
             self.own[which], self.own_runs[which], self.own_arcs[which],
             self.other[which], self.other_runs[which], self.other_arcs[which],
@@ -97,7 +97,7 @@ class _Stretches(NamedTuple):
 
 
 def coverage(
-    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+    mesh: FlatMesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
 ) -> Coverage:
     """Measure how the path covers the surface.
 
@@ -109,7 +109,7 @@ def coverage(
         spacing: wanted [mm].
     """
     area = 0.5 * float((mesh.corners[1::3].real * mesh.corners[2::3].imag).sum())
-    found, unknown = _stretches(mesh, distance, spacing=spacing)
+    found, unknown = _nearest_two(mesh, distance, spacing=spacing)
     across, gap, overlap = found.triangles.extents, GAP_SHARE * spacing, OVERLAP_SHARE * spacing
     near, both = np.isfinite(found.own), np.isfinite(found.other)
     here = np.ones(found.own.size)
@@ -137,7 +137,7 @@ def coverage(
     )
 
 
-def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_Stretches, float]:
+def _nearest_two(mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_NearestTwo, float]:
     """Return the stretches near small triangles, and the share of the area for which they were not found."""
     triangles = small_triangles(mesh, edge_length=TRIANGLE_SHARE * spacing)
     # In random order, so that what a budget leaves out is nowhere in particular.
@@ -152,11 +152,11 @@ def _stretches(mesh: Mesh, distance: GeodesicDistance, *, spacing: float) -> tup
     ask = Ask.elsewhere(every, own.runs, own.arcs, clear=APART * spacing, limits=limits)
     other = distance(triangles.middles, ask)
     known = own.complete & other.complete
-    found = _Stretches(triangles, own.distances, own.runs, own.arcs, other.distances, other.runs, other.arcs)
+    found = _NearestTwo(triangles, own.distances, own.runs, own.arcs, other.distances, other.runs, other.arcs)
     return found.some(known), 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
 
 
-def _own_shares(mesh: Mesh, path: SurfacePath, found: _Stretches) -> FloatArray:
+def _own_shares(mesh: FlatMesh, path: SurfacePath, found: _NearestTwo) -> FloatArray:
     """Return which share of each triangle is nearer to its own stretch than to the other: it is cut by a line.
 
     Across a triangle both distances fall at a rate of one towards the places that they lead to, so half of their
@@ -172,10 +172,10 @@ def _own_shares(mesh: Mesh, path: SurfacePath, found: _Stretches) -> FloatArray:
     return positive_shares(0.5 * (found.other - found.own)[:, None] + change)
 
 
-def _directions(mesh: Mesh, places: Places, ends: Places) -> ComplexArray:
+def _directions(mesh: FlatMesh, places: Places, ends: Places) -> ComplexArray:
     """Return the (k,) unit vectors from places towards others in the planes of their faces; 0 where both are one."""
-    way = np.einsum("kpx,kx->kp", mesh.axes[places.faces], spatial(mesh, ends) - spatial(mesh, places))
-    plane = way[:, 0] + 1j * way[:, 1]
+    along = np.einsum("kpx,kx->kp", mesh.axes[places.faces], spatial(mesh, ends) - spatial(mesh, places))
+    plane = along[:, 0] + 1j * along[:, 1]
     length = np.abs(plane)
     return np.divide(plane, length, out=np.zeros_like(plane), where=length > 0.0)
 

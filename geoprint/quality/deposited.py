@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
-from geoprint.quality.oracle import Mesh, Places, SurfacePath, flat_places, trace
+from geoprint.quality.oracle import FlatMesh, Places, SurfacePath, flat_places, trace
 from geoprint.surfaces import arc_lengths, closest
 
 # Poses farther from the surface than this share of the spacing were planned on another one.
@@ -38,7 +38,7 @@ class Samples(NamedTuple):
         return Samples(places, self.runs[which], self.arcs[which])
 
 
-def deposited_path(poses: PoseStream, surface: Surface, mesh: Mesh, *, spacing: float) -> SurfacePath:
+def deposited_path(poses: PoseStream, surface: Surface, mesh: FlatMesh, *, spacing: float) -> SurfacePath:
     """Lay the deposited runs of two points or more onto the surface.
 
     Args:

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.quality.deposited import Samples
-from geoprint.quality.oracle import Ask, GeodesicDistance, Mesh, SurfacePath, spatial
+from geoprint.quality.oracle import Ask, FlatMesh, GeodesicDistance, SurfacePath, spatial
 from geoprint.surfaces import PolylineDistance
 
 # Stretches of one run are two when they are farther apart along it than this many spacings.
@@ -44,7 +44,7 @@ class OuterDistance:
 
 
 def outer_distance(
-    mesh: Mesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+    mesh: FlatMesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
 ) -> OuterDistance:
     """Return the distance of samples of every level but the first to the nearest run of the level before.
 
@@ -98,7 +98,7 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
 
 
 def _in_space(
-    mesh: Mesh, path: SurfacePath, samples: Samples, levels: IntArray, *, step: float
+    mesh: FlatMesh, path: SurfacePath, samples: Samples, levels: IntArray, *, step: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the straight distance of samples to (k,) levels, what it is at least, and about where it leads."""
     lines, middles = path.lines(mesh), path.middles(mesh)

@@ -16,7 +16,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import Coverage, coverage
 from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, sampled
-from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, Mesh, SurfacePath, flat_mesh, spatial
+from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
 from geoprint.quality.spacing import meeting_share, outer_distance
 from geoprint.surfaces.remesh import refine
 
@@ -196,11 +196,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         FieldError: there are fewer than two levels, so that there is no spacing to measure; or the path lies on
             another surface.
     """
-    count = np.unique(poses.levels[poses.deposit]).size
-    if count < 2:
-        raise FieldError(
-            f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
-        )
+    _require_levels(poses, spacing=spacing)
     mesh, path, distance, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
     chosen = samples.some(inner)
@@ -254,10 +250,18 @@ def widths_at_poses(
     return at_poses(poses, path, samples, covered.widths)
 
 
+def _require_levels(poses: PoseStream, *, spacing: float) -> None:
+    count = np.unique(poses.levels[poses.deposit]).size
+    if count < 2:
+        raise FieldError(
+            f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
+        )
+
+
 class _Covered(NamedTuple):
     """A deposited path on the triangles of its surface, and how it covers them."""
 
-    mesh: Mesh
+    mesh: FlatMesh
     path: SurfacePath
     distance: GeodesicDistance
     samples: Samples

@@ -22,8 +22,8 @@ class Side:
     Attributes:
         source: 'closed' (outward), 'winding' (the file's), 'flip' (turned on request) or 'body' (found from it).
         turned: whether the file's winding was turned.
-        agreeing: share of the part's area that faces the same way as the body below it; None where no closed body
-            was given.
+        agreeing: share of the part's area that faces as the body below it does; None where no closed body was
+            given.
         sentence: for the person who prints.
     """
 

@@ -110,10 +110,10 @@ def _snapped(carried: FloatArray, faces: IntArray, column: int) -> FloatArray:
     lengths = np.linalg.norm(carried[pairs[:, 1], :3] - carried[pairs[:, 0], :3], axis=1)
     ends = np.concatenate([pairs, pairs[:, ::-1]])
     shares = values[ends[:, 0]] / (values[ends[:, 0]] - values[ends[:, 1]])
-    ways = shares * np.concatenate([lengths, lengths])
-    near = np.flatnonzero(ways < SNAP_SHARE * _least_heights(carried[:, :3], faces)[ends[:, 0]])
+    slides = shares * np.concatenate([lengths, lengths])
+    near = np.flatnonzero(slides < SNAP_SHARE * _least_heights(carried[:, :3], faces)[ends[:, 0]])
     # The last assignment wins: the nearest crossing of each vertex.
-    near = near[np.argsort(-ways[near], kind="stable")]
+    near = near[np.argsort(-slides[near], kind="stable")]
     result = carried.copy()
     start, end, share = ends[near, 0], ends[near, 1], shares[near, None]
     result[start] = (1 - share) * carried[start] + share * carried[end]

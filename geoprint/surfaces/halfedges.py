@@ -36,7 +36,7 @@ def next_halves(halves: IntArray) -> IntArray:
 
 @njit(cache=True)
 def matched(starts: IntArray, vertices: int) -> IntArray:
-    """Return the twin of every half-edge, whichever way the faces beside an edge are wound.
+    """Return the twin of every half-edge, however the faces beside an edge are wound.
 
     Half-edges are sorted by their larger vertex and then by their smaller one, both times by counting, so that those
     of one edge stand together.

@@ -29,7 +29,7 @@ def half_edges(faces: IntArray) -> IntArray:
 
 
 def turned_over(surface: Surface) -> Surface:
-    """Return a surface wound the other way round, so that its inside is outside."""
+    """Return a surface wound in the opposite sense, so that its inside is outside."""
     return replace(surface, faces=surface.faces[:, ::-1])
 
 

@@ -19,7 +19,9 @@ def test_a_retired_word_is_found_in_text_and_names(line: str) -> None:
     assert WAY.found(line)
 
 
-@pytest.mark.parametrize("line", ["the shortest way", "A way over the surface.", "always", "waypoint", "away", "Wayne"])
+@pytest.mark.parametrize(
+    "line", ["the shortest way", "A way over the surface.", "always", "waypoint", "away", "Away", "Wayne"]
+)
 def test_it_is_not_found_in_other_words_and_where_it_stays(line: str) -> None:
     assert not WAY.found(line)
 

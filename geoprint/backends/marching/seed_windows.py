@@ -107,7 +107,7 @@ def see_from_border(mesh: MarchingMesh, front: Front, border: IntArray) -> None:
         corners = triangle(mesh, half)
         start, end = corners[side_number], corners[(side_number + 1) % 3]
         opposite = corners[(side_number + 2) % 3]
-        back = way_to_segment(opposite, start, end)
+        back = towards_segment(opposite, start, end)
         angle = turn(Point(start.x - opposite.x, start.y - opposite.y), back)
         corner = previous_half(int(border[k]))
         see_along(mesh, front, corner, sqrt(back.x * back.x + back.y * back.y), mesh.bearings[corner], angle)
@@ -161,7 +161,7 @@ def see_corner(
     touching: float,
 ) -> None:
     """Offer a corner of a triangle its distance from a segment in it."""
-    back = way_to_segment(here, start, end)
+    back = towards_segment(here, start, end)
     distance = sqrt(back.x * back.x + back.y * back.y)
     if distance <= touching:
         vertex = mesh.corners[corner]
@@ -175,8 +175,8 @@ def see_corner(
 
 
 @njit(cache=True, error_model="numpy")
-def way_to_segment(here: Point, start: Point, end: Point) -> Point:
-    """Return the shortest way from a point to a segment, which may be a point."""
+def towards_segment(here: Point, start: Point, end: Point) -> Point:
+    """Return the vector from a point to the nearest point of a segment, which may be a point."""
     x, y = end.x - start.x, end.y - start.y
     square = x * x + y * y
     share = 0.0

@@ -1,11 +1,11 @@
 """Exact shortest ways over triangles, which no backend uses."""
 
-from geoprint.quality.oracle.front import ANY as ANY
 from geoprint.quality.oracle.geodesic import (
     WINDOWS_IN_ALL as WINDOWS_IN_ALL,
     Ask as Ask,
     GeodesicDistance as GeodesicDistance,
 )
+from geoprint.quality.oracle.horizon import ANY as ANY
 from geoprint.quality.oracle.shortest_way import shortest_way as shortest_way
 from geoprint.quality.oracle.tracing import (
     SurfacePath as SurfacePath,
@@ -13,7 +13,7 @@ from geoprint.quality.oracle.tracing import (
 )
 from geoprint.quality.oracle.triangles import (
     ComplexArray as ComplexArray,
-    Mesh as Mesh,
+    FlatMesh as FlatMesh,
     Places as Places,
     SmallTriangles as SmallTriangles,
     flat_mesh as flat_mesh,

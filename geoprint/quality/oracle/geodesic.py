@@ -11,9 +11,9 @@ from numba import njit
 from scipy.spatial import KDTree
 
 from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.quality.oracle.front import ANY, Front, Goal, Pieces, empty_front
+from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, empty_horizon
 from geoprint.quality.oracle.tracing import SurfacePath
-from geoprint.quality.oracle.triangles import ComplexArray, Mesh, Places
+from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places
 from geoprint.quality.oracle.unfolding import search
 
 # Windows of one search: they suffice to see about 40 triangles far.
@@ -49,11 +49,11 @@ class Nearest:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class Ask:
-    """Which pieces of the path count for each of k points, and how far to look.
+    """Which segments of the path count for each of k points, and how far to look.
 
     Attributes:
         labels: (k,) only runs of this level, or `ANY`.
-        runs: (k,) pieces of this run nearer along it than `clear` to `arcs` do not count; -1 for none.
+        runs: (k,) segments of this run nearer along it than `clear` to `arcs` do not count; -1 for none.
         arcs: (k,) [mm].
         clear: [mm].
         limits: (k,) [mm].
@@ -98,12 +98,12 @@ class GeodesicDistance:
         windows: work that all searches of one question may take; what is left over then is not answered.
     """
 
-    def __init__(self, mesh: Mesh, path: SurfacePath, *, windows: int = WINDOWS_IN_ALL) -> None:
+    def __init__(self, mesh: FlatMesh, path: SurfacePath, *, windows: int = WINDOWS_IN_ALL) -> None:
         self._mesh, self._windows = mesh, windows
         order = np.argsort(path.faces, kind="stable")
         lengths = np.abs(path.ends - path.starts)
         runs = path.runs[order]
-        self._pieces = Pieces(
+        self._segments = Segments(
             first=np.searchsorted(path.faces[order], np.arange(int(mesh.origins.shape[0]) + 1)),
             starts=path.starts[order],
             along=(path.ends - path.starts)[order],
@@ -118,13 +118,13 @@ class GeodesicDistance:
     def __call__(self, places: Places, ask: Ask) -> Nearest:
         """Return what is nearest to each of k places."""
         room = min(WINDOWS_PER_POINT, self._windows)
-        front = empty_front(self._mesh, windows=room)
+        horizon = empty_horizon(self._mesh, windows=room)
         distances, bounds, found, shares, windows = search_all(
-            self._mesh, front, self._pieces, places.faces, places.flat,
+            self._mesh, horizon, self._segments, places.faces, places.flat,
             ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, ask.aims, self._windows,
         )  # fmt: skip
-        arcs = np.where(found < 0, np.nan, self._pieces.arcs[found] + (shares - 0.5) * self._lengths[found])
-        runs = np.where(found < 0, -1, self._pieces.runs[found])
+        arcs = np.where(found < 0, np.nan, self._segments.arcs[found] + (shares - 0.5) * self._lengths[found])
+        runs = np.where(found < 0, -1, self._segments.runs[found])
         complete = bounds >= np.minimum(distances, ask.limits)
         return Nearest(distances, bounds, runs, arcs, complete, windows)
 
@@ -136,10 +136,10 @@ class GeodesicDistance:
 
 @njit(cache=True, error_model="numpy")
 def search_all(
-    mesh: Mesh, front: Front, pieces: Pieces, faces: IntArray, flat: ComplexArray, labels: IntArray, runs: IntArray,
-    arcs: FloatArray, clear: float, limits: FloatArray, aims: FloatArray, windows: int,
+    mesh: FlatMesh, horizon: Horizon, segments: Segments, faces: IntArray, flat: ComplexArray, labels: IntArray,
+    runs: IntArray, arcs: FloatArray, clear: float, limits: FloatArray, aims: FloatArray, windows: int,
 ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray, int]:  # fmt: skip
-    """Search from every point; return distances, lower bounds, pieces, shares of them and the windows it took."""
+    """Search from every point; return distances, lower bounds, segments, shares of them and the windows it took."""
     distances, bounds = np.full(faces.size, inf), np.zeros(faces.size)
     found, shares = np.full(faces.size, -1), np.zeros(faces.size)
     spent = 0
@@ -149,9 +149,9 @@ def search_all(
         aimed = aims.shape[0] > 0
         x, y, z = (aims[k, 0], aims[k, 1], aims[k, 2]) if aimed else (0.0, 0.0, 0.0)
         goal = Goal(labels[k], runs[k], arcs[k], clear, aimed, x, y, z)
-        bounds[k] = search(mesh, front, pieces, goal, k, faces[k], flat[k], limits[k])
-        found[k], shares[k] = front.found[0], front.best[1]
-        spent += front.counts[0]
+        bounds[k] = search(mesh, horizon, segments, goal, k, faces[k], flat[k], limits[k])
+        found[k], shares[k] = horizon.found[0], horizon.best[1]
+        spent += horizon.counts[0]
         if found[k] >= 0:
-            distances[k] = front.best[0]
+            distances[k] = horizon.best[0]
     return distances, bounds, found, shares, spent

@@ -10,9 +10,9 @@ from scipy.sparse.csgraph import dijkstra
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.quality.oracle.front import Front, Goal, Pieces, empty_front
+from geoprint.quality.oracle.horizon import Goal, Horizon, Segments, empty_horizon
 from geoprint.quality.oracle.tracing import steps_back, unwind
-from geoprint.quality.oracle.triangles import ComplexArray, Mesh, flat_mesh
+from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, flat_mesh
 from geoprint.quality.oracle.unfolding import search
 from geoprint.surfaces import SurfaceLine, half_edges, in_words, part_of
 from geoprint.surfaces.inscribing import NEAR_SHARE
@@ -49,8 +49,8 @@ def shortest_way(surface: Surface, first: int, last: int) -> SurfaceLine:
     part = part_of(surface, kept)
     here, there = np.searchsorted(used, [first, last]).tolist()
     mesh = flat_mesh(part)
-    front, start = _searched(mesh, here, there, limit=bound * (1.0 + ROUNDING))
-    if front is None:
+    horizon, start = _searched(mesh, here, there, limit=bound * (1.0 + ROUNDING))
+    if horizon is None:
         raise FieldError(
             f"{surface.name}: {_ends(surface, first, last)} are too many triangles apart to find the shortest way "
             f"between them, which is up to {bound:.3g} mm long; give another point between them, if both are on the "
@@ -58,11 +58,11 @@ def shortest_way(surface: Surface, first: int, last: int) -> SurfaceLine:
             longest=bound,
             windows=WINDOWS,
         )
-    faces, ends = _unwound(mesh, front, start)
+    faces, ends = _unwound(mesh, horizon, start)
     edges, shares = _crossings(mesh, faces[:-1], ends[:-1])
     inner = used[mesh.starts.reshape(-1, 3)[faces[:-1, None], edges]]
     chain = np.vstack([[first, first], inner, [last, last]])
-    return _without_spurs(chain, np.concatenate([[0.0], shares, [0.0]]), length=float(front.best[0]))
+    return _without_spurs(chain, np.concatenate([[0.0], shares, [0.0]]), length=float(horizon.best[0]))
 
 
 def _along_edges(surface: Surface, first: int, last: int) -> float:
@@ -83,13 +83,13 @@ def _within_reach(surface: Surface, first: int, last: int, *, bound: float) -> B
     return np.asarray(ways <= bound + 2.0 * sizes)
 
 
-def _searched(mesh: Mesh, first: int, last: int, *, limit: float) -> tuple[Front | None, tuple[int, complex]]:
+def _searched(mesh: FlatMesh, first: int, last: int, *, limit: float) -> tuple[Horizon | None, tuple[int, complex]]:
     """Search from a vertex for another; None where the search did not end; and face and place of the start."""
     # The goal is a corner of each face around it, since lines end there from all sides.
     goals = np.flatnonzero(mesh.starts == last)
     begin = int(np.flatnonzero(mesh.starts == first)[0])
     count = int(goals.size)
-    pieces = Pieces(
+    segments = Segments(
         first=np.searchsorted(goals // 3, np.arange(int(mesh.origins.shape[0]) + 1)),
         starts=mesh.corners[goals],
         along=np.zeros(count, dtype=np.complex128),
@@ -98,26 +98,26 @@ def _searched(mesh: Mesh, first: int, last: int, *, limit: float) -> tuple[Front
         arcs=np.zeros(count),
         loops=np.full(count, inf),
     )
-    front = empty_front(mesh, windows=WINDOWS)
+    horizon = empty_horizon(mesh, windows=WINDOWS)
     goal = Goal(0, -2, 0.0, 0.0, False, 0.0, 0.0, 0.0)  # noqa: FBT003  (numba takes them by place)
     start = begin // 3, complex(mesh.corners[begin])
-    reached = search(mesh, front, pieces, goal, 0, *start, limit)
-    ended = front.found[0] >= 0 and reached >= front.best[0]
-    return (front if ended else None), start
+    reached = search(mesh, horizon, segments, goal, 0, *start, limit)
+    ended = horizon.found[0] >= 0 and reached >= horizon.best[0]
+    return (horizon if ended else None), start
 
 
-def _unwound(mesh: Mesh, front: Front, start: tuple[int, complex]) -> tuple[IntArray, ComplexArray]:
-    """Return face and end of each piece of the way that a search found, in the plane of its face, from the start on."""
-    count = steps_back(front)
+def _unwound(mesh: FlatMesh, horizon: Horizon, start: tuple[int, complex]) -> tuple[IntArray, ComplexArray]:
+    """Return face and end of each segment of the way that a search found, in its face's plane, from the start on."""
+    count = steps_back(horizon)
     faces = np.empty(count, dtype=np.int64)
     starts, ends = np.empty(count, dtype=np.complex128), np.empty(count, dtype=np.complex128)
-    # Where the way ends is a corner and needs no unwinding; the end of the last piece is not read.
-    unwind(mesh, front, *start, 0j, faces, starts, ends)
+    # Where the way ends is a corner and needs no unwinding; the end of the last segment is not read.
+    unwind(mesh, horizon, *start, 0j, faces, starts, ends)
     return faces[::-1], ends[::-1]
 
 
-def _crossings(mesh: Mesh, faces: IntArray, ends: ComplexArray) -> tuple[IntArray, FloatArray]:
-    """Return the (c, 2) corners of faces between which pieces end, and the (c,) shares of the way between them."""
+def _crossings(mesh: FlatMesh, faces: IntArray, ends: ComplexArray) -> tuple[IntArray, FloatArray]:
+    """Return the (c, 2) corners of faces between which segments end, and the (c,) shares of the way between them."""
     flat = mesh.corners.reshape(-1, 3)[faces]
     third = ends.imag / flat[:, 2].imag
     second = (ends.real - third * flat[:, 2].real) / flat[:, 1].real

@@ -11,8 +11,8 @@ from numba import njit
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.quality.oracle.front import Front, Goal, Pieces, cross, empty_front
-from geoprint.quality.oracle.triangles import ComplexArray, Mesh, Places, spatial
+from geoprint.quality.oracle.horizon import Goal, Horizon, Segments, cross, empty_horizon
+from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places, spatial
 from geoprint.quality.oracle.unfolding import search
 from geoprint.surfaces.halfedges import next_half
 
@@ -20,21 +20,21 @@ from geoprint.surfaces.halfedges import next_half
 WINDOWS = 50_000
 # A line at a smaller angle [rad] to an edge runs along it; where it crosses would be rounding alone.
 ALONG_EDGE = 1e-9
-# Pieces shorter than this [mm] are rounding.
-SHORTEST_PIECE = 1e-12
+# Segments shorter than this [mm] are rounding.
+SHORTEST_SEGMENT = 1e-12
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfacePath:
-    """Runs on a mesh as straight pieces, each in one face, end to end.
+    """Runs on a mesh as straight segments, each in one face, end to end.
 
     Attributes:
-        faces: (p,) face of each piece.
+        faces: (p,) face of each segment.
         starts: (p,) where it starts in the plane of its face [mm].
         ends: (p,) where it ends [mm].
-        runs: (p,) run of each piece, not falling.
-        arcs: (p,) arc length from the start of the run to the start of the piece [mm].
+        runs: (p,) run of each segment, not falling.
+        arcs: (p,) arc length from the start of the run to the start of the segment [mm].
         lengths: (r,) length of each run [mm].
         levels: (r,) level of each run.
         closed: (r,) whether a run ends where it starts.
@@ -53,28 +53,28 @@ class SurfacePath:
         """Return the places at (k,) arc lengths of (k,) runs [mm]."""
         before = np.concatenate([[0.0], np.cumsum(self.lengths)])
         total = before[runs] + np.clip(arcs, 0.0, self.lengths[runs])
-        piece = np.searchsorted(before[self.runs] + self.arcs, total, side="right") - 1
+        segment = np.searchsorted(before[self.runs] + self.arcs, total, side="right") - 1
         # Where one run ends another starts: rounding must not lead from one into the other.
         first = np.searchsorted(self.runs, runs, side="left")
         last = np.searchsorted(self.runs, runs, side="right") - 1
-        piece = np.clip(piece, first, last)
-        along = self.ends[piece] - self.starts[piece]
-        share = np.clip((arcs - self.arcs[piece]) / np.abs(along), 0.0, 1.0)
-        return Places(self.faces[piece], self.starts[piece] + share * along)
+        segment = np.clip(segment, first, last)
+        along = self.ends[segment] - self.starts[segment]
+        share = np.clip((arcs - self.arcs[segment]) / np.abs(along), 0.0, 1.0)
+        return Places(self.faces[segment], self.starts[segment] + share * along)
 
-    def lines(self, mesh: Mesh) -> list[FloatArray]:
+    def lines(self, mesh: FlatMesh) -> list[FloatArray]:
         """Return the (k, 3) corners of each run in space [mm]."""
         starts = spatial(mesh, Places(self.faces, self.starts))
         ends = spatial(mesh, Places(self.faces, self.ends))
         last = np.flatnonzero(np.diff(self.runs, append=-1))
         return [np.vstack([line, ends[i]]) for line, i in zip(np.split(starts, last[:-1] + 1), last, strict=True)]
 
-    def middles(self, mesh: Mesh) -> FloatArray:
-        """Return the (p, 3) middles of the pieces in space [mm]."""
+    def middles(self, mesh: FlatMesh) -> FloatArray:
+        """Return the (p, 3) middles of the segments in space [mm]."""
         return spatial(mesh, Places(self.faces, 0.5 * (self.starts + self.ends)))
 
 
-def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, closed: BoolArray) -> SurfacePath:
+def trace(mesh: FlatMesh, places: Places, *, runs: IntArray, levels: IntArray, closed: BoolArray) -> SurfacePath:
     """Connect the points of runs over the surface.
 
     Args:
@@ -98,18 +98,20 @@ def trace(mesh: Mesh, places: Places, *, runs: IntArray, levels: IntArray, close
         )
     # A connection is unwound from its end.
     forward = np.lexsort((-np.arange(pairs.size), pairs))
-    forward = forward[np.abs(ends[forward] - starts[forward]) > SHORTEST_PIECE]
-    faces, starts, ends, piece_runs = faces[forward], starts[forward], ends[forward], runs[pairs[forward]]
+    forward = forward[np.abs(ends[forward] - starts[forward]) > SHORTEST_SEGMENT]
+    faces, starts, ends, segment_runs = faces[forward], starts[forward], ends[forward], runs[pairs[forward]]
     lengths = np.abs(ends - starts)
-    run_lengths = np.asarray(np.bincount(piece_runs, lengths, minlength=levels.size), dtype=np.float64)
-    arcs = np.cumsum(lengths) - lengths - (np.cumsum(run_lengths) - run_lengths)[piece_runs]
-    return SurfacePath(faces, starts, ends, piece_runs, np.maximum(arcs, 0.0), run_lengths, levels, closed)
+    run_lengths = np.asarray(np.bincount(segment_runs, lengths, minlength=levels.size), dtype=np.float64)
+    arcs = np.cumsum(lengths) - lengths - (np.cumsum(run_lengths) - run_lengths)[segment_runs]
+    return SurfacePath(faces, starts, ends, segment_runs, np.maximum(arcs, 0.0), run_lengths, levels, closed)
 
 
-def _connected(mesh: Mesh, places: Places, first: IntArray) -> tuple[IntArray, IntArray, ComplexArray, ComplexArray]:
-    """Return the pieces of the ways from places `first` to the next ones: pair, face, start and end."""
+def _connected(
+    mesh: FlatMesh, places: Places, first: IntArray
+) -> tuple[IntArray, IntArray, ComplexArray, ComplexArray]:
+    """Return the segments of the ways from places `first` to the next ones: pair, face, start and end."""
     order = np.argsort(places.faces, kind="stable")
-    points = Pieces(
+    points = Segments(
         first=np.searchsorted(places.faces[order], np.arange(int(mesh.origins.shape[0]) + 1)),
         starts=places.flat[order],
         along=np.zeros(order.size, dtype=np.complex128),
@@ -118,28 +120,28 @@ def _connected(mesh: Mesh, places: Places, first: IntArray) -> tuple[IntArray, I
         arcs=np.zeros(order.size),
         loops=np.full(order.size, np.inf),
     )
-    front, aims = empty_front(mesh, windows=WINDOWS), spatial(mesh, places)
+    horizon, aims = empty_horizon(mesh, windows=WINDOWS), spatial(mesh, places)
     room, count = 4 * int(first.size), -1
     while True:
         pairs, faces = np.empty(room, dtype=np.int64), np.empty(room, dtype=np.int64)
         starts, ends = np.empty(room, dtype=np.complex128), np.empty(room, dtype=np.complex128)
-        count = connect(mesh, front, points, places.faces, places.flat, aims, first, pairs, faces, starts, ends)
+        count = connect(mesh, horizon, points, places.faces, places.flat, aims, first, pairs, faces, starts, ends)
         if count >= 0:
             return pairs[:count], faces[:count], starts[:count], ends[:count]
         room *= 2
         # Searches are told apart by their numbers.
-        front.visited[:] = -1
+        horizon.visited[:] = -1
 
 
 @njit(cache=True, error_model="numpy")
 def connect(
-    mesh: Mesh, front: Front, points: Pieces, faces: IntArray, flat: ComplexArray, aims: FloatArray, first: IntArray,
-    pairs: IntArray, where: IntArray, starts: ComplexArray, ends: ComplexArray,
+    mesh: FlatMesh, horizon: Horizon, points: Segments, faces: IntArray, flat: ComplexArray, aims: FloatArray,
+    first: IntArray, pairs: IntArray, where: IntArray, starts: ComplexArray, ends: ComplexArray,
 ) -> int:  # fmt: skip
-    """Write the pieces of the shortest ways from points `first` to the next ones: pair, face, start and end.
+    """Write the segments of the shortest ways from points `first` to the next ones: pair, face, start and end.
 
     Returns:
-        How many pieces there are, or -1 where there is no room for them.
+        How many segments there are, or -1 where there is no room for them.
     """
     count = 0
     for k in range(first.size):
@@ -147,10 +149,10 @@ def connect(
         needed = 1
         if faces[i] != faces[i + 1]:
             goal = Goal(i + 1, -2, 0.0, 0.0, True, aims[i + 1, 0], aims[i + 1, 1], aims[i + 1, 2])
-            search(mesh, front, points, goal, k, int(faces[i]), complex(flat[i]), inf)
-            if front.found[0] < 0:
+            search(mesh, horizon, points, goal, k, int(faces[i]), complex(flat[i]), inf)
+            if horizon.found[0] < 0:
                 continue
-            needed = steps_back(front)
+            needed = steps_back(horizon)
         if count + needed > pairs.size:
             return -1
         pairs[count : count + needed] = i
@@ -158,43 +160,43 @@ def connect(
             where[count], starts[count], ends[count] = faces[i], flat[i], flat[i + 1]
         else:
             ways = where[count:], starts[count:], ends[count:]
-            unwind(mesh, front, int(faces[i]), complex(flat[i]), complex(flat[i + 1]), ways[0], ways[1], ways[2])
+            unwind(mesh, horizon, int(faces[i]), complex(flat[i]), complex(flat[i + 1]), ways[0], ways[1], ways[2])
         count += needed
     return count
 
 
 @njit(cache=True, error_model="numpy")
-def steps_back(front: Front) -> int:
-    """Return how many pieces the way to what was found has."""
-    count, item = 1, front.found[1]
+def steps_back(horizon: Horizon) -> int:
+    """Return how many segments the way to what was found has."""
+    count, item = 1, horizon.found[1]
     while item >= 0:
-        count, item = count + 1, front.parents[item]
+        count, item = count + 1, horizon.parents[item]
     return count
 
 
 @njit(cache=True, error_model="numpy")
 def unwind(
-    mesh: Mesh, front: Front, first_face: int, first: complex, last: complex, faces: IntArray, starts: ComplexArray,
-    ends: ComplexArray,
+    mesh: FlatMesh, horizon: Horizon, first_face: int, first: complex, last: complex, faces: IntArray,
+    starts: ComplexArray, ends: ComplexArray,
 ) -> None:  # fmt: skip
-    """Write the pieces of the way to what was found, from its end back to its start.
+    """Write the segments of the way to what was found, from its end back to its start.
 
     Args:
         mesh: m triangles.
-        front: as the search left it.
+        horizon: as the search left it.
         first_face: where the way starts.
         first: the start in the plane of that face [mm].
         last: the end in the plane of the face in which it was found [mm].
-        faces: written: the face of each piece.
-        starts: written: where the piece starts.
+        faces: written: the face of each segment.
+        starts: written: where the segment starts.
         ends: written: where it ends.
     """
-    k, item, face, seen = 0, int(front.found[1]), int(front.found[2]), complex(front.seen[0])
+    k, item, face, seen = 0, int(horizon.found[1]), int(horizon.found[2]), complex(horizon.seen[0])
     while item >= 0:
-        half, start = int(front.halves[item]), complex(front.starts[item])
+        half, start = int(horizon.halves[item]), complex(horizon.starts[item])
         faces[k], ends[k] = face, last
         if half >= 0:
-            share = crossing(start, complex(front.ends[item]) - start, seen)
+            share = crossing(start, complex(horizon.ends[item]) - start, seen)
             starts[k] = on_half_edge(mesh, half, share)
             twin = int(mesh.twins[half])
             face, last = twin // 3, on_half_edge(mesh, twin, 1.0 - share)
@@ -204,7 +206,7 @@ def unwind(
                 if mesh.starts[3 * face + i] == mesh.starts[corner]:
                     starts[k] = mesh.corners[3 * face + i]
             face, last, seen = corner // 3, complex(mesh.corners[corner]), start
-        k, item = k + 1, int(front.parents[item])
+        k, item = k + 1, int(horizon.parents[item])
     faces[k], starts[k], ends[k] = first_face, first, last
 
 
@@ -221,7 +223,7 @@ def crossing(start: complex, along: complex, seen: complex) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def on_half_edge(mesh: Mesh, half: int, share: float) -> complex:
+def on_half_edge(mesh: FlatMesh, half: int, share: float) -> complex:
     """Return the place at a share of a half-edge, in the plane of its face."""
     start, end = complex(mesh.corners[half]), complex(mesh.corners[next_half(half)])
     return start + share * (end - start)

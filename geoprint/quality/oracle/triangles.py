@@ -20,7 +20,7 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 ANGLE_TOLERANCE = 1e-12
 
 
-class Mesh(NamedTuple):
+class FlatMesh(NamedTuple):
     """A triangle mesh as its flat triangles and how they join.
 
     Attributes:
@@ -62,7 +62,7 @@ class Places(NamedTuple):
     flat: ComplexArray
 
 
-def flat_mesh(surface: Surface) -> Mesh:
+def flat_mesh(surface: Surface) -> FlatMesh:
     """Lay every triangle of a surface flat.
 
     Args:
@@ -86,7 +86,7 @@ def flat_mesh(surface: Surface) -> Mesh:
     totals = np.asarray(sums, dtype=np.float64)
     straight = np.full(totals.size, 2 * np.pi)
     straight[starts[boundary_half_edges(surface.faces)]] = np.pi
-    return Mesh(
+    return FlatMesh(
         starts=np.ascontiguousarray(starts),
         twins=twins(surface.faces),
         corners=flat.ravel(),
@@ -101,13 +101,13 @@ def flat_mesh(surface: Surface) -> Mesh:
     )
 
 
-def flat_places(mesh: Mesh, points: SurfacePoints) -> Places:
+def flat_places(mesh: FlatMesh, points: SurfacePoints) -> Places:
     """Return points of the surface in the planes of their faces."""
     flat = (points.weights * mesh.corners.reshape(-1, 3)[points.faces]).sum(axis=1)
     return Places(points.faces, flat)
 
 
-def spatial(mesh: Mesh, places: Places) -> FloatArray:
+def spatial(mesh: FlatMesh, places: Places) -> FloatArray:
     """Return the (k, 3) positions of places in space [mm]."""
     plane = np.column_stack([places.flat.real, places.flat.imag])
     return mesh.origins[places.faces] + np.einsum("kp,kpx->kx", plane, mesh.axes[places.faces])
@@ -134,14 +134,14 @@ class SmallTriangles(NamedTuple):
         middles = Places(self.middles.faces[which], self.middles.flat[which])
         return SmallTriangles(middles, self.areas[which], self.extents[which], self.scales[which])
 
-    def corners(self, mesh: Mesh) -> ComplexArray:
+    def corners(self, mesh: FlatMesh) -> ComplexArray:
         """Return the (k, 3) corners seen from the middles, in the planes of their faces [mm]."""
         whole = mesh.corners.reshape(-1, 3)
         about = whole - whole.mean(axis=1, keepdims=True)
         return self.scales[:, None] * about[self.middles.faces]
 
 
-def small_triangles(mesh: Mesh, *, edge_length: float) -> SmallTriangles:
+def small_triangles(mesh: FlatMesh, *, edge_length: float) -> SmallTriangles:
     """Cut every face into equal similar triangles with sides of at most `edge_length` [mm]."""
     halves = mesh.halves.reshape(-1, 3)
     cuts = np.maximum(np.ceil(2 * halves.max(axis=1) / edge_length), 1).astype(np.int64)

@@ -15,8 +15,8 @@ from math import inf, pi
 
 from numba import njit
 
-from geoprint.quality.oracle.front import ANY, Front, Goal, Pieces, add, cross, pop
-from geoprint.quality.oracle.triangles import Mesh
+from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, add, cross, pop
+from geoprint.quality.oracle.triangles import FlatMesh
 from geoprint.surfaces.halfedges import next_half, previous_half
 
 # Lines within this angle [rad] of a cone belong to it: what lies on the line between two cones is not lost between
@@ -28,14 +28,15 @@ CORNER_TOLERANCE = 1e-9
 
 @njit(cache=True, error_model="numpy")
 def search(
-    mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, face: int, place: complex, limit: float
-) -> float:
-    """Find the nearest piece from a point.
+    mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex,
+    limit: float,
+) -> float:  # fmt: skip
+    """Find the nearest segment from a point.
 
     Args:
         mesh: m triangles.
-        front: left with what was found; nothing where best[0] is still the limit.
-        pieces: what to look for.
+        horizon: left with what was found; nothing where best[0] is still the limit.
+        segments: what to look for.
         goal: which of them.
         number: of this search, another one each time.
         face: the point's face.
@@ -44,95 +45,100 @@ def search(
 
     Returns:
         A lower bound of the distance: the distance itself, or the limit where nothing is nearer, or less where the
-        front's room did not suffice.
+        horizon's room did not suffice.
     """
-    front.counts[0], front.counts[1] = 0, 0
-    front.found[0], front.found[1], front.found[2] = -1, -1, -1
-    front.best[0], front.best[1] = limit, 0.0
-    begin(mesh, front, pieces, goal, number, face, place)
-    while front.counts[1] > 0:
-        bound = front.keys[0]
-        if bound >= front.best[0]:
+    horizon.counts[0], horizon.counts[1] = 0, 0
+    horizon.found[0], horizon.found[1], horizon.found[2] = -1, -1, -1
+    horizon.best[0], horizon.best[1] = limit, 0.0
+    begin(mesh, horizon, segments, goal, number, face, place)
+    while horizon.counts[1] > 0:
+        bound = horizon.keys[0]
+        if bound >= horizon.best[0]:
             break
-        item = pop(front)
-        if front.halves[item] < 0:
-            turn(mesh, front, pieces, goal, number, item)
+        item = pop(horizon)
+        if horizon.halves[item] < 0:
+            turn(mesh, horizon, segments, goal, number, item)
         else:
-            cross_face(mesh, front, pieces, goal, number, item)
-        if front.counts[0] >= front.counts[2]:
+            cross_face(mesh, horizon, segments, goal, number, item)
+        if horizon.counts[0] >= horizon.counts[2]:
             return bound
-    return front.best[0]
+    return horizon.best[0]
 
 
 @njit(cache=True, error_model="numpy")
-def begin(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, face: int, place: complex) -> None:
+def begin(
+    mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex
+) -> None:
     """Look around in the face of the point, and through its three edges."""
     half = 3 * face
     longest = max(mesh.halves[half], mesh.halves[half + 1], mesh.halves[half + 2])
     for i in range(3):
         if abs(mesh.corners[half + i] - place) < CORNER_TOLERANCE * longest:
-            front.visited[mesh.starts[half + i]] = number
-            item = add(mesh, front, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, -1, 0.0)
-            fan(mesh, front, pieces, goal, number, first_around(mesh, half + i), 0.0, inf, 0.0, item)
+            horizon.visited[mesh.starts[half + i]] = number
+            item = add(mesh, horizon, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, -1, 0.0)
+            fan(mesh, horizon, segments, goal, number, first_around(mesh, half + i), 0.0, inf, 0.0, item)
             return
-    see(front, pieces, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
+    see(horizon, segments, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
     for i in range(3):
         corner, end = mesh.corners[half + i] - place, mesh.corners[next_half(half + i)] - place
-        look(mesh, front, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, -1)
-        meet(mesh, front, goal, number, half + i, corner, end - corner, 0.0, -1)
+        look(mesh, horizon, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, -1)
+        meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, -1)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def cross_face(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item: int) -> None:
-    """Lay the face behind a window flat, look for pieces in the cone, and through its two other edges."""
-    half, before = int(front.halves[item]), float(front.before[item])
-    start, end = complex(front.starts[item]), complex(front.ends[item])
-    right, left = complex(front.rights[item]), complex(front.lefts[item])
+def cross_face(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, item: int) -> None:
+    """Lay the face behind a window flat, look for segments in the cone, and through its two other edges."""
+    half, before = int(horizon.halves[item]), float(horizon.before[item])
+    start, end = complex(horizon.starts[item]), complex(horizon.ends[item])
+    right, left = complex(horizon.rights[item]), complex(horizon.lefts[item])
     face = half // 3
     following, last = next_half(half), previous_half(half)
     apex = start + (end - start) * mesh.apexes[half]
     scale = (end - start) / (mesh.corners[following] - mesh.corners[half])
-    see(front, pieces, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
+    see(horizon, segments, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
     from_right, from_left = cross(right, apex), cross(apex, left)
     if from_right >= -CONE_TOLERANCE * abs(right) * abs(apex) and from_left >= -CONE_TOLERANCE * abs(left) * abs(apex):
-        meet(mesh, front, goal, number, last, apex, start - apex, before, item)
+        meet(mesh, horizon, goal, number, last, apex, start - apex, before, item)
     if from_right > 0.0:
         look(
-            mesh, front, goal, mesh.twins[following], apex, end, right, apex if from_left > 0.0 else left, before, item
-        )
+            mesh, horizon, goal, mesh.twins[following], apex, end, right, apex if from_left > 0.0 else left, before,
+            item,
+        )  # fmt: skip
     if from_left > 0.0:
-        look(mesh, front, goal, mesh.twins[last], start, apex, apex if from_right > 0.0 else right, left, before, item)
+        look(
+            mesh, horizon, goal, mesh.twins[last], start, apex, apex if from_right > 0.0 else right, left, before, item
+        )
 
 
 @njit(cache=True, error_model="numpy")
-def turn(mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, item: int) -> None:
+def turn(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, item: int) -> None:
     """Go on from a vertex into the directions that are at least a straight angle away from where the path came from."""
-    half = -1 - front.halves[item]
+    half = -1 - horizon.halves[item]
     vertex = mesh.starts[half]
-    if front.visited[vertex] == number:
+    if horizon.visited[vertex] == number:
         return
-    front.visited[vertex] = number
-    before = front.before[item] + abs(front.starts[item])
-    back = phase(-front.starts[item] / front.ends[item])
+    horizon.visited[vertex] = number
+    before = horizon.before[item] + abs(horizon.starts[item])
+    back = phase(-horizon.starts[item] / horizon.ends[item])
     angle = min(max(back, 0.0), float(mesh.angles[half]))
     total = float(mesh.totals[vertex])
     first = first_around(mesh, half)
     if mesh.twins[first] >= 0:
-        fan(mesh, front, pieces, goal, number, half, angle + pi, angle + total - pi, before, item)
+        fan(mesh, horizon, segments, goal, number, half, angle + pi, angle + total - pi, before, item)
         return
     around = first
     while around != half:
         angle += float(mesh.angles[around])
         around = mesh.twins[previous_half(around)]
     if angle >= pi:
-        fan(mesh, front, pieces, goal, number, first, 0.0, angle - pi, before, item)
+        fan(mesh, horizon, segments, goal, number, first, 0.0, angle - pi, before, item)
     if angle + pi <= total:
-        fan(mesh, front, pieces, goal, number, first, angle + pi, total, before, item)
+        fan(mesh, horizon, segments, goal, number, first, angle + pi, total, before, item)
 
 
 @njit(cache=True, error_model="numpy")
 def fan(
-    mesh: Mesh, front: Front, pieces: Pieces, goal: Goal, number: int, half: int, low: float, high: float,
+    mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, half: int, low: float, high: float,
     before: float, item: int,
 ) -> None:  # fmt: skip
     """Look from a vertex through the faces around it, between two angles counted leftwards from a half-edge there."""
@@ -146,10 +152,10 @@ def fan(
             right = side if low <= angle else side * rect(1.0, low - angle)
             left = apex if high >= angle + width else side * rect(1.0, high - angle)
             scale = side / (mesh.corners[following] - mesh.corners[half])
-            see(front, pieces, goal, face, -scale * mesh.corners[half], scale, right, left, before, item)
-            look(mesh, front, goal, mesh.twins[following], apex, side, right, left, before, item)
-            meet(mesh, front, goal, number, following, side, apex - side, before, item)
-            meet(mesh, front, goal, number, last, apex, -apex, before, item)
+            see(horizon, segments, goal, face, -scale * mesh.corners[half], scale, right, left, before, item)
+            look(mesh, horizon, goal, mesh.twins[following], apex, side, right, left, before, item)
+            meet(mesh, horizon, goal, number, following, side, apex - side, before, item)
+            meet(mesh, horizon, goal, number, last, apex, -apex, before, item)
         angle += width
         half, side = mesh.twins[last], apex
         if angle > high or half < 0 or half == first:
@@ -157,7 +163,7 @@ def fan(
 
 
 @njit(cache=True, error_model="numpy")
-def first_around(mesh: Mesh, half: int) -> int:
+def first_around(mesh: FlatMesh, half: int) -> int:
     """Return the rightmost half-edge that starts at the same vertex on the border, or the one given inside."""
     around = half
     while mesh.twins[around] >= 0:
@@ -169,18 +175,18 @@ def first_around(mesh: Mesh, half: int) -> int:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def see(
-    front: Front, pieces: Pieces, goal: Goal, face: int, origin: complex, scale: complex,
+    horizon: Horizon, segments: Segments, goal: Goal, face: int, origin: complex, scale: complex,
     right: complex, left: complex, before: float, item: int,
 ) -> None:  # fmt: skip
-    """Keep the nearest piece of a face within a cone; a side of 0 does not bound it."""
-    for k in range(pieces.first[face], pieces.first[face + 1]):
-        if goal.label != ANY and pieces.labels[k] != goal.label:
+    """Keep the nearest segment of a face within a cone; a side of 0 does not bound it."""
+    for k in range(segments.first[face], segments.first[face + 1]):
+        if goal.label != ANY and segments.labels[k] != goal.label:
             continue
-        if pieces.runs[k] == goal.run:
-            apart = abs(pieces.arcs[k] - goal.arc)
-            if min(apart, pieces.loops[k] - apart) <= goal.clear:
+        if segments.runs[k] == goal.run:
+            apart = abs(segments.arcs[k] - goal.arc)
+            if min(apart, segments.loops[k] - apart) <= goal.clear:
                 continue
-        start, along = origin + scale * pieces.starts[k], scale * pieces.along[k]
+        start, along = origin + scale * segments.starts[k], scale * segments.along[k]
         low, high = within(cross(right, start), cross(right, along), 0.0, 1.0, abs(right) * (abs(start) + abs(along)))
         low, high = within(cross(start, left), cross(along, left), low, high, abs(left) * (abs(start) + abs(along)))
         if low > high:
@@ -190,9 +196,9 @@ def see(
         if squared > 0.0:
             share = min(max(-(start.real * along.real + start.imag * along.imag) / squared, low), high)
         nearest = start + share * along
-        if before + abs(nearest) < front.best[0]:
-            front.best[0], front.best[1], front.seen[0] = before + abs(nearest), share, nearest
-            front.found[0], front.found[1], front.found[2] = k, item, face
+        if before + abs(nearest) < horizon.best[0]:
+            horizon.best[0], horizon.best[1], horizon.seen[0] = before + abs(nearest), share, nearest
+            horizon.found[0], horizon.found[1], horizon.found[2] = k, item, face
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -210,8 +216,8 @@ def within(value: float, slope: float, low: float, high: float, scale: float) ->
 
 @njit(cache=True, error_model="numpy", inline="always")
 def look(
-    mesh: Mesh, front: Front, goal: Goal, half: int, start: complex, end: complex, right: complex, left: complex,
-    before: float, item: int,
+    mesh: FlatMesh, horizon: Horizon, goal: Goal, half: int, start: complex, end: complex, right: complex,
+    left: complex, before: float, item: int,
 ) -> None:  # fmt: skip
     """Add the window over an edge, unless it is the border or nothing behind it can be nearer than what was found."""
     if half < 0:
@@ -224,15 +230,15 @@ def look(
         high = min(max(-cross(right, start) / cross(right, along), 0.0), 1.0)
     share = -(start.real * along.real + start.imag * along.imag) / (along.real**2 + along.imag**2)
     nearest = start + min(max(share, min(low, high)), max(low, high)) * along
-    add(mesh, front, goal, half, start, end, right, left, before, item, abs(nearest))
+    add(mesh, horizon, goal, half, start, end, right, left, before, item, abs(nearest))
 
 
 @njit(cache=True, error_model="numpy")
 def meet(
-    mesh: Mesh, front: Front, goal: Goal, number: int, half: int, place: complex, along: complex, before: float,
+    mesh: FlatMesh, horizon: Horizon, goal: Goal, number: int, half: int, place: complex, along: complex, before: float,
     item: int,
 ) -> None:  # fmt: skip
     """Add the turn at the vertex where a half-edge starts, if paths can turn there and none did before."""
     vertex = mesh.starts[half]
-    if mesh.turns[vertex] and front.visited[vertex] != number:
-        add(mesh, front, goal, -1 - half, place, along, 0j, 0j, before, item, abs(place))
+    if mesh.turns[vertex] and horizon.visited[vertex] != number:
+        add(mesh, horizon, goal, -1 - half, place, along, 0j, 0j, before, item, abs(place))

@@ -157,7 +157,7 @@ def _frames(content: Dataset, *, name: str) -> _Frames:
 
 
 def _stack(frames: _Frames, *, name: str) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return the slice of each frame, the place of the first, and the way from one slice to the next."""
+    """Return the slice of each frame, the place of the first, and the shift from one slice to the next."""
     normal = np.cross(frames.columns, frames.rows)
     normal /= np.linalg.norm(normal)
     heights = frames.places @ normal
@@ -171,8 +171,8 @@ def _stack(frames: _Frames, *, name: str) -> tuple[IntArray, FloatArray, FloatAr
     numbers = np.rint((heights - levels[0]) / step)
     first, last = frames.places[np.argmin(heights)], frames.places[np.argmax(heights)]
     # Slices need not be shifted along their normal: oblique stacks are sheared.
-    way: FloatArray = (last - first) / numbers.max() if numbers.max() > 0 else normal * step
-    missed = np.linalg.norm(frames.places - first - numbers[:, None] * way, axis=1)
+    shift: FloatArray = (last - first) / numbers.max() if numbers.max() > 0 else normal * step
+    missed = np.linalg.norm(frames.places - first - numbers[:, None] * shift, axis=1)
     if not missed.max() <= PLACE_TOLERANCE * max(step, pixel):
         worst = int(np.argmax(missed))
         raise InputError(
@@ -181,14 +181,14 @@ def _stack(frames: _Frames, *, name: str) -> tuple[IntArray, FloatArray, FloatAr
             "export evenly spaced slices.",
             missed=float(missed[worst]),
         )
-    return numbers.astype(np.int64), first, way
+    return numbers.astype(np.int64), first, shift
 
 
 def _volume(content: Dataset, frames: _Frames, *, label: int | None, name: str) -> LabelVolume:
     """Return the labels of all frames on one grid."""
-    numbers, first, way = _stack(frames, name=name)
+    numbers, first, shift = _stack(frames, name=name)
     affine = np.eye(4)
-    affine[:3] = np.column_stack([frames.columns, frames.rows, way, first])
+    affine[:3] = np.column_stack([frames.columns, frames.rows, shift, first])
     # Left, posterior, superior becomes right, anterior, superior.
     affine[:2] *= -1.0
     rows, columns = int(content.Rows), int(content.Columns)

@@ -41,8 +41,8 @@ LARGEST_LOSS = 0.04
 UNBELIEVABLE_LOSS = 0.12
 # The volume of the surface is that of the voxels but for this share.
 VOLUME_TOLERANCE = 1e-3
-# A grid point nearer to the surface than this share of the finest side of a voxel counts as that far: triangles keep a
-# size that way, and the surface moves by less than the noise of any scanner.
+# A grid point nearer to the surface than this share of the finest side of a voxel counts as that far: so triangles keep
+# a size, and the surface moves by less than the noise of any scanner.
 CRUMB_SHARE = 0.05
 # Steps to that volume; each takes a surface. Two or three are enough.
 MOST_STEPS = 8

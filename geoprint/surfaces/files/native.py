@@ -26,7 +26,7 @@ def run_worker(script: Path, arguments: Sequence[str], *, output: Path, work: st
 
     Raises:
         ResourceError: it took too long or too much memory.
-        InputError: it ended in any other way without a result.
+        InputError: it ended without a result for another reason.
     """
     command = [sys.executable, "-I", str(script), *arguments, str(MEMORY)]
     try:

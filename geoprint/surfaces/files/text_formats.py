@@ -169,7 +169,7 @@ def _mesh(vertices: list[tuple[float, float, float]], polygons: list[list[int]],
 
 
 def _check_convex(vertices: FloatArray, faces: IntArray, polygon: IntArray, *, name: str) -> None:
-    """Refuse a fan whose triangles do not all face the same way: it would overlap itself.
+    """Refuse a fan whose triangles do not all face to the same side: it would overlap itself.
 
     Args:
         vertices: positions.

@@ -97,7 +97,7 @@ def read_nrrd(data: bytes, *, name: str) -> LabelVolume:
     """Read a NRRD file with its data inside; coordinates become right, anterior, superior, as those of NIfTI.
 
     Raises:
-        InputError: as `read_nifti`; or the data stand in another file, or are packed in a way that is not read.
+        InputError: as `read_nifti`; or the data stand in another file, or are packed as is not read here.
         UsageError: pynrrd is not installed.
     """
     try:

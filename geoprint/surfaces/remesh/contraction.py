@@ -118,7 +118,7 @@ def _may_go(corners: list[list[int]], around: dict[int, set[int]], kept: int, lo
 
 
 def _turns_over(vertices: FloatArray, before: IntArray, after: IntArray) -> bool:
-    """Return whether one of (k, 3) faces would point the other way, or nowhere, with other corners."""
+    """Return whether one of (k, 3) faces would point to the other side, or nowhere, with other corners."""
     old, new = (doubled_area_vectors(vertices, faces) for faces in (before, after))
     return bool((np.einsum("kx,kx->k", old, new) <= 0.0).any())
 

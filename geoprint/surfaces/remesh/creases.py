@@ -66,7 +66,7 @@ def creases(surface: Surface, *, shortest: float) -> Creases:
 
 
 def edges_alone(surface: Surface, sides: BoolArray) -> Surface:
-    """Return the edges of some half-edges as triangles without area, to which `closest` finds the way.
+    """Return the edges of some half-edges as triangles without area, on which `closest` finds the nearest points.
 
     Args:
         surface: m faces.
@@ -96,7 +96,7 @@ def _kinds(vertices: FloatArray, pairs: IntArray) -> IntArray:
     degrees = np.bincount(pairs.ravel(), minlength=len(vertices))
     along = vertices[pairs[:, 1]] - vertices[pairs[:, 0]]
     along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(np.float64).tiny)[:, None]
-    # Away from the vertex along each of its edges: on a straight curve two such directions cancel out.
+    # Directions from the vertex along each of its edges: on a straight curve two of them cancel out.
     total = np.zeros((len(vertices), 3))
     np.add.at(total, pairs[:, 0], along)
     np.add.at(total, pairs[:, 1], -along)

@@ -18,7 +18,7 @@ FACE_LIMIT = 5_000_000
 LONGEST_EDGE = math.sqrt(2.0)
 # Equilateral triangles on the square of their side.
 FACES_PER_SQUARE = 4.0 / math.sqrt(3.0)
-# Relative; lengths that differ by rounding alone are treated alike, so that a rotated part is cut the same way.
+# Relative; lengths that differ by rounding alone are treated alike, so that a part is cut the same when rotated.
 LENGTH_TOLERANCE = 1e-9
 # A face whose height is below this share of its longest side (angles of 14 degrees) is cut across.
 THIN_FACE = 0.25

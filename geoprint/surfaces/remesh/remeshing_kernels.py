@@ -297,7 +297,7 @@ def _remove(
 
 @njit(cache=True)
 def _flip_gains(vertices: FloatArray, a: int, b: int, c: int, d: int) -> bool:
-    """Return whether edge a b opposite to c and d is better replaced by c d, and its faces then face the same way."""
+    """Return whether edge a b opposite to c and d is better replaced by c d, and its faces agree then."""
     if _cotangent(vertices, c, a, b) + _cotangent(vertices, d, a, b) >= -COTANGENT_TOLERANCE:
         return False
     old = _normal(vertices, a, b, c) + _normal(vertices, b, a, d)

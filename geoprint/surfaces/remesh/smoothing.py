@@ -24,7 +24,7 @@ from geoprint.surfaces.topology import boundary_loops, half_edges, twins
 def smooth(surface: Surface, *, wavelength: float) -> Surface:
     """Return a surface without ripples that are shorter than a wavelength.
 
-    Rims are smoothed along themselves in the same way, which rounds their corners, and the surface then up to them.
+    Rims are smoothed along themselves in the same manner, which rounds their corners, and the surface then up to them.
     Creases that are longer than the wavelength stay where they are.
 
     Args:

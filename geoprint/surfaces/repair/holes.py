@@ -49,7 +49,7 @@ def _lid(vertices: FloatArray, loop: IntArray) -> IntArray:
     Each stretch of the rim from corner i to corner j is closed best by some triangle i, k, j between the best lids of
     its two sides: found for short stretches first.
     """
-    # The rim runs with the surface on its left, so that the lid runs the other way.
+    # The rim runs with the surface on its left, so that the lid runs in the opposite direction.
     rim = loop[::-1]
     points, count = vertices[rim], loop.size
     cost, split = np.zeros((count, count)), np.zeros((count, count), dtype=np.int64)

@@ -62,7 +62,7 @@ class PreparationReport:
     Attributes:
         welded_vertices: vertices that were joined to another one.
         dropped_degenerate_faces: faces without area, before or after welding.
-        dropped_duplicate_faces: faces with the same corners as an earlier one, whichever way they are wound.
+        dropped_duplicate_faces: faces with the same corners as an earlier one, however they are wound.
         dropped_unreferenced_vertices: vertices that no face uses.
         dropped_debris_faces: faces of specks beside the part.
         debris_places: a corner of each speck [mm].
@@ -116,7 +116,7 @@ class PreparationReport:
 
 
 def prepare(surface: Surface, *, longest_hole: float | None = None) -> tuple[Surface, PreparationReport]:
-    """Make a mesh from a file one that can be planned on, or say what stands in the way.
+    """Make a mesh from a file one that can be planned on, or say what prevents it.
 
     In this order: faces without area are dropped; rim vertices that coincide are joined, exactly first and then within
     a tolerance (vertices inside the surface or at the two ends of an edge are never joined); faces that lost their area

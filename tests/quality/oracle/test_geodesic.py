@@ -11,10 +11,10 @@ from benchmarks.parts.surfaces import make
 from geoprint.errors import FieldError, VerificationError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.quality.deposited import sampled
-from geoprint.quality.oracle.front import ANY
 from geoprint.quality.oracle.geodesic import Ask, GeodesicDistance, Nearest
+from geoprint.quality.oracle.horizon import ANY
 from geoprint.quality.oracle.tracing import SurfacePath, trace
-from geoprint.quality.oracle.triangles import Mesh, Places, flat_mesh, flat_places, spatial
+from geoprint.quality.oracle.triangles import FlatMesh, Places, flat_mesh, flat_places, spatial
 from geoprint.quality.spacing import outer_distance
 from geoprint.surfaces import closest, vertex_points
 from geoprint.surfaces.remesh import refine
@@ -24,7 +24,7 @@ from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
 DOT = 1e-7
 
 
-def laid(surface: Surface, lines: list[FloatArray]) -> tuple[Mesh, SurfacePath]:
+def laid(surface: Surface, lines: list[FloatArray]) -> tuple[FlatMesh, SurfacePath]:
     """Return (k, 3) lines as paths on a surface, one a level."""
     mesh = flat_mesh(surface)
     points, _ = closest(surface, np.concatenate(lines))
@@ -33,7 +33,7 @@ def laid(surface: Surface, lines: list[FloatArray]) -> tuple[Mesh, SurfacePath]:
     return mesh, trace(mesh, flat_places(mesh, points), runs=runs, levels=np.arange(len(lines)), closed=closed)
 
 
-def places_of(surface: Surface, mesh: Mesh, xyz: FloatArray) -> Places:
+def places_of(surface: Surface, mesh: FlatMesh, xyz: FloatArray) -> Places:
     return flat_places(mesh, closest(surface, xyz)[0])
 
 

@@ -1,4 +1,4 @@
-"""What a search over unfolded triangles looks for and carries along: pieces of curves, windows and their heap."""
+"""What a search over unfolded triangles looks for and carries along: segments of curves, windows and their heap."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from numba import njit
 
 from geoprint.model import FloatArray, IntArray
-from geoprint.quality.oracle.triangles import ComplexArray, Mesh
+from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh
 
-# What `Goal.label` is where every piece counts.
+# What `Goal.label` is where every segment counts.
 ANY = -1
 
 
-class Pieces(NamedTuple):
-    """Straight pieces of curves, each in one face, sorted by face.
+class Segments(NamedTuple):
+    """Straight segments of curves, each in one face, sorted by face.
 
     Attributes:
-        first: (m + 1,) pieces of face f are first[f] to first[f + 1].
+        first: (m + 1,) segments of face f are first[f] to first[f + 1].
         starts: (p,) where each starts in the plane of its face [mm].
         along: (p,) the way to its end [mm].
         labels: (p,) what is asked for.
@@ -41,8 +41,8 @@ class Goal(NamedTuple):
     """What a search looks for.
 
     Attributes:
-        label: only pieces with it count, or `ANY`.
-        run: pieces of this run nearer along it than `clear` to `arc` do not count; -1 for none.
+        label: only segments with it count, or `ANY`.
+        run: segments of this run nearer along it than `clear` to `arc` do not count; -1 for none.
         arc: [mm].
         clear: [mm].
         aimed: whether to search towards a place first.
@@ -61,7 +61,7 @@ class Goal(NamedTuple):
     z: float
 
 
-class Front(NamedTuple):
+class Horizon(NamedTuple):
     """The windows and turns of one search; changed in place.
 
     Attributes:
@@ -77,8 +77,8 @@ class Front(NamedTuple):
         items: (c,) what they belong to.
         counts: how many windows there are; how many wait in the heap; how many are allowed.
         visited: (n,) number of the last search that turned at each vertex.
-        found: nearest piece so far, and the window and the face in which it is seen.
-        best: its distance [mm], and the share of the piece at which it is nearest.
+        found: nearest segment so far, and the window and the face in which it is seen.
+        best: its distance [mm], and the share of the segment at which it is nearest.
         seen: where it is nearest, from the source of that window [mm].
     """
 
@@ -98,9 +98,9 @@ class Front(NamedTuple):
     seen: ComplexArray
 
 
-def empty_front(mesh: Mesh, *, windows: int) -> Front:
+def empty_horizon(mesh: FlatMesh, *, windows: int) -> Horizon:
     """Return room for searches of so many windows."""
-    return Front(
+    return Horizon(
         halves=np.zeros(windows, dtype=np.int64),
         parents=np.zeros(windows, dtype=np.int64),
         starts=np.zeros(windows, dtype=np.complex128),
@@ -120,8 +120,8 @@ def empty_front(mesh: Mesh, *, windows: int) -> Front:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def add(
-    mesh: Mesh, front: Front, goal: Goal, half: int, start: complex, end: complex, right: complex, left: complex,
-    before: float, parent: int, ahead: float,
+    mesh: FlatMesh, horizon: Horizon, goal: Goal, half: int, start: complex, end: complex, right: complex,
+    left: complex, before: float, parent: int, ahead: float,
 ) -> int:  # fmt: skip
     """Put a window or a turn into the heap, unless it is too far; return its number."""
     key = before + ahead
@@ -129,38 +129,38 @@ def add(
         edge = half if half >= 0 else -1 - half
         x, y, z = mesh.middles[edge, 0] - goal.x, mesh.middles[edge, 1] - goal.y, mesh.middles[edge, 2] - goal.z
         key += max(sqrt(x * x + y * y + z * z) - mesh.halves[edge], 0.0)
-    if key >= front.best[0] or front.counts[0] >= front.counts[2]:
+    if key >= horizon.best[0] or horizon.counts[0] >= horizon.counts[2]:
         return -1
-    item = front.counts[0]
-    front.counts[0] += 1
-    front.halves[item], front.parents[item], front.before[item] = half, parent, before
-    front.starts[item], front.ends[item], front.rights[item], front.lefts[item] = start, end, right, left
-    hole = front.counts[1]
-    front.counts[1] += 1
-    while hole > 0 and front.keys[(hole - 1) // 2] > key:
-        front.keys[hole], front.items[hole] = front.keys[(hole - 1) // 2], front.items[(hole - 1) // 2]
+    item = horizon.counts[0]
+    horizon.counts[0] += 1
+    horizon.halves[item], horizon.parents[item], horizon.before[item] = half, parent, before
+    horizon.starts[item], horizon.ends[item], horizon.rights[item], horizon.lefts[item] = start, end, right, left
+    hole = horizon.counts[1]
+    horizon.counts[1] += 1
+    while hole > 0 and horizon.keys[(hole - 1) // 2] > key:
+        horizon.keys[hole], horizon.items[hole] = horizon.keys[(hole - 1) // 2], horizon.items[(hole - 1) // 2]
         hole = (hole - 1) // 2
-    front.keys[hole], front.items[hole] = key, item
+    horizon.keys[hole], horizon.items[hole] = key, item
     return item
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def pop(front: Front) -> int:
+def pop(horizon: Horizon) -> int:
     """Take the least out of the heap."""
-    item = front.items[0]
-    front.counts[1] -= 1
-    count = front.counts[1]
-    key, last = front.keys[count], front.items[count]
+    item = horizon.items[0]
+    horizon.counts[1] -= 1
+    count = horizon.counts[1]
+    key, last = horizon.keys[count], horizon.items[count]
     hole = 0
     while 2 * hole + 1 < count:
         child = 2 * hole + 1
-        if child + 1 < count and front.keys[child + 1] < front.keys[child]:
+        if child + 1 < count and horizon.keys[child + 1] < horizon.keys[child]:
             child += 1
-        if front.keys[child] >= key:
+        if horizon.keys[child] >= key:
             break
-        front.keys[hole], front.items[hole] = front.keys[child], front.items[child]
+        horizon.keys[hole], horizon.items[hole] = horizon.keys[child], horizon.items[child]
         hole = child
-    front.keys[hole], front.items[hole] = key, last
+    horizon.keys[hole], horizon.items[hole] = key, last
     return item
 
 
