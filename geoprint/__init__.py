@@ -10,8 +10,8 @@ and imports run to the right alone (braces: mutually independent; `lint-imports`
     cli -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
         -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry -> errors
 
-`plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result; `results`
-has their values, `account` what is said of them. The stages themselves are public too: `surfaces.files.load`,
+`plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result.
+`results` has their values, `account` says what they are. The stages themselves are public too: `surfaces.files.load`,
 `surfaces.repair.prepare`, `backends.BACKENDS`, `patterns.PATTERNS`, `paths.arrange` and `poses`, `motion.reach.reach`,
 `motion.timing.retime`, `motion.controller.written_targets` and `controller_path`, `motion.collision.clearance`,
 `export.orders_of`, `export.rapid.rapid_program`, `quality.uniformity`. Lengths are mm, times s, angles rad.
