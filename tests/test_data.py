@@ -79,7 +79,8 @@ def test_a_part_prepares_without_any_change(name: str) -> None:
     prepared, report = prepare(part(name))
     assert np.array_equal(prepared.vertices, part(name).vertices)
     assert np.array_equal(prepared.faces, part(name).faces)
-    assert (report.flipped_faces, report.welded_vertices, report.dropped_degenerate_faces) == (0, 0, 0)
+    done = report.repairs
+    assert (done.flipped_faces, done.welded_vertices, done.dropped_degenerate_faces) == (0, 0, 0)
 
 
 @pytest.mark.parametrize(("name", "topology"), TOPOLOGY.items())

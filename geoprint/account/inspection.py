@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import final
 
-from geoprint.account.rounding import rounded
+from geoprint.account.plan_record import PreparationRecord
+from geoprint.account.rounding import as_json, rounded
 from geoprint.export import Json
 from geoprint.results import FileInspection
 from geoprint.surfaces import in_words
@@ -102,7 +103,7 @@ class InspectionRecord:
     slivers: FlawRecord
     crossings: FlawRecord
     crossings_complete: bool
-    preparation: PreparationReport | None
+    preparation: dict[str, Json] | None
     changes: tuple[str, ...] | None
     refusal: str | None
     regions: tuple[RegionRecord, ...]
@@ -121,7 +122,7 @@ def inspection_text(seen: FileInspection) -> str:
 
 def inspection_record(seen: FileInspection) -> InspectionRecord:
     """Return what is said of a file, its figures rounded and named."""
-    found = seen.found
+    found, done = seen.found, seen.found.preparation
     return InspectionRecord(
         name=seen.name,
         unit=seen.unit,
@@ -139,12 +140,18 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         slivers=_flaw(found.slivers),
         crossings=_flaw(found.crossings),
         crossings_complete=found.crossings_complete,
-        preparation=found.preparation,
-        changes=None if found.preparation is None else found.preparation.changes(),
+        preparation=None if done is None else as_json(record_preparation(done)),
+        changes=None if done is None else done.repairs.changes(),
         refusal=found.refusal,
         regions=tuple(RegionRecord(name, faces, rounded(area)) for name, faces, area in seen.regions),
         backends=dict(seen.backends),
     )
+
+
+def record_preparation(found: PreparationReport) -> PreparationRecord:
+    """Return what preparing changed and found: its repairs, then what is left."""
+    told = asdict(found)
+    return PreparationRecord(**told.pop("repairs"), **told)
 
 
 def _lines(record: InspectionRecord) -> Iterator[str]:

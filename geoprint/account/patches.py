@@ -20,7 +20,7 @@ def record_cut(patch: Patch) -> CutRecord:
         outside=patch.outside,
         inside=patch.inside,
         point_off_body_mm=patch.missed,
-        changes=found.changes(),
+        changes=found.repairs.changes(),
     )
 
 

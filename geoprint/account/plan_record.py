@@ -14,6 +14,7 @@ from geoprint.account.robot_record import RobotRecord
 from geoprint.account.rounding import Count, Pair, Place, Record, Rounded, Thousandths
 from geoprint.config.job import Job, PatchRegion
 from geoprint.config.key import keys_of
+from geoprint.surfaces.repair import PreparationReport, Repairs, described
 
 
 class FileRecord(Record):
@@ -70,26 +71,16 @@ class MeshRecord(Record):
     mean_edge_mm: Rounded = Field(description="mean length of an edge [mm]")
 
 
-class PreparationRecord(Record):
-    """What preparing the mesh changed, and what it found."""
+def _prepared() -> dict[str, Any]:
+    """Return what fields of a report on preparing become here, the repairs first: their types and descriptions."""
+    return {
+        name: (Count if kind is int else kind, Field(description=what))
+        for name, kind, what in (*described(Repairs), *described(PreparationReport))
+    }
 
-    welded_vertices: Count = Field(description="joined to others that coincide")
-    dropped_degenerate_faces: Count = Field(description="without area")
-    dropped_duplicate_faces: Count = Field(description="with the corners of an earlier one")
-    dropped_unreferenced_vertices: Count = Field(description="that no face uses")
-    dropped_debris_faces: Count = Field(description="of specks beside the part")
-    debris_places: tuple[tuple[float, ...], ...] = Field(description="a corner of each speck [mm]")
-    junction_faces: Count = Field(description="added where vertices lie on edges")
-    flipped_faces: Count = Field(description="turned for one winding")
-    split_vertices: Count = Field(description="where fans of faces touch")
-    filled_holes: tuple[tuple[float, ...], ...] = Field(description="middle of each hole that was closed [mm]")
-    crossings_checked: bool = Field(description="whether every pair of faces was looked at for crossing")
-    vertices: Count = Field(description="left")
-    faces: Count = Field(description="left")
-    topology: str = Field(description="in words")
-    boundary_lengths: tuple[float, ...] = Field(description="of each rim, the longest first [mm]")
-    area: float = Field(description="[mm2]")
-    mean_edge: float = Field(description="mean length of an edge [mm]")
+
+class PreparationRecord(create_model("PreparedRecord", __base__=Record, **_prepared())):
+    """What preparing the mesh changed, and what it found."""
 
 
 class SideRecord(Record):

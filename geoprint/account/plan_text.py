@@ -152,8 +152,8 @@ def _repairs(workpiece: Workpiece) -> Iterator[str]:
     """Say what preparing changed and what it could not check, patch by patch."""
     for number, preparation in enumerate(workpiece.preparations, start=1):
         which = f"patch {number}: " if len(workpiece.preparations) > 1 else ""
-        if preparation.changes():
-            yield f"{which}the mesh was repaired: {'; '.join(preparation.changes())}."
+        if changes := preparation.repairs.changes():
+            yield f"{which}the mesh was repaired: {'; '.join(changes)}."
         if not preparation.crossings_checked:
             yield f"{which}not checked: whether the surface passes through itself, because its triangles are so thin."
 

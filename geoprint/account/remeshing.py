@@ -100,7 +100,7 @@ def _record(found: Remeshed) -> RemeshingRecord:
         name=found.before.name,
         steps=found.steps,
         topology=found.preparation.topology,
-        preparation=found.preparation.changes(),
+        preparation=found.preparation.repairs.changes(),
         before=_mesh(found.before),
         after=_mesh(found.after),
         deviation=DeviationRecord(

@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.inspection import record_preparation
 from geoprint.account.patches import record_cut
 from geoprint.account.plan_record import (
     AreaScaleRecord,
@@ -27,7 +28,6 @@ from geoprint.account.plan_record import (
     PatchSpacingRecord,
     PathsRecord,
     PlanRecord,
-    PreparationRecord,
     RefinementRecord,
     SettingsRecord,
     SideRecord,
@@ -155,7 +155,7 @@ def _surface(plan: Plan) -> SurfaceRecord:
         size_mm=place_of(np.ptp(part.vertices, axis=0)),
         prepared=_mesh(part),
         refined=_mesh(plan.workpiece.surface),
-        preparation=PreparationRecord(**asdict(preparations[0])) if len(preparations) == 1 else None,
+        preparation=record_preparation(preparations[0]) if len(preparations) == 1 else None,
         side=SideRecord(**asdict(plan.workpiece.side)),
     )
 

@@ -127,19 +127,12 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
 
 def _all_changes(joined: Joined, before: PreparationReport, after: PreparationReport) -> PreparationReport:
     """Return the report of the cut patch with all changes that were made before it was cut."""
-    return replace(
-        after,
-        welded_vertices=joined.welded_vertices + before.welded_vertices + after.welded_vertices,
-        dropped_degenerate_faces=joined.dropped_degenerate_faces + after.dropped_degenerate_faces,
-        dropped_duplicate_faces=joined.dropped_duplicate_faces + after.dropped_duplicate_faces,
-        dropped_debris_faces=before.dropped_debris_faces + after.dropped_debris_faces,
-        debris_places=before.debris_places + after.debris_places,
-        junction_faces=before.junction_faces + after.junction_faces,
-        flipped_faces=before.flipped_faces + after.flipped_faces,
-        split_vertices=before.split_vertices + after.split_vertices,
-        filled_holes=before.filled_holes + after.filled_holes,
-        crossings_checked=before.crossings_checked and after.crossings_checked,
+    repairs = replace(
+        joined.repairs + before.repairs + after.repairs,
+        # Vertices that the patch leaves out are not told.
+        dropped_unreferenced_vertices=after.repairs.dropped_unreferenced_vertices,
     )
+    return replace(after, repairs=repairs, crossings_checked=before.crossings_checked and after.crossings_checked)
 
 
 def _some_place(body: Surface, choice: PatchChoice) -> FloatArray | None:

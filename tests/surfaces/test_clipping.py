@@ -131,7 +131,7 @@ def test_contraction_takes_crumbs_and_keeps_shape_rim_and_topology() -> None:
     assert describe(clean) == "annulus"
     assert edge_lengths(clean).min() >= 0.1 * np.median(edge_lengths(crumbly))
     assert area(clean) == pytest.approx(area(surface), rel=1e-9)
-    assert prepare(clean)[1].welded_vertices == 0
+    assert prepare(clean)[1].repairs.welded_vertices == 0
 
 
 def test_contraction_leaves_a_surface_without_crumbs_as_it_is() -> None:

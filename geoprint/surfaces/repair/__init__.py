@@ -11,3 +11,4 @@ from geoprint.surfaces.repair.preparation import (
     join as join,
     prepare as prepare,
 )
+from geoprint.surfaces.repair.repairs import Repairs as Repairs, described as described

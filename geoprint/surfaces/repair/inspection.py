@@ -112,7 +112,7 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
     rims, crowded = _rims(examined, side_edge), np.flatnonzero(face_counts(side_edge) > 2)
     labels = np.zeros(len(examined.faces), dtype=np.int64) if preparation is not None else component_labels(examined)
     if preparation is not None:
-        vertices, flips = Defect(preparation.split_vertices), Defect(preparation.flipped_faces)
+        vertices, flips = Defect(preparation.repairs.split_vertices), Defect(preparation.repairs.flipped_faces)
         crossing, complete = Defect(0), preparation.crossings_checked
     else:
         vertices, flips = _touching_fans(examined, side_edge), _flips(examined)

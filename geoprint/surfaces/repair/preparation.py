@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, final
+from typing import Annotated, NamedTuple, final
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from geoprint.surfaces.repair.crossings import crossings
 from geoprint.surfaces.repair.holes import fill_holes
 from geoprint.surfaces.repair.junctions import split_junctions
 from geoprint.surfaces.repair.manifold import check_connected, check_edges, split_vertices, turned_faces
+from geoprint.surfaces.repair.repairs import Repairs
 from geoprint.surfaces.repair.welding import weld_tolerance, welded
 from geoprint.surfaces.topology import (
     boundary_loops,
@@ -40,79 +41,27 @@ class Joined:
     Attributes:
         surface: with all vertices of the file.
         tolerance: distance below which vertices count as one [mm].
-        welded_vertices: that were joined to another one.
-        dropped_degenerate_faces: without area, before or after joining.
-        dropped_duplicate_faces: with the same corners as an earlier one.
-        dropped_unreferenced_vertices: that no face uses.
+        repairs: what was joined and dropped.
     """
 
     surface: Surface
     tolerance: float
-    welded_vertices: int
-    dropped_degenerate_faces: int
-    dropped_duplicate_faces: int
-    dropped_unreferenced_vertices: int
+    repairs: Repairs
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class PreparationReport:
-    """What `prepare` changed, and what it found.
+    """What `prepare` changed, and what it found; `topology.describe` names the topology."""
 
-    Attributes:
-        welded_vertices: vertices that were joined to another one.
-        dropped_degenerate_faces: faces without area, before or after welding.
-        dropped_duplicate_faces: faces with the same corners as an earlier one, however they are wound.
-        dropped_unreferenced_vertices: vertices that no face uses.
-        dropped_debris_faces: faces of specks beside the part.
-        debris_places: a corner of each speck [mm].
-        junction_faces: faces that were added by cutting edges at vertices that lie on them.
-        flipped_faces: faces whose winding differs from the file's.
-        split_vertices: copies made where several fans of faces touched in one vertex.
-        filled_holes: the middle of each hole that was closed [mm].
-        crossings_checked: whether every pair of faces was looked at for crossing.
-        vertices: number of vertices left.
-        faces: number of faces left.
-        topology: as `topology.describe` names it.
-        boundary_lengths: length of each boundary loop [mm], the longest first.
-        area: [mm2].
-        mean_edge: mean edge length [mm].
-    """
-
-    welded_vertices: int
-    dropped_degenerate_faces: int
-    dropped_duplicate_faces: int
-    dropped_unreferenced_vertices: int
-    dropped_debris_faces: int
-    debris_places: tuple[tuple[float, ...], ...]
-    junction_faces: int
-    flipped_faces: int
-    split_vertices: int
-    filled_holes: tuple[tuple[float, ...], ...]
-    crossings_checked: bool
-    vertices: int
-    faces: int
-    topology: str
-    boundary_lengths: tuple[float, ...]
-    area: float
-    mean_edge: float
-
-    def changes(self) -> tuple[str, ...]:
-        """Return a phrase for each kind of change, with its number and where it matters its place."""
-        specks = f"faces of specks dropped, at {_places(self.debris_places)}"
-        holes = f"holes closed, at {_places(self.filled_holes)}"
-        counted = (
-            (self.welded_vertices, "vertices joined to others that coincide"),
-            (self.dropped_degenerate_faces, "faces without area dropped"),
-            (self.dropped_duplicate_faces, "duplicate faces dropped"),
-            (self.dropped_unreferenced_vertices, "vertices that no face uses dropped"),
-            (self.dropped_debris_faces, specks),
-            (self.junction_faces, "faces added where vertices lie on edges (T-junctions)"),
-            (self.flipped_faces, "faces turned for one winding"),
-            (self.split_vertices, "vertices split where fans of faces touch"),
-            (len(self.filled_holes), holes),
-        )
-        return tuple(f"{count} {what}" for count, what in counted if count)
+    repairs: Repairs
+    crossings_checked: Annotated[bool, "whether every pair of faces was looked at for crossing"]
+    vertices: Annotated[int, "left"]
+    faces: Annotated[int, "left"]
+    topology: Annotated[str, "in words"]
+    boundary_lengths: Annotated[tuple[float, ...], "of each rim, the longest first [mm]"]
+    area: Annotated[float, "[mm2]"]
+    mean_edge: Annotated[float, "mean length of an edge [mm]"]
 
 
 def prepare(surface: Surface, *, longest_hole: float | None = None) -> tuple[Surface, PreparationReport]:
@@ -155,10 +104,12 @@ def join(surface: Surface) -> Joined:
     return Joined(
         surface=replace(surface, faces=single),
         tolerance=weld_tolerance(surface.vertices, single),
-        welded_vertices=int(used_vertices(solid).size - used_vertices(joined).size),
-        dropped_degenerate_faces=len(surface.faces) - len(whole),
-        dropped_duplicate_faces=len(whole) - len(single),
-        dropped_unreferenced_vertices=int(len(surface.vertices) - used_vertices(surface.faces).size),
+        repairs=Repairs(
+            welded_vertices=int(used_vertices(solid).size - used_vertices(joined).size),
+            dropped_degenerate_faces=len(surface.faces) - len(whole),
+            dropped_duplicate_faces=len(whole) - len(single),
+            dropped_unreferenced_vertices=int(len(surface.vertices) - used_vertices(surface.faces).size),
+        ),
     )
 
 
@@ -173,17 +124,16 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
     inverted = not loops and signed_volume(filled) < 0
     prepared = turned_over(filled) if inverted else filled
     sizes = _sizes(prepared, loops)
-    report = PreparationReport(
-        welded_vertices=joined.welded_vertices,
-        dropped_degenerate_faces=joined.dropped_degenerate_faces,
-        dropped_duplicate_faces=joined.dropped_duplicate_faces,
-        dropped_unreferenced_vertices=joined.dropped_unreferenced_vertices,
+    repairs = Repairs(
         dropped_debris_faces=len(cut.faces) - len(part.faces),
         debris_places=debris_places,
         junction_faces=junction_faces,
         flipped_faces=int((~turned if inverted else turned).sum()),
         split_vertices=len(fans.vertices) - len(part.vertices),
         filled_holes=holes,
+    )
+    report = PreparationReport(
+        repairs=joined.repairs + repairs,
         crossings_checked=_check_crossings(prepared, depth=joined.tolerance),
         vertices=len(prepared.vertices),
         faces=len(prepared.faces),
@@ -268,9 +218,3 @@ def _first_of_each(faces: IntArray) -> IntArray:
     ordered = np.column_stack([low, middle, high])[order]
     starts = np.concatenate([np.ones(min(len(order), 1), dtype=np.bool_), (ordered[1:] != ordered[:-1]).any(axis=1)])
     return np.sort(order[starts])
-
-
-def _places(places: tuple[tuple[float, ...], ...]) -> str:
-    """Return the first places in words, and how many more there are."""
-    shown = ", ".join(in_words(np.array(place)) for place in places[:3])
-    return f"{shown} and {len(places) - 3} more" if len(places) > 3 else shown

@@ -80,7 +80,7 @@ def test_objects_stand_where_their_transforms_put_them_and_mirrored_ones_keep_th
     np.testing.assert_allclose(surface.vertices[1], [100.0, -30.0, 0.0])
     np.testing.assert_allclose(surface.vertices[2], [80.0, 0.0, 0.0], atol=1e-12)
     assert signed_volume(surface) == pytest.approx(1000.0)
-    assert prepare(surface)[1].flipped_faces == 0
+    assert prepare(surface)[1].repairs.flipped_faces == 0
 
 
 def test_components_of_another_model_file_are_found(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def test_a_heart_patch_is_the_same_from_step_and_iges_and_near_its_mesh(name: st
 def test_the_faces_of_a_solid_become_one_closed_surface_that_faces_out() -> None:
     solid, report = prepare(load(shared("cad/screw.step"), unit=None))
     assert report.topology == "closed, genus 0"
-    assert report.welded_vertices > 0
+    assert report.repairs.welded_vertices > 0
     assert signed_volume(solid) > 0.0
 
 

@@ -44,7 +44,7 @@ def test_a_crafted_case_is_refused_or_repaired_as_expected(name: str) -> None:
         return
     prepared, report = prepare(load(path, unit="mm"))
     told = (
-        *report.changes(),
+        *report.repairs.changes(),
         str(unit_hint(prepared, unit="mm")),
         "written and verified",
         "outside; `--flip` turns it",

@@ -65,7 +65,7 @@ def test_edges_come_out_even_and_the_kind_of_surface_stays(surface: Surface, edg
     assert lengths.std() / lengths.mean() < 0.2
     assert np.degrees(smallest_angles(made).min()) > 20.0
     prepared, report = prepare(made)
-    assert not report.changes()
+    assert not report.repairs.changes()
     assert report.topology == describe(surface)
     assert len(prepared.faces) == len(made.faces)
     assert closest(surface, made.vertices)[1].max() < 1e-9
@@ -109,7 +109,7 @@ def test_whatever_the_mesh_and_the_length_the_result_is_a_disc_that_needs_no_rep
 ) -> None:
     surface = spherical_cap(rings=6, jitter_seed=seed)
     prepared, report = prepare(remesh(surface, edge_length=edge_length))
-    assert (report.topology, report.changes()) == ("disc", ())
+    assert (report.topology, report.repairs.changes()) == ("disc", ())
     assert face_normals(prepared)[:, 2].min() > 0.0
 
 

@@ -23,7 +23,7 @@ def test_a_torus_has_one_handle_and_no_border() -> None:
     assert (found.genus, found.rims, len(found.components)) == (1, (), 1)
     assert found.refusal is None
     assert found.preparation is not None
-    assert found.preparation.changes() == ()
+    assert found.preparation.repairs.changes() == ()
 
 
 def test_holes_are_listed_with_length_and_place() -> None:

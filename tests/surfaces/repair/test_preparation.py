@@ -15,7 +15,7 @@ from geoprint.model import Surface
 from geoprint.surfaces import face_areas, mean_normal
 from geoprint.surfaces.files import load
 from geoprint.surfaces.operators import signed_volume
-from geoprint.surfaces.repair import prepare
+from geoprint.surfaces.repair import Repairs, prepare
 from geoprint.surfaces.repair.welding import WELD_SHARE
 from geoprint.surfaces.topology import boundary_loops, describe, edges
 from tests import meshes
@@ -75,11 +75,7 @@ def test_a_good_mesh_comes_back_as_it_is(surface: Surface) -> None:
     prepared, report = prepare(surface)
     np.testing.assert_array_equal(prepared.faces, surface.faces)
     np.testing.assert_array_equal(prepared.vertices, surface.vertices)
-    changes = (
-        report.welded_vertices, report.dropped_degenerate_faces, report.dropped_duplicate_faces,
-        report.dropped_unreferenced_vertices, report.flipped_faces, report.split_vertices,
-    )  # fmt: skip
-    assert changes == (0, 0, 0, 0, 0, 0)
+    assert report.repairs == Repairs()
     assert (report.vertices, report.faces) == (len(surface.vertices), len(surface.faces))
 
 
@@ -94,7 +90,7 @@ def test_the_report_measures_the_surface() -> None:
 def test_a_triangle_soup_is_welded_exactly() -> None:
     cap = meshes.spherical_cap(jitter_seed=1)
     prepared, report = prepare(soup(cap))
-    assert report.welded_vertices == 3 * len(cap.faces) - len(cap.vertices)
+    assert report.repairs.welded_vertices == 3 * len(cap.faces) - len(cap.vertices)
     assert report.topology == "disc"
     np.testing.assert_array_equal(prepared.vertices[prepared.faces], cap.vertices[cap.faces])
 
@@ -115,7 +111,7 @@ def test_a_gap_wider_than_the_tolerance_stays_open() -> None:
     with pytest.raises(MeshError, match="consists of 2 pieces"):
         prepare(together(left, right))
     _, report = prepare(together(left, shifted(meshes.plate(), 40.0 + 0.005, 0.0, 0.0)))
-    assert report.welded_vertices == 7
+    assert report.repairs.welded_vertices == 7
 
 
 def test_vertices_at_the_ends_of_a_short_edge_or_inside_the_surface_are_not_joined() -> None:
@@ -125,7 +121,7 @@ def test_vertices_at_the_ends_of_a_short_edge_or_inside_the_surface_are_not_join
     vertices[rim[1]] = vertices[rim[0]] + [0.0, 1e-3, 0.0]
     vertices[inner[1]] = vertices[inner[0]] + [0.0, 1e-3, 0.0]
     _, report = prepare(Surface(vertices=vertices, faces=plate.faces))
-    assert report.welded_vertices == 0
+    assert report.repairs.welded_vertices == 0
     assert report.vertices == len(plate.vertices)
 
 
@@ -133,7 +129,7 @@ def test_duplicate_faces_are_dropped_whichever_way_they_are_wound() -> None:
     plate = meshes.plate()
     (a, b, c), (d, e, f) = plate.faces[3].tolist(), plate.faces[5].tolist()
     prepared, report = prepare(with_faces(plate, (b, c, a), (f, e, d)))
-    assert report.dropped_duplicate_faces == 2
+    assert report.repairs.dropped_duplicate_faces == 2
     np.testing.assert_array_equal(prepared.faces, plate.faces)
 
 
@@ -141,7 +137,7 @@ def test_faces_without_area_are_dropped() -> None:
     plate = meshes.plate()
     prepared, report = prepare(with_faces(plate, (0, 0, 9), (0, 1, 2)))
     np.testing.assert_allclose(plate.vertices[[0, 1, 2], 0], 0.0)
-    assert report.dropped_degenerate_faces == 2
+    assert report.repairs.dropped_degenerate_faces == 2
     np.testing.assert_array_equal(prepared.faces, plate.faces)
 
 
@@ -149,7 +145,7 @@ def test_unreferenced_vertices_are_dropped_and_the_others_keep_their_order() -> 
     plate = meshes.plate()
     padded = Surface(vertices=np.concatenate([[[1e3, 0, 0]], plate.vertices, [[0, 1e3, 0]]]), faces=plate.faces + 1)
     prepared, report = prepare(padded)
-    assert report.dropped_unreferenced_vertices == 2
+    assert report.repairs.dropped_unreferenced_vertices == 2
     np.testing.assert_array_equal(prepared.vertices, plate.vertices)
     np.testing.assert_array_equal(prepared.faces, plate.faces)
 
@@ -160,21 +156,21 @@ def test_mixed_winding_becomes_that_of_most_faces(seed: int, share: float) -> No
     annulus = meshes.annulus()
     which = np.random.default_rng(seed).random(len(annulus.faces)) < share
     prepared, report = prepare(turned(annulus, which))
-    assert report.flipped_faces == which.sum()
+    assert report.repairs.flipped_faces == which.sum()
     np.testing.assert_allclose(mean_normal(prepared), [0, 0, 1], atol=1e-12)
 
 
 def test_an_open_surface_keeps_the_side_that_the_file_calls_outside() -> None:
     plate = meshes.plate()
     prepared, report = prepare(turned(plate, np.ones(len(plate.faces), dtype=bool)))
-    assert report.flipped_faces == 0
+    assert report.repairs.flipped_faces == 0
     assert mean_normal(prepared)[2] == pytest.approx(-1.0)
 
 
 def test_where_half_of_the_faces_agree_the_first_one_stays() -> None:
     plate = meshes.plate()
     prepared, report = prepare(turned(plate, np.arange(len(plate.faces)) % 2 == 0))
-    assert report.flipped_faces == len(plate.faces) // 2
+    assert report.repairs.flipped_faces == len(plate.faces) // 2
     np.testing.assert_array_equal(prepared.faces[0], plate.faces[0, ::-1])
 
 
@@ -183,7 +179,7 @@ def test_a_closed_surface_is_turned_outward_even_far_from_the_origin() -> None:
     inward = turned(sphere, np.ones(len(sphere.faces), dtype=bool))
     assert signed_volume(inward) == pytest.approx(-4 / 3 * np.pi * 20**3, rel=0.02)
     prepared, report = prepare(inward)
-    assert report.flipped_faces == len(sphere.faces)
+    assert report.repairs.flipped_faces == len(sphere.faces)
     assert signed_volume(prepared) == pytest.approx(4 / 3 * np.pi * 20**3, rel=0.02)
 
 
@@ -196,7 +192,7 @@ def test_holes_that_share_a_vertex_become_one_hole() -> None:
     with pytest.raises(MeshError):
         boundary_loops(Surface(vertices=plate.vertices, faces=plate.faces[kept]))
     prepared, report = prepare(Surface(vertices=plate.vertices, faces=plate.faces[kept]))
-    assert (report.split_vertices, report.topology) == (1, "annulus")
+    assert (report.repairs.split_vertices, report.topology) == (1, "annulus")
     np.testing.assert_array_equal(prepared.vertices[:-1], plate.vertices)
     np.testing.assert_array_equal(prepared.vertices[-1], plate.vertices[40])
     assert [loop.size for loop in boundary_loops(prepared)] == [32, 8]
@@ -246,9 +242,9 @@ def test_an_edge_is_cut_at_a_vertex_that_lies_on_it(corner: str) -> None:
         ),
     )
     prepared, report = prepare(split)
-    assert (report.topology, report.junction_faces) == ("disc", 1)
+    assert (report.topology, report.repairs.junction_faces) == ("disc", 1)
     assert face_areas(prepared).sum() == pytest.approx(1200.0)
-    assert report.changes() == ("1 faces added where vertices lie on edges (T-junctions)",)
+    assert report.repairs.changes() == ("1 faces added where vertices lie on edges (T-junctions)",)
 
 
 def test_an_edge_with_several_vertices_on_it_and_a_face_with_several_such_edges_are_cut() -> None:
@@ -258,7 +254,7 @@ def test_an_edge_with_several_vertices_on_it_and_a_face_with_several_such_edges_
     strips = [[0, 5, 6], [0, 6, 3], [3, 6, 7], [3, 7, 4], [4, 7, 8], [4, 8, 1], [0, 9, 10], [10, 9, 11]]
     faces = [[0, 1, 2], *strips, [9, 2, 11], [11, 2, 12]]
     prepared, report = prepare(Surface(vertices=np.concatenate([corners, below, beside]), faces=np.array(faces)))
-    assert (report.topology, report.junction_faces) == ("disc", 3)
+    assert (report.topology, report.repairs.junction_faces) == ("disc", 3)
     assert face_areas(prepared).sum() == pytest.approx(450 + 270 + 270)
 
 
@@ -271,12 +267,12 @@ def test_a_missing_triangle_is_put_back_and_larger_holes_are_closed_when_asked()
     prepared, report = prepare(missing)
     assert report.topology == "disc"
     assert face_areas(prepared).sum() == pytest.approx(area)
-    assert report.filled_holes[0] == pytest.approx(centres[middle])
+    assert report.repairs.filled_holes[0] == pytest.approx(centres[middle])
     hole = np.linalg.norm(centres - [20.0, 15.0, 0.0], axis=1) < 6.0
     holed = Surface(vertices=plate.vertices, faces=plate.faces[~hole])
     assert prepare(holed)[1].topology == prepare(holed, longest_hole=10.0)[1].topology == "annulus"
     prepared, report = prepare(holed, longest_hole=60.0)
-    assert (report.topology, len(report.filled_holes)) == ("disc", 1)
+    assert (report.topology, len(report.repairs.filled_holes)) == ("disc", 1)
     assert face_areas(prepared).sum() == pytest.approx(area)
 
 
@@ -291,15 +287,15 @@ def test_a_closed_surface_with_a_missing_triangle_becomes_closed_and_faces_outwa
     inward = Surface(vertices=sphere.vertices, faces=sphere.faces[1:, ::-1])
     prepared, report = prepare(inward)
     assert report.topology == "closed, genus 0"
-    assert report.flipped_faces == len(sphere.faces) - 1
+    assert report.repairs.flipped_faces == len(sphere.faces) - 1
     assert signed_volume(prepared) == pytest.approx(signed_volume(sphere))
 
 
 def test_specks_are_dropped_with_their_places_and_pieces_are_not() -> None:
     speck = Surface(vertices=np.array([[90, 0, 0], [90.5, 0, 0], [90, 0.5, 0]]), faces=np.array([[0, 1, 2]]))
     prepared, report = prepare(together(meshes.plate(), speck))
-    assert (report.dropped_debris_faces, report.debris_places) == (1, ((90.0, 0.0, 0.0),))
-    assert report.changes() == ("1 faces of specks dropped, at (90.00, 0.00, 0.00) mm",)
+    assert (report.repairs.dropped_debris_faces, report.repairs.debris_places) == (1, ((90.0, 0.0, 0.0),))
+    assert report.repairs.changes() == ("1 faces of specks dropped, at (90.00, 0.00, 0.00) mm",)
     assert len(prepared.vertices) == len(meshes.plate().vertices)
 
 
@@ -340,7 +336,7 @@ def test_preparing_twice_changes_nothing_more(seed: int) -> None:
     once, _ = prepare(soup(cap, noise=1e-4, seed=seed))
     twice, report = prepare(once)
     np.testing.assert_array_equal(twice.faces, once.faces)
-    assert report.welded_vertices == report.flipped_faces == 0
+    assert report.repairs.welded_vertices == report.repairs.flipped_faces == 0
 
 
 @pytest.mark.parametrize("name", PATCHES)
@@ -353,7 +349,8 @@ def test_every_patch_has_the_topology_and_size_that_its_record_states(name: str)
     assert report.area == pytest.approx(record["area"], rel=1e-3)
     lengths = [loop["length"] for loop in record["boundary_loops"]]
     assert list(report.boundary_lengths) == pytest.approx(lengths, abs=0.01)
-    assert report.welded_vertices == report.flipped_faces == report.dropped_degenerate_faces == 0
+    done = report.repairs
+    assert done.welded_vertices == done.flipped_faces == done.dropped_degenerate_faces == 0
 
 
 @pytest.mark.parametrize(
@@ -367,14 +364,14 @@ def test_every_patch_has_the_topology_and_size_that_its_record_states(name: str)
         ("x_slivers_zero_area.ply", {"dropped_degenerate_faces": 30}),
         ("x_unreferenced_vertices.ply", {"dropped_unreferenced_vertices": 200}),
         ("x_solid_header_binary.stl", {"welded_vertices": 1903}),
-        ("x_pinhole.ply", {"topology": "disc"}),
+        ("x_pinhole.ply", {"dropped_debris_faces": 0}),
     ],
 )
 def test_crafted_defects_are_repaired_to_the_patch_they_were_made_from(name: str, changes: dict[str, int]) -> None:
     prepared, report = prepare(load(shared(f"broken/{name}"), unit="mm"))
     assert (len(prepared.vertices), len(prepared.faces), report.topology) == (440, 781, "disc")
     assert report.area == pytest.approx(670.98, abs=0.02)
-    assert {key: getattr(report, key) for key in changes} == changes
+    assert {key: getattr(report.repairs, key) for key in changes} == changes
 
 
 @pytest.mark.parametrize(
