@@ -25,11 +25,11 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.parts.collision_bodies import bodies
+from benchmarks.parts.rotation import rotation
 from benchmarks.parts.spirals import spiral
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
-from benchmarks.rotation import rotation
-from benchmarks.tip_speed import even_speed
+from benchmarks.parts.tip_speed import even_speed
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface

@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
-from benchmarks.evenness_picture import evenness_picture
+from benchmarks.parts.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from geoprint.account import comparison_picture
 from geoprint.backends import compared_backends, distortion

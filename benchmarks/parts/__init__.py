@@ -1,1 +1,1 @@
-"""What several benchmarks share: surfaces by formula, discs of hearts, bodies, and tables."""
+"""What benchmarks are made of: surfaces by formula, discs of hearts, bodies, and tables."""

@@ -22,7 +22,7 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.results import Plan
 
-PATCH_FOLDER = Path(__file__).parents[2] / "shared" / "data" / "patches"
+PATCH_FOLDER = Path(__file__).parents[3] / "shared" / "data" / "patches"
 PATCHES = ("lv_lateral_disc_r15", "lv_anterior_disc_r30")
 MAX_TILT = float(np.radians(15.0))
 
