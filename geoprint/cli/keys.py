@@ -36,6 +36,7 @@ class _Option:
         help: what it is.
         read: turns that value into the key's; raises a `GeoprintError` where it has no meaning.
         default: what help names as such.
+        shape: of its value, as help shows it; by its kind if not given.
     """
 
     flag: str
@@ -43,10 +44,11 @@ class _Option:
     help: str
     read: Callable[[Any], object]
     default: str | bool = True
+    shape: str | None = None
 
     def parameter(self, name: str) -> inspect.Parameter:
         """Return it as the parameter of a command; None where it is not given."""
-        default = typer.Option(None, self.flag, help=self.help, show_default=self.default)
+        default = typer.Option(None, self.flag, help=self.help, show_default=self.default, metavar=self.shape)
         return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=self.kind | None)
 
 
@@ -104,7 +106,7 @@ def _options(model: type[BaseModel]) -> dict[str, dict[str, _Option]]:
 def _option(name: str, key: Key, field: FieldInfo) -> _Option:
     """Return the option of one key; points are files there, and several numbers stand one behind another."""
     flag = f"--{key.option or name.replace('_', '-')}"
-    kind, read = option_type(field), _as_given
+    kind, read, shape = option_type(field), _as_given, None
     default: str | bool = True if field.default is None else str(field.default)
     if kind is bool:
         opposite = f"--no-{flag[2:]}"
@@ -115,10 +117,10 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
     elif get_origin(kind) is tuple:
         read = list[float]
     elif get_origin(kind) is dict:
-        kind, read, default = list[str], _options_by_owner, True
+        kind, read, default, shape = list[str], _options_by_owner, True, "NAME.KEY=VALUE"
     elif get_origin(kind) is list:
         kind, read = Path, _curve
-    return _Option(flag, cast("type", kind), key.help, read, default)
+    return _Option(flag, cast("type", kind), key.help, read, default, shape)
 
 
 def _said(key: str, options: Mapping[str, _Option], values: Mapping[str, object]) -> Keys:
