@@ -4,26 +4,26 @@ from geoprint.account.calibration import (
     calibration_summary as calibration_summary,
     calibration_text as calibration_text,
 )
-from geoprint.account.comparison_record import (
-    ComparisonRecord as ComparisonRecord,
-    ToldComparison as ToldComparison,
-)
 from geoprint.account.comparison_summary import (
     comparison_picture as comparison_picture,
     comparison_report as comparison_report,
     tell_comparison as tell_comparison,
 )
-from geoprint.account.comparison_text import comparison_table as comparison_table, verdict as verdict
+from geoprint.account.comparison_text import comparison_table as comparison_table
 from geoprint.account.inspection import inspection_summary as inspection_summary, inspection_text as inspection_text
 from geoprint.account.patches import patch_summary as patch_summary, patch_text as patch_text
-from geoprint.account.plan_record import PlanRecord as PlanRecord
 from geoprint.account.plan_text import outcome_text as outcome_text
 from geoprint.account.proposal import proposal_summary as proposal_summary, proposal_text as proposal_text
-from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
-from geoprint.account.rounding import (
+from geoprint.account.records.comparison import (
+    ComparisonRecord as ComparisonRecord,
+    ToldComparison as ToldComparison,
+)
+from geoprint.account.records.plan import PlanRecord as PlanRecord
+from geoprint.account.records.rounding import (
     as_json as as_json,
     read_record as read_record,
 )
+from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
 from geoprint.account.run_sheet import (
     Checked as Checked,
     Finding as Finding,
@@ -34,3 +34,4 @@ from geoprint.account.summary import (
     record_plan as record_plan,
     summary as summary,
 )
+from geoprint.account.verdict import verdict as verdict

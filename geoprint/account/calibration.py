@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.account.rounding import DECIMALS, rounded
+from geoprint.account.records.rounding import DECIMALS, rounded
 from geoprint.export import Json
 from geoprint.model import FloatArray
 from geoprint.motion.placing import NOTABLE_SHARE, TouchStatistics, Uncertainty

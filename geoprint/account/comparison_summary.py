@@ -7,7 +7,9 @@ from importlib.metadata import version
 
 import numpy as np
 
-from geoprint.account.comparison_record import (
+from geoprint.account.part_report import part_report
+from geoprint.account.pictures import coverage_picture
+from geoprint.account.records.comparison import (
     ComparisonRecord,
     FailedRecord,
     PartRecord,
@@ -16,11 +18,9 @@ from geoprint.account.comparison_record import (
     RefusedRecord,
     ToldComparison,
 )
-from geoprint.account.comparison_text import verdict
-from geoprint.account.part_report import part_report
-from geoprint.account.pictures import coverage_picture
-from geoprint.account.plan_record import PlanRecord
+from geoprint.account.records.plan import PlanRecord
 from geoprint.account.summary import record_evenness, record_plan
+from geoprint.account.verdict import verdict
 from geoprint.model import FloatArray
 from geoprint.quality import agreement
 from geoprint.report import html_report

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import final
 
-from geoprint.account.plan_record import PreparationRecord
-from geoprint.account.rounding import as_json, rounded
+from geoprint.account.records.plan import PreparationRecord
+from geoprint.account.records.rounding import as_json, rounded
 from geoprint.export import Json
 from geoprint.results import FileInspection
 from geoprint.surfaces import in_words

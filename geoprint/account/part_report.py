@@ -9,11 +9,11 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account.comparison_record import PartRecord, PlannedRecord
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture
-from geoprint.account.plan_record import PlanRecord, SettingsRecord
 from geoprint.account.plan_text import patch_evenness, placement_warnings
-from geoprint.account.rounding import as_json
+from geoprint.account.records.comparison import PartRecord, PlannedRecord
+from geoprint.account.records.plan import PlanRecord, SettingsRecord
+from geoprint.account.records.rounding import as_json
 from geoprint.backends import backend, predicted_spacing
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.arm import Arm

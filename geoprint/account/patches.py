@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from geoprint.account.plan_record import CutRecord
-from geoprint.account.rounding import as_json
+from geoprint.account.records.plan import CutRecord
+from geoprint.account.records.rounding import as_json
 from geoprint.export import Json
 from geoprint.results import Patch
 

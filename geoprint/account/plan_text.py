@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from geoprint.account.plan_record import DepositionRecord, PatchRecord, PlanRecord
-from geoprint.account.robot_record import MotionRecord, RobotRecord
+from geoprint.account.records.plan import DepositionRecord, PatchRecord, PlanRecord
+from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE

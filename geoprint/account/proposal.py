@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.account.rounding import rounded
+from geoprint.account.records.rounding import rounded
 from geoprint.export import Json
 from geoprint.motion.placing import Stand
 from geoprint.motion.reach import Margin

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.account.rounding import rounded
+from geoprint.account.records.rounding import rounded
 from geoprint.export import Json
 from geoprint.model import Surface
 from geoprint.results import Remeshed

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from geoprint.account.robot_record import (
+from geoprint.account.records.robot import (
     ClearanceRecord,
     DryRunRecord,
     LeanPlaceRecord,
@@ -21,7 +21,7 @@ from geoprint.account.robot_record import (
     TargetsRecord,
     TiltRecord,
 )
-from geoprint.account.rounding import place_of
+from geoprint.account.records.rounding import place_of
 from geoprint.export.rapid import Timeline
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Slowdown
 from geoprint.motion.arm import is_axial, tilts

@@ -13,10 +13,10 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.plan_record import DepositionRecord, PatchRecord, PlanRecord
-from geoprint.account.robot_record import ClearanceRecord, MotionRecord, SwitchingRecord
+from geoprint.account.records.plan import DepositionRecord, PatchRecord, PlanRecord
+from geoprint.account.records.robot import ClearanceRecord, MotionRecord, SwitchingRecord
+from geoprint.account.records.rounding import Record, as_json
 from geoprint.account.robot_summary import record_switching
-from geoprint.account.rounding import Record, as_json
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray

@@ -10,7 +10,8 @@ import numpy as np
 
 from geoprint.account.inspection import record_preparation
 from geoprint.account.patches import record_cut
-from geoprint.account.plan_record import (
+from geoprint.account.plan_text import warnings_of
+from geoprint.account.records.plan import (
     AreaScaleRecord,
     ChartLevelRecord,
     ChartRecord,
@@ -37,9 +38,8 @@ from geoprint.account.plan_record import (
     ThicknessRecord,
     WorstPlaceRecord,
 )
-from geoprint.account.plan_text import warnings_of
+from geoprint.account.records.rounding import as_json, place_of
 from geoprint.account.robot_summary import record_robot
-from geoprint.account.rounding import as_json, place_of
 from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface

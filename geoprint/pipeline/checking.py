@@ -13,8 +13,8 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import final
 
-from geoprint.account.plan_record import PlanRecord
-from geoprint.account.rounding import read_record
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.rounding import read_record
 from geoprint.account.run_sheet import Checked, Finding
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.account.comparison_record import ComparisonRecord, ToldComparison
 from geoprint.account.comparison_summary import (
     comparison_picture,
     comparison_report,
     tell_comparison,
 )
 from geoprint.account.pictures import chart_pictures, paper_files
-from geoprint.account.plan_record import PlanRecord
-from geoprint.account.rounding import as_json, read_record
+from geoprint.account.records.comparison import ComparisonRecord, ToldComparison
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.spacing_table import spacing_table
 from geoprint.account.summary import record_plan
 from geoprint.errors import VerificationError

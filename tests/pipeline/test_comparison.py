@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geoprint.account import as_json, comparison_table, tell_comparison
-from geoprint.account.comparison_record import PartRecord
+from geoprint.account.records.comparison import PartRecord
 from geoprint.backends import BACKENDS
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError

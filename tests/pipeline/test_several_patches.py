@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.account import outcome_text, record_plan, run_sheet, summary, tell_comparison
-from geoprint.account.comparison_record import PartRecord
 from geoprint.account.part_report import report_table
+from geoprint.account.records.comparison import PartRecord
 from geoprint.backends import BACKENDS, Piecewise
 from geoprint.cli.application import app
 from geoprint.config import Job, job_of

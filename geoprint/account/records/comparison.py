@@ -11,7 +11,7 @@ from typing import Literal, final
 
 from pydantic import Field
 
-from geoprint.account.plan_record import (
+from geoprint.account.records.plan import (
     DepositionRecord,
     EvennessRecord,
     InputRecord,
@@ -21,7 +21,7 @@ from geoprint.account.plan_record import (
     SettingsRecord,
     SurfaceRecord,
 )
-from geoprint.account.rounding import Record, Rounded, Thousandths
+from geoprint.account.records.rounding import Record, Rounded, Thousandths
 
 
 class PlannedRecord(Record):

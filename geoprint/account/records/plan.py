@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 from pydantic import Field, create_model
 
-from geoprint.account.robot_record import RobotRecord
-from geoprint.account.rounding import Count, Pair, Place, Record, Rounded, Thousandths
+from geoprint.account.records.robot import RobotRecord
+from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
 from geoprint.config.job import Job, PatchRegion
 from geoprint.config.key import keys_of
 from geoprint.surfaces.repair import PreparationReport, Repairs, described

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from geoprint.account.rounding import Count, Place, Record, Rounded, Thousandths
+from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 
 class RotationRecord(Record):
