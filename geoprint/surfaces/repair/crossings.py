@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray, Surface
 
 # Pairs of triangles whose boxes overlap that are looked at, per triangle: a good mesh has about 10, one on which they
