@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Annotated, Any, cast
@@ -13,6 +14,8 @@ from geoprint.cli.ending import STOPPED_BY_USER
 from geoprint.errors import UsageError
 
 NAME = "geoprint"
+# Where a shell writes what it wants to be completed.
+COMPLETION = "_GEOPRINT_COMPLETE"
 # What typer raises of its own: where it comes from has changed with its releases.
 _Refused: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
 
@@ -21,6 +24,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Plan evenly spaced print paths on a curved surface and write the robot program that prints them.",
     no_args_is_help=True,
+    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
@@ -45,7 +49,10 @@ COMMANDS = {
         "fit_flow": "Fit how the material flows to a few measured lines.",
         "doctor": "Show versions and prove that the checks work here.",
     },
-    "assistance": {"help": "Show the help of a command, as its option -h does."},
+    "assistance": {
+        "help": "Show the help of a command, as its option -h does.",
+        "completion": "Print what makes a shell complete commands and options.",
+    },
 }
 
 
@@ -71,6 +78,13 @@ def _reader(module: str, name: str) -> Callable[[], Any]:
 for module, commands in COMMANDS.items():
     for name, summary in commands.items():
         app.command(name.replace("_", "-"), cls=_Later, short_help=summary)(_reader(module, name))
+
+
+if COMPLETION in os.environ:
+    # A shell asks what may follow: typer learns here how shells ask.
+    from typer.completion import get_completion_inspect_parameters
+
+    get_completion_inspect_parameters()
 
 
 def run(arguments: Sequence[str]) -> int:

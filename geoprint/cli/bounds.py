@@ -51,7 +51,7 @@ def watch() -> Generator[Callable[[str], None]]:
         def observe(name: str) -> None:
             seconds = time.perf_counter() - since[0]
             if seconds > QUICK_STAGE:
-                console.print(f"  {running[0]:<16}{seconds:6.1f} s", highlight=False)
+                console.print(f"  {running[0]:<34}{seconds:6.1f} s", highlight=False)
             running[0], since[0] = name, time.perf_counter()
             status.update(name)
 

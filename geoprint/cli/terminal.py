@@ -13,6 +13,8 @@ from geoprint.errors import ExportError
 
 # A terminal is not narrower than this.
 NARROWEST = 20
+# What a terminal has that does not know its width.
+USUAL = 80
 # A line that has a label hangs below its text, where the label is no longer than this.
 LONGEST_LABEL = 24
 # Words at the beginning of a line that say its weight, with the colours of a terminal.
@@ -26,13 +28,13 @@ def say(text: str) -> None:
     """Tell a person."""
     # What comes from files must not steer the terminal.
     clean = "".join(sign if sign.isprintable() or sign == "\n" else "\N{REPLACEMENT CHARACTER}" for sign in text)
-    shown = _fitted(clean, columns(sys.stderr))
-    _write(_coloured(shown) if _has_colours(sys.stderr) else shown, sys.stderr)
+    shown = fitted(clean, columns(sys.stderr))
+    _write(coloured(shown) if has_colours(sys.stderr) else shown, sys.stderr)
 
 
 def show(text: str) -> None:
     """Print the result of a command that tells a person on stdout."""
-    tell(_fitted(text, columns(sys.stdout)))
+    tell(fitted(text, columns(sys.stdout)))
 
 
 def tell(text: str) -> None:
@@ -53,22 +55,21 @@ def tell_json(value: object) -> None:
 
 
 def columns(stream: TextIO | None = None) -> int | None:
-    """Return how many letters a line may have, by COLUMNS or the terminal; None where nothing limits them.
+    """Return how many letters a line of a terminal has, by COLUMNS or by itself; None where no terminal shows them.
 
     Args:
         stream: that is written to; stderr if not given.
     """
-    asked = os.environ.get("COLUMNS", "")
-    if asked.isdecimal() and int(asked):
-        return max(int(asked), NARROWEST)
-    try:
-        # A stream that was closed is None.
-        return max(os.get_terminal_size((stream or sys.stderr).fileno()).columns, NARROWEST)
-    except (AttributeError, OSError, ValueError):
+    stream = stream or sys.stderr
+    # Closed streams are None; programs read on where there is no terminal, and COLUMNS is left over from another.
+    if stream is None or not stream.isatty():  # pyright: ignore[reportUnnecessaryComparison]
         return None
+    asked = os.environ.get("COLUMNS", "")
+    wide = int(asked) if asked.isdecimal() else os.get_terminal_size(stream.fileno()).columns
+    return max(wide or USUAL, NARROWEST)
 
 
-def _fitted(text: str, width: int | None) -> str:
+def fitted(text: str, width: int | None) -> str:
     """Return a text whose lines are broken between words where they are too long, the rest hanging below the first."""
     if width is None:
         return text
@@ -87,14 +88,15 @@ def _broken(line: str, width: int) -> str:
     )  # fmt: skip
 
 
-def _has_colours(stream: TextIO | None) -> bool:
+def has_colours(stream: TextIO | None) -> bool:
     """Say whether a terminal shows colours, and nobody objects: see no-color.org."""
     return (
         stream is not None and stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     )
 
 
-def _coloured(text: str) -> str:
+def coloured(text: str) -> str:
+    """Return a text whose marks at the beginning of lines are coloured by their weight."""
     return "\n".join(
         _MARK.sub(lambda found: f"\033[{MARKS[found[1]]}m{found[1]}:\033[0m ", line) for line in text.split("\n")
     )

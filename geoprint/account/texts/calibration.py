@@ -92,12 +92,13 @@ def _noise_line(touches: TouchesRecord) -> str:
 
 def _touch_lines(touches: TouchesRecord, *, what: str, width: int | None) -> Iterator[str]:
     """Return the table of touches; where it does not fit, without the directions of the residuals."""
-    names = max(len(touch.name) for touch in touches.points)
+    names = max(len(what), *(len(touch.name) for touch in touches.points))
     full = [_touch_line(touch, names=names, directed=True) for touch in touches.points]
-    fits = width is None or max(map(len, full)) <= width
-    residual = "residual x, y, z, its length" if fits else "length of its residual"
-    yield f"{what}: {residual}, and distance from where the others put it, mm"
-    yield from full if fits else (_touch_line(touch, names=names, directed=False) for touch in touches.points)
+    directed = width is None or max(map(len, full)) <= width
+    yield "residual of each touch, its length, and how far it lies from where the others put it, mm:"
+    axes = "      x       y       z  " if directed else ""
+    yield f"  {what:<{names}}  {axes}length  others"
+    yield from full if directed else (_touch_line(touch, names=names, directed=False) for touch in touches.points)
 
 
 def _touch_line(touch: TouchRecord, *, names: int, directed: bool) -> str:
