@@ -40,7 +40,7 @@ CASES = {
     "inspect": "inspect data/heart_apex_patch.ply",
     "place": "place data/plate.ply --unit mm --spacing 6",
     "recommend": "recommend --pressure 20 --rounds 12 --good 10 20",
-    "patch": "patch data/heart.ply --unit mm --at 0 0 0 --radius 15 --out OUT/patch.ply",
+    "patch": "patch data/heart.ply --unit mm --at -19.3 14 0.5 --radius 15 --out OUT/patch.ply",
     "calibrate": "calibrate OUT/touched.csv --model OUT/corners.csv",
     "doctor": "doctor",
     "no-file": "plan hart.ply --spacing 1 --out OUT/none",

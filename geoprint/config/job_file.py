@@ -26,18 +26,27 @@ _HEAD = """\
 _FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
 
 
-def job_of(*, named: Callable[[Place], str] = key_at, **values: object) -> Job:
+def job_of(**values: object) -> Job:
     """Return the job with the given values.
 
     Where the surface is a job file (.toml), its keys are taken first; whatever else is given counts more than them.
 
     Args:
-        named: what a message calls the place of a key; its path, if not given.
         **values: attributes of `Job`, None for those that are not given; files as text or paths, the seed as any
             sequence of three numbers; `patch` stands for a single one of `patches`.
 
     Raises:
         UsageError: a value is unknown, missing or meaningless; the sentence names it, and its line in a job file.
+    """
+    return job_from(values)
+
+
+def job_from(values: Mapping[str, object], *, named: Callable[[Place], str] = key_at) -> Job:
+    """Return a job as `job_of`.
+
+    Args:
+        values: as `job_of` takes them.
+        named: what a message calls the place of a key.
     """
     given = {name: value for name, value in values.items() if value is not None}
     if "patch" in given:

@@ -110,6 +110,12 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
     assert any("PLACEMENT NOT KNOWN" in warning for warning in found["warnings"])
+    # Warnings are to act on; what only informs stands beside them, and a person reads both in this order.
+    assert cap_plan.workpiece.side.sentence in found["notes"]
+    assert not {*found["notes"]} & {*found["warnings"]}
+    said = [line.partition(": ")[0] for line in outcome_text(record_plan(cap_plan)).splitlines()]
+    minded = ["warning"] * len(found["warnings"]) + ["note"] * len(found["notes"]) + ["not checked"]
+    assert said[-len(minded) :] == minded
     assert len(found["input"]["sha256"]) == 64
 
 
