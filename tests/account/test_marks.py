@@ -7,10 +7,14 @@ from geoprint.account.texts.marks import marked_lines
 
 
 def test_warnings_come_before_notes_and_what_was_not_checked_is_counted_until_asked_for() -> None:
-    said = {"warnings": ["act", "act", "soon"], "notes": ["know"], "not_checked": ["lamp", "cables", "lamp"]}
+    def said(*, verbose: bool) -> list[str]:
+        return marked_lines(
+            warnings=["act", "act", "soon"], notes=["know"], not_checked=["lamp", "cables", "lamp"], verbose=verbose
+        )
+
     first = ["warning: act", "warning: soon", "note: know"]
-    assert marked_lines(**said) == [*first, "not checked: 2 things; `--verbose` lists them"]
-    assert marked_lines(**said, verbose=True) == [*first, "not checked: lamp", "not checked: cables"]
+    assert said(verbose=False) == [*first, "not checked: 2 things; `--verbose` lists them"]
+    assert said(verbose=True) == [*first, "not checked: lamp", "not checked: cables"]
     assert marked_lines(not_checked=["lamp"]) == ["not checked: 1 thing; `--verbose` lists them"]
     assert marked_lines() == []
 
