@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import time
 from collections.abc import Callable, Generator
@@ -33,6 +34,8 @@ def limit_memory(gigabytes: float | None) -> None:
 @contextmanager
 def watch() -> Generator[Callable[[str], None]]:
     """Show the running stage on a terminal, and leave a line for each that took more than a second."""
+    # It would say that it finds no home to keep its fonts in.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     if not sys.stderr.isatty():
         yield lambda _: None
         return
