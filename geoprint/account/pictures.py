@@ -8,6 +8,7 @@ import numpy as np
 
 from geoprint.backends import distortion, locate
 from geoprint.model import Seed
+from geoprint.quality import Uniformity
 from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure, paper_figures
 from geoprint.results import Plan, Planned, Workpiece
 from geoprint.surfaces import pieces, positions
@@ -102,8 +103,13 @@ def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
     sizes = np.concatenate([np.diff(measured.offsets), counts])
     return CoveragePanel(
         title=name,
-        caption=f"spacing CV {measured.cv:.1%}, uncovered {measured.uncovered:.1%}",
+        caption=f"{spread_of(measured, digits=1)}, uncovered {measured.uncovered:.1%}",
         places=np.concatenate([measured.places, poses.surface_points[outermost]]),
         offsets=np.concatenate([[0], np.cumsum(sizes)]),
         ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
     )
+
+
+def spread_of(measured: Uniformity, *, digits: int) -> str:
+    """Return in words how much the spacing varies, or that there is none."""
+    return f"spacing CV {measured.cv:.{digits}%}" if measured.spaced else "one level of paths"
