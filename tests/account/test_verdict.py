@@ -53,15 +53,15 @@ def test_of_those_that_cover_alike_the_most_even_one_wins(told: PlannedRecord) -
     assert "even enough" in verdict("part", [like(told, "a", cv=0.019), rows[1]])[0]
 
 
-@pytest.mark.parametrize("fault", [{"gap": 0.021}, {"overlap": 0.051}])
+@pytest.mark.parametrize(("gap", "overlap"), [(0.021, 0.0), (0.0, 0.051)])
 def test_where_all_leave_holes_nothing_is_praised_and_the_second_sentence_says_what_to_do(
-    told: PlannedRecord, fault: dict[str, float]
+    told: PlannedRecord, gap: float, overlap: float
 ) -> None:
-    said = verdict("part", [like(told, "a", **fault), like(told, "b", gap=0.3)])
+    said = verdict("part", [like(told, "a", gap=gap, overlap=overlap), like(told, "b", gap=0.3)])
     assert said[0].startswith("No backend covers part: at best, with a, ")
     assert said[1].startswith("What to do: a smaller spacing, such as `--spacing 1`")
     assert "enough" not in " ".join(said)
-    assert verdict("part", [like(told, "a", **fault)])[0].startswith("a does not cover part: ")
+    assert verdict("part", [like(told, "a", gap=gap, overlap=overlap)])[0].startswith("a does not cover part: ")
 
 
 def test_gaps_overlaps_and_fragments_are_named_and_fragments_are_not_enough(told: PlannedRecord) -> None:
