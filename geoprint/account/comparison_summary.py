@@ -49,9 +49,9 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
 
 
 def comparison_picture(comparison: Comparison) -> bytes:
-    """Return a PNG: the backends side by side, their paths coloured by local spacing."""
+    """Return a PNG: the backends side by side, their beads coloured by local spacing, what no path covers marked."""
     spacing = comparison.planned[0][1].plan.contours.spacing
-    title = f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart, seen along the mean normal"
+    title = f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart"
     return coverage_picture(comparison.workpiece, comparison.planned, title=title)
 
 

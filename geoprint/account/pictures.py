@@ -107,6 +107,7 @@ def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
         places=np.concatenate([measured.places, poses.surface_points[outermost]]),
         offsets=np.concatenate([[0], np.cumsum(sizes)]),
         ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
+        gaps=measured.judged_places[measured.gaps],
     )
 
 
