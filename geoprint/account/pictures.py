@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.backends import distortion, locate
 from geoprint.model import Seed
 from geoprint.quality import Uniformity
-from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure, paper_figures
+from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure
 from geoprint.results import Plan, Planned, Workpiece
 from geoprint.surfaces import pieces, positions
 
@@ -77,21 +77,6 @@ def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]
         R_view_work=workpiece.upright,
         spacing=planned[0][1].plan.contours.spacing,
         title=title,
-    )
-
-
-def paper_files(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) -> dict[str, bytes]:
-    """Return name and content of the figures for papers, as PNG and SVG.
-
-    Args:
-        workpiece: what they planned on.
-        planned: name and outcome, at least one.
-    """
-    return paper_figures(
-        workpiece.part,
-        [coverage_panel(name, outcome) for name, outcome in planned],
-        R_view_work=workpiece.upright,
-        spacing=planned[0][1].plan.contours.spacing,
     )
 
 

@@ -10,7 +10,8 @@ import pytest
 from matplotlib.image import imread
 
 from geoprint.model import FloatArray
-from geoprint.report import CoveragePanel, paper_figures
+from geoprint.report import CoveragePanel
+from geoprint.report.paper_figures import paper_figures
 from tests.meshes import plate
 
 NAMES = {"spacing-map.png", "spacing-map.svg", "spacing-histogram.png", "spacing-histogram.svg"}
