@@ -6,13 +6,12 @@ that of the shortest way over the triangles, from an oracle that belongs to no b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, frozen
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import Coverage, coverage
 from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, sampled
@@ -59,7 +58,7 @@ class WorstPlace(NamedTuple):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Uniformity:
     """How even the spacing is; distances to the neighbouring level outside, over the spacing: 1 is ideal.
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.surfaces import vertex_normals
 
 if TYPE_CHECKING:
@@ -37,7 +36,7 @@ LETTER_WIDTH = 0.6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class CoveragePanel:
     """One panel: the runs of a toolpath and the spacing measured along them.
 

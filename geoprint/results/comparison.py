@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.config import Job
+from geoprint.model import comparable, frozen
 from geoprint.quality import Uniformity
 from geoprint.results.plan import Plan
 from geoprint.results.workpiece import Workpiece
@@ -15,7 +15,7 @@ PLANNING_STAGES = ("contours", "path")
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Planned:
     """A backend's outcome.
 
@@ -39,7 +39,7 @@ class Planned:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Refused:
     """A backend that cannot plan on this part.
 
@@ -51,7 +51,7 @@ class Refused:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Comparison:
     """Several backends on one workpiece.
 
@@ -77,7 +77,7 @@ class Comparison:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FailedPart:
     """A part that could not be compared at all.
 

@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray, frozen
 from geoprint.model.arrays import freeze_arrays
 
 # Unknowns of a fit: three lengths and three more lengths or angles.
@@ -97,7 +97,7 @@ class Noise:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class TouchStatistics:
     """What k residuals of a fit say.
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, PlanError, ReachError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.arm import Arm
 from geoprint.motion.reach.pose_samples import PoseSamples
@@ -37,7 +37,7 @@ class Reason(IntEnum):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ReachMap:
     """Which poses of a stream a motion serves, and why not the others.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from scipy.spatial import KDTree
 
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, empty_horizon
 from geoprint.quality.oracle.tracing import SurfacePath
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places
@@ -47,7 +47,7 @@ class Nearest:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Ask:
     """Which segments of the path count for each of k points, and how far to look.
 

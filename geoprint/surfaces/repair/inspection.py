@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import MeshError
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, comparable, frozen
 from geoprint.surfaces.halfedges import next_halves
 from geoprint.surfaces.operators import face_areas
 from geoprint.surfaces.places import triple
@@ -24,7 +24,7 @@ MOST_PLACES = 5
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Defect:
     """How many there are of something, and where the first of them are.
 
@@ -54,7 +54,7 @@ class Rim:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Inspection:
     """What `inspect` finds. Places and lengths are mm.
 
