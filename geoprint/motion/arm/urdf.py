@@ -52,7 +52,7 @@ def read_urdf(model: str) -> str:
     return entry.read_text(encoding="utf-8")
 
 
-def read_urdf_file(path: Path, *, flange: str) -> str:
+def read_urdf_file(path: Path | str, *, flange: str) -> str:
     """Return the text of a URDF file that describes an arm geoprint can move.
 
     Args:
@@ -63,7 +63,7 @@ def read_urdf_file(path: Path, *, flange: str) -> str:
         UsageError: it cannot be read, is too large, holds a document type or entities, or describes no such arm.
     """
     try:
-        with path.open("rb") as file:
+        with (path := Path(path)).open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
         text = content.decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
