@@ -83,15 +83,34 @@ def _names(value: object) -> tuple[str, ...]:
     return tuple(held)
 
 
+class _Words(reprlib.Repr):
+    """Says in a word what stands among others: of what is large its size or its kind alone."""
+
+    def repr_instance(self, x: object, level: int) -> str:
+        if isinstance(x, np.ndarray):
+            return str(cast("NDArray[Any]", x).shape)
+        if _names(x):
+            return type(x).__name__
+        return super().repr_instance(str(x) if isinstance(x, PurePath) else x, level)
+
+    def repr_float(self, x: float, _level: int) -> str:
+        return f"{x:{_FIGURES}}"
+
+
+_word = _Words().repr
+
+
 def _line(value: object, *, unit: str) -> str:
     """Return a field in one line: a value with what it holds, an array with its range."""
     if isinstance(value, np.ndarray):
         return _array(cast("NDArray[Any]", value), unit=unit)
     if names := _names(value):
         return f"{type(value).__name__}: {', '.join(f'{name} {_word(getattr(value, name))}' for name in names)}"
-    return (
-        f"{_word(value)}{unit}" if isinstance(value, float) else repr(value) if isinstance(value, str) else _word(value)
-    )
+    held = cast("Sequence[object]", value) if isinstance(value, tuple | list) else ()
+    if any(map(_names, held)):
+        return f"{len(held)} of {' or '.join(dict.fromkeys(type(one).__name__ for one in held))}"
+    said = repr(value) if isinstance(value, str) else _word(cast("object", value))
+    return f"{said}{unit}" if isinstance(value, float) else said
 
 
 def _array(array: NDArray[Any], *, unit: str) -> str:
@@ -103,20 +122,6 @@ def _array(array: NDArray[Any], *, unit: str) -> str:
         return f"{array.shape} {kind}, {array.mean():.0%} true"
     ends = dict.fromkeys(f"{end:{_FIGURES}}" for end in (array.min(), array.max()))
     return f"{array.shape} {kind}, {' to '.join(ends)}{unit}"
-
-
-def _word(value: object) -> str:
-    """Return a value among others: of what is large its size or its kind alone."""
-    if isinstance(value, np.ndarray):
-        return str(cast("NDArray[Any]", value).shape)
-    if isinstance(value, float):
-        return f"{value:{_FIGURES}}"
-    if _names(value):
-        return type(value).__name__
-    held = cast("Sequence[object]", value) if isinstance(value, tuple | list) else ()
-    if any(map(_names, held)):
-        return f"{len(held)} of {' or '.join(dict.fromkeys(type(one).__name__ for one in held))}"
-    return reprlib.repr(str(value) if isinstance(value, PurePath) else cast("object", value))
 
 
 def _unit(doc: str, name: str) -> str:

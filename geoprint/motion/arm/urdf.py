@@ -6,7 +6,6 @@ entities. Lengths in it are metres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import final
@@ -15,7 +14,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from geoprint.errors import UsageError
-from geoprint.model import Robot
+from geoprint.model import Robot, comparable
 
 JOINTS = 6
 FLANGE_FRAME = "tool0"
@@ -25,7 +24,7 @@ FORBIDDEN = ("<!DOCTYPE", "<!ENTITY")
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Chain:
     """What a URDF says about the joints from the base to the flange.
 

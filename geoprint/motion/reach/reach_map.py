@@ -5,7 +5,6 @@ A motion is a branch of the inverse kinematics with a turn about the nozzle and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import final
 
@@ -166,7 +165,7 @@ class ReachMap:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Failures:
     """What fails at s samples of a motion.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import final
 
@@ -25,7 +24,7 @@ NO_AIMS = np.zeros((0, 3))
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Nearest:
     """What lies nearest to each of k points, over the surface.
 

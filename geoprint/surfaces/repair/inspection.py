@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -38,7 +37,7 @@ class Defect:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Rim:
     """A connected piece of the border.
 
