@@ -61,7 +61,7 @@ RAPID_FOLDER = "rapid"
 _WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 
 
-def check_bundle(folder: Path) -> Checked:
+def check_bundle(folder: Path | str) -> Checked:
     """Check a bundle that `geoprint plan` wrote.
 
     Args:
@@ -74,6 +74,7 @@ def check_bundle(folder: Path) -> Checked:
     Raises:
         InputError: the folder is no bundle with a program.
     """
+    folder = Path(folder)
     names = _listed(folder)
     checked = check_program(folder, list(names))
     said = {finding.file for finding in checked.findings}

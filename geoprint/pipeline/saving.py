@@ -36,7 +36,7 @@ from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
 
-def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> PlanRecord:
+def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> PlanRecord:
     """Write a plan's bundle: complete and verified, or not at all.
 
     Args:
@@ -60,7 +60,7 @@ def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> PlanRe
 
 def save_comparisons(
     parts: Sequence[Comparison | FailedPart],
-    directory: Path,
+    directory: Path | str,
     *,
     samples: bool = False,
     figures: bool = False,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.errors import VerificationError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import Ask, FlatMesh, GeodesicDistance, SurfacePath, spatial
 from geoprint.surfaces import PolylineDistance
@@ -23,7 +22,7 @@ ROUNDING = 1e-6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class OuterDistance:
     """How far samples are from the level outside.
 

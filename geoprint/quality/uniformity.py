@@ -7,12 +7,11 @@ cover is measured for any number of levels; where there is but one, there is no 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, frozen
 from geoprint.model.arrays import freeze_arrays
 from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, sampled
@@ -59,7 +58,7 @@ class WorstPlace(NamedTuple):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Uniformity:
     """How even the spacing is; distances to the neighbouring level outside, over the spacing: 1 is ideal.
 

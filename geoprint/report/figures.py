@@ -8,12 +8,11 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.report.beads import bead_sides, squares_on
 from geoprint.report.sides import views
 from geoprint.surfaces import vertex_normals
@@ -46,7 +45,7 @@ LETTER_WIDTH = 0.6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class CoveragePanel:
     """One panel: the runs of a toolpath and the spacing measured along them.
 

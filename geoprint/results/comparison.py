@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.config import Job
 from geoprint.errors import FieldError
+from geoprint.model import comparable, frozen
 from geoprint.quality import Uniformity
 from geoprint.results.plan import Plan
 from geoprint.results.workpiece import Workpiece
@@ -16,7 +16,7 @@ PLANNING_STAGES = ("contours", "path")
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Planned:
     """A backend's outcome.
 
@@ -49,7 +49,7 @@ class Planned:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Refused:
     """A backend that cannot plan on this part.
 
@@ -61,7 +61,7 @@ class Refused:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Comparison:
     """Several backends on one workpiece.
 
@@ -87,7 +87,7 @@ class Comparison:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FailedPart:
     """A part that could not be compared at all.
 

@@ -6,7 +6,6 @@ Units and counting are those of plan.json. `schemas/compare.schema.json` says th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, final
 
 from pydantic import Field
@@ -22,6 +21,7 @@ from geoprint.account.records.plan import (
     SurfaceRecord,
 )
 from geoprint.account.records.rounding import Record, Rounded, Thousandths
+from geoprint.model import frozen
 
 
 class PlannedRecord(Record):
@@ -96,7 +96,7 @@ class ComparisonRecord(Record):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ToldComparison:
     """All figures of a comparison, each made once.
 
