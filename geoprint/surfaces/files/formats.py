@@ -104,9 +104,11 @@ def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
     except (GeoprintError, MemoryError):
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
+        # Of other kinds the words are a name or a number without its place.
+        found = f" ({str(error)[:200]!r})" if isinstance(error, ValueError) else ""
         raise InputError(
-            f"`{path.name}` cannot be read as {suffix} ({type(error).__name__}: {str(error)[:200]!r}); "
-            "it is damaged or not what its suffix says, so export it again."
+            f"`{path.name}` cannot be read as {suffix}{found}; it is damaged or not what its suffix says, so export "
+            "it again."
         ) from error
     check_mesh(file, name=path.name)
     return replace(file, name=path.name)
