@@ -85,7 +85,7 @@ def save_ply(surface: Surface, path: Path) -> None:
     try:
         path.write_bytes(ply_bytes(surface))
     except OSError as error:
-        raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
+        raise ExportError(f"`{path}` cannot be written ({error.strerror}); choose another place.") from error
 
 
 def likely_unit(size: float) -> str | None:

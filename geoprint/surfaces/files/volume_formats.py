@@ -21,6 +21,7 @@ from geoprint.surfaces.conversion import missing
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from nibabel import Nifti1Header
     from numpy.typing import NDArray
 
 # Largest volume that is unpacked [bytes]: 1024 x 1024 x 1024 labels of one byte.
@@ -74,6 +75,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     """
     try:
         import nibabel
+        from nibabel.spatialimages import HeaderDataError
     except ImportError as error:
         raise missing("nibabel", extra="medical", work="reading NIfTI files") from error
     packed = data[:2] == b"\x1f\x8b"
@@ -88,7 +90,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     try:
         affine = np.asarray(header.get_best_affine(), dtype=np.float64)
         slope, shift = header.get_slope_inter()
-    except (ValueError, nibabel.spatialimages.HeaderDataError) as error:
+    except (ValueError, HeaderDataError) as error:
         raise InputError(f"`{name}` has a damaged NIfTI header ({error}); export the segmentation again.") from error
     stored = header.get_data_dtype()
     offset = int(max(header["vox_offset"], min(size & {NIFTI1_HEADER, NIFTI2_HEADER})))
@@ -101,9 +103,9 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     return LabelVolume(labels, affine, UNITS_BY_CODE.get(int(header["xyzt_units"]) & NIFTI_LENGTHS))
 
 
-def _check_nifti(header: Mapping[str, NDArray[np.generic]], *, name: str) -> None:
+def _check_nifti(header: Nifti1Header, *, name: str) -> None:
     """Refuse a header with another magic, with a type that no label has, or without place and size of the voxels."""
-    magic, code, sides = bytes(header["magic"].item()).rstrip(b"\0"), int(header["datatype"]), header["pixdim"][1:4]
+    magic, code, sides = header["magic"].tobytes().rstrip(b"\0"), int(header["datatype"]), header["pixdim"][1:4]
     if magic[:3] == b"ni1":
         raise InputError(f"`{name}` is half a NIfTI file, its voxels lie in another; export it as one .nii file.")
     if magic[:3] not in {b"n+1", b"n+2"}:

@@ -184,6 +184,31 @@ def test_what_is_no_volume_is_refused_by_name(tmp_path: Path, content: bytes, na
         load_file(tmp_path / name, unit="mm")
 
 
+@pytest.mark.parametrize(
+    ("place", "value", "sentence"),
+    [
+        (70, np.int16(9999), r"states the data type 9999, labels have one of 2, 4, 8"),
+        (80, np.float32(np.nan), "states voxels of nan x 1 x 1"),
+        (84, np.float32(0.0), "states voxels of 1 x 0 x 1 .* sides are above 0"),
+        (108, np.float32(np.inf), "from byte inf on"),
+        (116, np.float32(np.inf), "has a damaged NIfTI header"),
+        (344, b"nope", r"has the magic b'nope' at the end of its header, a NIfTI file has b'n\+1'"),
+        (344, bytes(4), r"has the magic b''"),
+        (344, b"ni1\0", "is half a NIfTI file"),
+    ],
+)
+def test_a_header_that_lies_is_refused_by_what_is_wrong(
+    tmp_path: Path, place: int, value: np.generic | bytes, sentence: str
+) -> None:
+    grid = affine(CUBES)
+    content = bytearray(save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid))
+    damage = value if isinstance(value, bytes) else value.tobytes()
+    content[place : place + len(damage)] = damage
+    (tmp_path / "ball.nii").write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        load_file(tmp_path / "ball.nii", unit=None, label=7)
+
+
 def test_a_flat_affine_and_a_series_of_volumes_are_refused(tmp_path: Path) -> None:
     labels = np.ones((8, 8, 8), dtype=np.uint8)
     save_nifti(tmp_path / "flat.nii", labels, np.diag([1.0, 1.0, 1e-12, 1.0]))
