@@ -25,7 +25,7 @@ def load(path: Path, *, unit: str | None) -> Surface:
     return load_file(path, unit=unit).surface
 
 
-def load_file(path: Path, *, unit: str | None, label: int | None = None) -> MeshFile:
+def load_file(path: Path, *, unit: str | None, label: int | None = None, thin: bool = False) -> MeshFile:
     """Read a mesh file, or make a mesh of what it holds, of known unit and believable size.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
@@ -36,6 +36,7 @@ def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Mesh
         unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
             carry no unit, None is answered by an error that shows what the size would be in each.
         label: of a label volume, which one is meant.
+        thin: whether a label as thin as its voxels is taken with their terraces.
 
     Returns:
         What the file holds, with its unit.
@@ -49,7 +50,7 @@ def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Mesh
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    file = read_mesh(path, label=label)
+    file = read_mesh(path, label=label, thin=thin)
     if file.unit and unit not in {None, file.unit}:
         raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
     unit = unit or file.unit
