@@ -17,7 +17,7 @@ SHARP_SHARE = 0.12
 # Heights closer than this share of the surface's size are those of one tread.
 TREAD_SHARE = 1e-4
 # Fewer treads in a direction are no stairs, nor are those of which the lowest tenth is lower than this share of a step.
-LEAST_TREADS = 4
+LEAST_TREADS = 3
 EVEN_SHARE = 0.98
 # Faces of one normal count where they are at least this share of all.
 NORMAL_SHARE = 0.02
