@@ -14,7 +14,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from geoprint.config.job import Job
+from geoprint.config.job_file import job_named
 from geoprint.config.key import Key, keys_of, option_type, table_of
+from geoprint.config.strict import Place, key_at
 from geoprint.errors import UsageError
 
 # What the options of a command say of a job: values by the names of its keys, as `job_of` takes them.
@@ -89,6 +91,22 @@ def takes(*names: str, but: Sequence[str] = (), model: type[BaseModel] = Job) ->
         return called
 
     return decorate
+
+
+def job_asked(surface: Path, keys: Mapping[str, object]) -> Job:
+    """Return the job that options ask for; an error names the option that was typed, not the key of a job file."""
+    return job_named({"surface": surface, **keys}, named=_typed)
+
+
+def _typed(place: Place) -> str:
+    """Return the option of the key at a place, or nothing for what holds together several."""
+    offered = _options(Job)
+    names = [part for part in place if isinstance(part, str)]
+    if not names or names == ["patches"]:
+        return ""
+    key, within = offered.get(names[0], {}), names[-1]
+    option = key.get(within) or key.get(names[0])
+    return f"`{option.flag.partition('/')[0]}`" if option is not None else key_at(place)
 
 
 def _options(model: type[BaseModel]) -> dict[str, dict[str, _Option]]:

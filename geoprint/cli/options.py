@@ -38,6 +38,7 @@ Samples = Annotated[
 Figures = Annotated[bool, typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.")]
 MaxMemory = Annotated[float | None, typer.Option(help="Stop with status 6 beyond this much memory in GB.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="List all that was not checked.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
 
 

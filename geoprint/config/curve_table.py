@@ -42,6 +42,7 @@ def read_curve(path: Path | str) -> list[list[float]]:
     Raises:
         InputError: it cannot be read, or its header, separators, decimals or one of its rows is wrong; says which.
     """
+    path = Path(path)
     separator, rows = _rows(path)
     number, first = rows[0]
     headed = _is_header(first)
