@@ -113,7 +113,7 @@ def place(
 
 @takes("unit", "spacing", "rounds", "cell")
 def recommend(
-    surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
+    surface: Annotated[Path | None, typer.Argument(metavar="PART", help="Mesh of a part, for rounds and mass.")] = None,
     *,
     pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
     keys: Keys,
