@@ -149,8 +149,7 @@ def path_parameters() -> dict[str, list[str]]:
 def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     """Return calls that write below a file, or where no folder is."""
     below = f"{PLATE}/below"
-    assert planned.uniformity is not None
-    compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, planned.uniformity, None)),))
+    compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),))
     calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
     return {
         "save_plan": lambda: geoprint.save_plan(planned, below),

@@ -141,7 +141,7 @@ def _as_given(value: object) -> object:
 
 
 def _curve(path: Path) -> list[list[float]]:
-    from geoprint.pipeline import read_curve
+    from geoprint.config import read_curve
 
     return read_curve(path)
 

@@ -10,6 +10,7 @@ from geoprint.config.cells import (
     load_cell as load_cell,
     packaged_cell_text as packaged_cell_text,
 )
+from geoprint.config.curve_table import read_curve as read_curve
 from geoprint.config.job import (
     Job as Job,
     PatchRegion as PatchRegion,

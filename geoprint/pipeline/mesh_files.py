@@ -13,7 +13,7 @@ from geoprint.results import FileInspection, Remeshed
 from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
 from geoprint.surfaces.files import load_file, suggested_unit, unit_hint
 from geoprint.surfaces.remesh import decimate, deviation, remesh, smooth
-from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare
+from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare, terrace_height
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4
@@ -53,6 +53,7 @@ def inspect_file(
         size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
         found=found,
         regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
+        terraces=None if found.refusal is not None else terrace_height(found.examined),
         backends=tuple((name, _trial(name, found)) for name in backend_names()),
     )
 
@@ -62,6 +63,7 @@ def remesh_file(
     *,
     unit: str | None = None,
     label: int | None = None,
+    thin: bool = False,
     wavelength: float | None = None,
     edge_length: float | None = None,
     faces: int | None = None,
@@ -73,6 +75,7 @@ def remesh_file(
         path: of the part's file.
         unit: of its coordinates.
         label: of a label volume, which one.
+        thin: whether a label as thin as its voxels is taken with their terraces.
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
         edge_length: as for `surfaces.remesh` [mm].
         faces: as for `surfaces.decimate`, instead.
@@ -89,7 +92,7 @@ def remesh_file(
         )
     if edge_length is not None and faces is not None:
         raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
-    before, preparation = prepare(load_file(path, unit=unit, label=label).surface)
+    before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin).surface)
     allowed = max_deviation
     if allowed is None:
         allowed = DEVIATION_SHARE * float(np.linalg.norm(np.ptp(before.vertices, axis=0)))

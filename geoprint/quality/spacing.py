@@ -84,6 +84,7 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
     """Return the share of samples within one spacing of another stretch of their own level.
 
     There two fronts meet, near the medial axis of the surface, where level curves have corners and fields err most.
+    Of no samples it is 0.
 
     Args:
         path: r runs.
@@ -93,7 +94,7 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
     """
     levels, limits = path.levels[samples.runs], np.full(samples.runs.size, spacing)
     ask = Ask.elsewhere(levels, samples.runs, samples.arcs, clear=APART * spacing, limits=limits)
-    return float(np.isfinite(distance(samples.places, ask).distances).mean())
+    return float(np.isfinite(distance(samples.places, ask).distances).sum() / max(samples.runs.size, 1))
 
 
 def _in_space(

@@ -22,6 +22,7 @@ class FileInspection:
         size: extents [mm].
         found: the examination of the mesh.
         regions: name, number of faces and area [mm2] of each that the file has.
+        terraces: height of the steps where the surface is a staircase around voxels [mm], else None.
         backends: by name, 'yes', or why a backend cannot plan on it, or that it was 'not tried' and why.
     """
 
@@ -32,6 +33,7 @@ class FileInspection:
     size: tuple[float, ...]
     found: Inspection
     regions: tuple[tuple[str, int, float], ...]
+    terraces: float | None
     backends: tuple[tuple[str, str], ...]
 
 

@@ -107,7 +107,7 @@ class Plan:
         contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
         poses: tool poses, in the work frame; with a robot as the robot is commanded.
-        uniformity: how even the paths are, or None where there is but one level.
+        uniformity: how even the paths are, or None where that was not measured.
         layers: skins of material that the paths make, from the part outwards.
         robot: the robot's parts, one a placement of the part; none where it was left out.
         timings: seconds each stage took, in order.

@@ -65,6 +65,7 @@ class PartRecord(Record):
     settings: SettingsRecord = Field(description="as in plan.json, without the backend")
     surface: SurfaceRecord = Field(description="as in plan.json")
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
+    best: str = Field(description="the backend that covers the part best: coverage counts first, then spacing")
     backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
     path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
 
@@ -89,7 +90,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    layout: Literal[3] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 
