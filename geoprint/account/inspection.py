@@ -163,7 +163,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
     spans = " x ".join(f"{extent:.4g}" for extent in record.size_mm)
     yield f"{record.name}: {record.faces} faces, {spans} mm, read in {record.unit}{guessed}"
     if record.unit_hint:
-        yield f"note: {record.unit_hint}"
+        yield f"warning: {record.unit_hint}"
     yield f"pieces: {len(record.components)}; genus: {'unknown' if record.genus is None else record.genus}"
     yield _border_line(record)
     yield from _flaw_lines(record)
@@ -174,7 +174,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
             f"--smooth {wavelength:.3g} --max-deviation {deviation:.2g} --out part.ply` takes them off"
         )
     if not record.crossings_complete:
-        yield "crossings: not all pairs of faces were looked at"
+        yield "not checked: crossings between all pairs of faces"
     if record.refusal is not None:
         yield f"refused: {record.refusal}"
     elif record.changes is not None:
@@ -184,7 +184,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
     if len(record.regions) > MOST_REGIONS:
         yield f"and {len(record.regions) - MOST_REGIONS} more regions: `--json` lists all"
     for name, answer in record.backends.items():
-        yield f"{name:<14}{answer}"
+        yield f"{name:<15}{answer}"
 
 
 def _border_line(record: InspectionRecord) -> str:

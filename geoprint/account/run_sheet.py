@@ -22,7 +22,7 @@ from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray, comparable, frozen
 from geoprint.surfaces import in_words
 
-WIDTH = 100
+WIDTH, NARROW = 100, 60
 _LABEL = 18
 
 
@@ -108,11 +108,12 @@ def check_summary(checked: Checked) -> dict[str, Json]:
     )
 
 
-def run_sheet(checked: Checked) -> str:
+def run_sheet(checked: Checked, *, width: int | None = None) -> str:
     """Return the page; where something was found, only that.
 
     Args:
         checked: a bundle.
+        width: letters in a line, where they are counted; the page is never wider than 100.
     """
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
     told = checked.told
@@ -133,12 +134,22 @@ def run_sheet(checked: Checked) -> str:
         ("before start", _steps(setup, orders)),
         ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
     ):
-        lines += _entry(label, texts) if texts else []
+        lines += _entry(label, texts, width=min(width or WIDTH, WIDTH)) if texts else []
     return "\n".join(lines)
 
 
-def _entry(label: str, texts: Sequence[str]) -> list[str]:
-    wrapped = [line for text in texts for line in textwrap.wrap(text, WIDTH - _LABEL)]
+def _entry(label: str, texts: Sequence[str], *, width: int) -> list[str]:
+    """Return a label with its texts beside it, or below it where a line is short."""
+    if width < NARROW:
+        return [
+            label,
+            *(
+                line
+                for text in texts
+                for line in textwrap.wrap(text, width, initial_indent="  ", subsequent_indent="    ")
+            ),
+        ]
+    wrapped = [line for text in texts for line in textwrap.wrap(text, width - _LABEL)]
     return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * len(wrapped)], wrapped, strict=False)]
 
 

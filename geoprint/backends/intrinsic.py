@@ -13,9 +13,9 @@ from math import cos, pi, sin, sqrt
 from typing import final
 
 import numpy as np
-from numba import njit
 
 from geoprint.errors import InputError, MeshError, UsageError
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
 

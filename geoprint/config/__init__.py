@@ -17,5 +17,6 @@ from geoprint.config.job import (
 )
 from geoprint.config.job_file import (
     job_file_text as job_file_text,
+    job_named as job_named,
     job_of as job_of,
 )

@@ -42,7 +42,8 @@ def read_curve(path: Path | str) -> list[list[float]]:
     Raises:
         InputError: it cannot be read, or its header, separators, decimals or one of its rows is wrong; says which.
     """
-    separator, rows = _rows(path := Path(path))
+    path = Path(path)
+    separator, rows = _rows(path)
     number, first = rows[0]
     headed = _is_header(first)
     places = _places(path, number, first) if headed else [0, 1, 2]

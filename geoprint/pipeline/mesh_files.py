@@ -85,12 +85,7 @@ def remesh_file(
         UsageError: nothing is asked for, or edge length and faces both.
         InputError: the file cannot be used; or the new surface lies farther off than allowed, or cannot be planned on.
     """
-    if wavelength is None and edge_length is None and faces is None:
-        raise UsageError(
-            "say what to change: `--edge-length MM` or `--faces N`, `--smooth MM`, or one of them with it."
-        )
-    if edge_length is not None and faces is not None:
-        raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
+    _check_asked(wavelength, edge_length, faces)
     before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin).surface)
     diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
     allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
@@ -108,6 +103,15 @@ def remesh_file(
     found = Remeshed(before, preparation, after, tuple(steps), deviation(before, after), allowed)
     _check_deviation(found)
     return found
+
+
+def _check_asked(wavelength: float | None, edge_length: float | None, faces: int | None) -> None:
+    if wavelength is None and edge_length is None and faces is None:
+        raise UsageError(
+            "say what to change: `--edge-length MM` or `--faces N`, `--smooth MM`, or one of them with it."
+        )
+    if edge_length is not None and faces is not None:
+        raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
 
 
 def _trial(name: str, found: Inspection) -> str:

@@ -70,9 +70,13 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     """
     factories = [backend(name).factory for name in backends]
     with stage("reading"):
-        cell = load_cell(job.cell)
-        _require_placement(job, cell)
+        # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
+        cell = load_cell(job.cell)
+        job = with_rounds(job, cell)
+        if job.rounds is None:
+            _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
+        _require_placement(job, cell)
         prepared = prepared_part(job, loaded)
         named = None if job.body is None else load_file(job.body, unit=job.unit)
         body = prepared.body if named is None else _body(prepared.surface, named.surface)
@@ -190,11 +194,11 @@ def largest_distance(job: Job, part: Surface) -> float:
     return Piecewise(coarse, backend_of(job)).distance(_seed(job, coarse)).maximum
 
 
-def with_rounds(job: Job) -> Job:
-    """Return the job with the rounds of its cell where it names neither rounds nor spacing."""
+def with_rounds(job: Job, cell: Cell) -> Job:
+    """Return the job with the rounds of the cell where it names neither rounds nor spacing."""
     if job.spacing is not None or job.rounds is not None:
         return job
-    return job.model_copy(update={"rounds": load_cell(job.cell).process.rounds})
+    return job.model_copy(update={"rounds": cell.process.rounds})
 
 
 def _wanted_spacing(job: Job, part: Surface) -> float:

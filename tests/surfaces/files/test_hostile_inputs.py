@@ -138,7 +138,7 @@ def test_the_doctor_names_what_it_could_not_look_at() -> None:
 
     found = replace(inspect(meshes.plate()), crossings_complete=False)
     seen = FileInspection("plate.ply", "mm", False, None, (40.0, 30.0, 0.0), found, (), None, ())  # noqa: FBT003
-    assert "crossings: not all pairs of faces were looked at" in inspection_text(seen)
+    assert "not checked: crossings between all pairs of faces" in inspection_text(seen)
 
 
 @pytest.mark.parametrize("option", ["surface", "body"])
