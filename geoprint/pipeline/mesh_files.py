@@ -79,8 +79,7 @@ def remesh_file(
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
         edge_length: as for `surfaces.remesh` [mm].
         faces: as for `surfaces.decimate`, instead.
-        max_deviation: how far old and new surface, and their rims, may lie apart [mm]; by default DEVIATION_SHARE of
-            the part's diagonal.
+        max_deviation: how far both surfaces, and their rims, may lie apart [mm]; None: DEVIATION_SHARE of the diagonal.
 
     Raises:
         UsageError: nothing is asked for, or edge length and faces both.
@@ -88,9 +87,8 @@ def remesh_file(
     """
     _check_asked(wavelength, edge_length, faces)
     before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin).surface)
-    allowed = max_deviation
-    if allowed is None:
-        allowed = DEVIATION_SHARE * float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
+    diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
+    allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
     after, steps = before, list[str]()
     if wavelength is not None:
         after = smooth(after, wavelength=wavelength)
