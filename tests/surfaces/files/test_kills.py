@@ -29,6 +29,8 @@ KILLS, MANY_KILLS = 6, 200
 LATEST = 3.0
 # What is killed has this long to be gone [s].
 GONE_WITHIN = 5.0
+# Its child works by then, however busy the machine is [s].
+STARTED_WITHIN = 60.0
 # Found again in the environment of every process that came of it.
 MARK = "GEOPRINT_TEST_KILLS"
 
@@ -50,13 +52,15 @@ def handles() -> int:
     return len(list(Path("/proc/self/fd").iterdir()))
 
 
-def killed(path: Path, *, which: signal.Signals, after: float, temporary: Path) -> list[str]:
-    """Inspect a file, kill that, and return what of it had a process of its own and what lives or lies there still."""
+def killed(path: Path, *, which: signal.Signals, after: float | None, temporary: Path) -> list[str]:
+    """Inspect a file, kill that at a moment or once its child works, and return what lives or lies there after it."""
     mark = f"{os.getpid()}-{time.monotonic_ns()}"
     environment = {**os.environ, MARK: mark, "TMPDIR": str(temporary)}
     command = [sys.executable, "-m", "geoprint", "inspect", str(path)]
     running = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    time.sleep(after)
+    until = time.monotonic() + (STARTED_WITHIN if after is None else after)
+    while time.monotonic() < until and not (after is None and len(processes(mark)) > 1):
+        time.sleep(0.02)
     running.send_signal(which)
     running.wait(timeout=GONE_WITHIN)
     until = time.monotonic() + GONE_WITHIN
@@ -68,7 +72,9 @@ def killed(path: Path, *, which: signal.Signals, after: float, temporary: Path) 
 def kill_often(folder: Path, *, times: int) -> None:
     # A saddle that large keeps the tessellator busy for longer than any of them lives.
     (folder / "saddle.igs").write_text(iges_plate("MM", size=(1.9e3, 1.9e3), rise=1.9e3))
-    moments, before = np.random.default_rng(17).uniform(0.02, LATEST, times).tolist(), handles()
+    moments: list[float | None] = [*np.random.default_rng(17).uniform(0.02, LATEST, times).tolist()]
+    moments[: len(SIGNALS)] = [None] * len(SIGNALS)
+    before = handles()
 
     def one(count: int) -> list[str]:
         temporary = folder / str(count)
@@ -77,7 +83,7 @@ def kill_often(folder: Path, *, times: int) -> None:
 
     with ThreadPoolExecutor(len(SIGNALS)) as pool:
         for count, left in enumerate(pool.map(one, range(times))):
-            assert left == [], f"kill {count} by {SIGNALS[count % 3].name} after {moments[count]:.2f} s"
+            assert left == [], f"kill {count} by {SIGNALS[count % 3].name} after {moments[count]} s"
     assert handles() == before
 
 
