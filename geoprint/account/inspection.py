@@ -85,6 +85,7 @@ class InspectionRecord:
         changes: the changes in words, or None.
         refusal: why preparing refuses, or None.
         regions: in the order of the file.
+        outside: what tells which side of it is outside.
         terraces_mm: height of the steps where the surface is a staircase around voxels, else None.
         backends: by name, 'yes', or why one cannot plan on it or was not tried.
     """
@@ -109,6 +110,7 @@ class InspectionRecord:
     changes: tuple[str, ...] | None
     refusal: str | None
     regions: tuple[RegionRecord, ...]
+    outside: str
     terraces_mm: float | None
     backends: dict[str, str]
 
@@ -147,6 +149,7 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         changes=None if done is None else done.repairs.changes(),
         refusal=found.refusal,
         regions=tuple(RegionRecord(name, faces, rounded(area)) for name, faces, area in seen.regions),
+        outside=seen.side,
         terraces_mm=None if seen.terraces is None else rounded(seen.terraces),
         backends=dict(seen.backends),
     )
@@ -166,6 +169,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
         yield f"warning: {record.unit_hint}"
     yield f"pieces: {len(record.components)}; genus: {'unknown' if record.genus is None else record.genus}"
     yield _border_line(record)
+    yield f"outside: {record.outside}"
     yield from _flaw_lines(record)
     if record.terraces_mm is not None:
         wavelength, deviation = TERRACE_WAVELENGTH * record.terraces_mm, TERRACE_SHARE * record.terraces_mm

@@ -9,8 +9,9 @@ import numpy as np
 from geoprint.backends import backend as find_backend, backend_names
 from geoprint.errors import GeoprintError, InputError, MeshError, UsageError
 from geoprint.model import Seed, Surface
+from geoprint.pipeline.workpiece import inverted_in_words, shape_in_words
 from geoprint.results import FileInspection, Remeshed
-from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
+from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed, signed_volume
 from geoprint.surfaces.files import load_file, suggested_unit, unit_hint
 from geoprint.surfaces.remesh import decimate, deviation, remesh, smooth
 from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare, terrace_height
@@ -53,6 +54,7 @@ def inspect_file(
         size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
         found=found,
         regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
+        side=_side(loaded.surface, found),
         terraces=None if found.refusal is not None else terrace_height(found.examined),
         backends=tuple((name, _trial(name, found)) for name in backend_names()),
     )
@@ -112,6 +114,15 @@ def _check_asked(wavelength: float | None, edge_length: float | None, faces: int
         )
     if edge_length is not None and faces is not None:
         raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
+
+
+def _side(filed: Surface, found: Inspection) -> str:
+    """Return what tells which side of a surface is outside."""
+    if found.refusal is not None:
+        return "unknown until the mesh is mended"
+    if found.rims:
+        return f"that to which the file winds it, {shape_in_words(found.examined)}"
+    return inverted_in_words(filed) or f"a closed surface of {signed_volume(filed) / 1000.0:.4g} cm3 tells it"
 
 
 def _trial(name: str, found: Inspection) -> str:

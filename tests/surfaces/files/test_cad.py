@@ -21,13 +21,16 @@ pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, re
 UNITS = {"MM": (2, 1.0), "IN": (1, 25.4), "M": (6, 1000.0), "CM": (10, 10.0)}
 
 
-def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0)) -> str:
-    """Return an IGES file with one face: a B-spline of degree 1, a rectangle of that size in the unit."""
+def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0), rise: float = 0.0) -> str:
+    """Return an IGES file with one face: a B-spline of degree 1, a rectangle of that size in the unit.
+
+    Where one of its corners rises, it is a saddle.
+    """
     flag, _ = UNITS[unit]
     settings = f",,4Htest,4Htest,4Htest,4Htest,32,38,6,308,15,4Htest,1.0,{flag},{len(unit)}H{unit},1,0.01,"
     settings += "15H20260101.000000,1E-06,100.0,4Hnone,4Hnone,11,0,15H20260101.000000;"
     x, y = size
-    values = f"128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,{x},0.,0.,0.,{y},0.,{x},{y},0.,"
+    values = f"128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,{x},0.,0.,0.,{y},0.,{x},{y},{rise},"
     values += "0.,1.,0.,1.;"
     parameters = [values[start : start + 64] for start in range(0, len(values), 64)]
     header = [settings[start : start + 72] for start in range(0, len(settings), 72)]
