@@ -18,6 +18,8 @@ from geoprint.report.values import (
     MOST_FRAMES as MOST_FRAMES,
     OVERLAP as OVERLAP,
     BackendView as BackendView,
+    Body as Body,
+    Machine as Machine,
     PartReport as PartReport,
     PathDistances as PathDistances,
     Picture as Picture,
