@@ -30,6 +30,13 @@ from geoprint.account.run_sheet import (
     check_summary as check_summary,
     run_sheet as run_sheet,
 )
+from geoprint.account.run_tables import (
+    csv_text as csv_text,
+    levels_table as levels_table,
+    runs_table as runs_table,
+    save_table as save_table,
+)
+from geoprint.account.spacing_table import samples_table as samples_table
 from geoprint.account.summary import (
     record_plan as record_plan,
     summary as summary,

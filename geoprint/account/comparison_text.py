@@ -63,11 +63,10 @@ def _rows(part: PartRecord | FailedRecord) -> list[tuple[str, ...]]:
 
 def _row(row: PlannedRecord) -> tuple[str, ...]:
     measured = row.uniformity
+    spacing = measured.spacing
     return (
         row.backend,
-        f"{measured.spacing.mean:.3f}",
-        f"{measured.spacing.cv:.2%}",
-        f"{measured.spacing.p95:.3f}",
+        *(("-", "-", "-") if spacing is None else (f"{spacing.mean:.3f}", f"{spacing.cv:.2%}", f"{spacing.p95:.3f}")),
         f"{measured.gap:.2%}",
         f"{measured.overlap:.2%}",
         str(row.paths.runs),

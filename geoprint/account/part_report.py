@@ -5,14 +5,15 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture
+from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.plan_text import patch_evenness, placement_warnings
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
-from geoprint.account.records.plan import PlanRecord, SettingsRecord
+from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.replaying import machine, replay
 from geoprint.backends import backend, predicted_spacing
@@ -32,6 +33,8 @@ from geoprint.report import (
 )
 from geoprint.results import Comparison, Plan, Planned
 from geoprint.surfaces import in_words
+
+Told = TypeVar("Told", str, float)
 
 # Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
@@ -65,7 +68,7 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
         R_view_work=workpiece.upright,
         spacing=spacing,
         machine=machine(workpiece, robots[0]) if robots else None,
-        winner=told.planned.index(_best(told)),
+        winner=[row.backend for row in told.planned].index(told.best),
         backends=tuple(_view(name, outcome, view) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in told.refused),
         table=report_table(told.planned, plans, [outcome.plan for _, outcome in planned]),
@@ -107,7 +110,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
     _, judged = KDTree(measured.judged_places).query(vertices)
     marks: IntArray = np.where(measured.gaps, GAP, np.where(measured.overlaps, OVERLAP, COVERED))
     caption = (
-        f"{name}: paths {plan.contours.spacing:.3g} mm apart; spacing varies by {measured.cv:.2%} (CV), "
+        f"{name}: paths {plan.contours.spacing:.3g} mm apart; {spread_of(measured, digits=2)}, "
         f"{measured.uncovered:.2%} of the area uncovered. Red: too close, blue: too far apart, grey: outermost."
     )
     return BackendView(
@@ -136,18 +139,14 @@ def _cautions(first: Plan, plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
 
 
 def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
-    best = _best(told)
+    best = next(row for row in told.planned if row.backend == told.best)
     printable = [row.backend for row in told.planned if row.printable]
     return (
-        ("most even", best.backend),
-        ("its spacing CV", f"{best.uniformity.spacing.cv:.2%}"),
+        ("covers best", best.backend),
+        ("missed or laid twice", f"{best.uniformity.gap + best.uniformity.overlap:.2%}"),
+        ("its spacing CV", _of_spacing(best, lambda s: f"{s.cv:.2%}", "-")),
         ("printable", "not asked" if best.printable is None else ", ".join(printable) or "none"),
     )
-
-
-def _best(told: PartRecord) -> PlannedRecord:
-    """Return the backend that leaves least uncovered, to a thousandth; of several the most even one."""
-    return min(told.planned, key=lambda row: (round(row.uniformity.gap, 3), row.uniformity.spacing.cv))
 
 
 def _settings(told: SettingsRecord) -> tuple[tuple[str, str], ...]:
@@ -196,18 +195,21 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
     return [
         _row(
             group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
-            lambda r: f"{r.uniformity.spacing.cv:.2%}", badness=lambda r: r.uniformity.spacing.cv, decides=True,
+            lambda r: _of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
+            badness=lambda r: _of_spacing(r, lambda s: s.cv, 0.0), decides=True,
         ),
-        _row(group, "spacing, mean", "1 is as wanted", rows, lambda r: f"{r.uniformity.spacing.mean:.3f}"),
+        _row(group, "spacing, mean", "1 is as wanted", rows,
+            lambda r: _of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
+        ),
         _row(
             group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", rows,
-            lambda r: f"{r.uniformity.spacing.p5:.3f} - {r.uniformity.spacing.p95:.3f}",
-            badness=lambda r: r.uniformity.spacing.p95 - r.uniformity.spacing.p5,
+            lambda r: _of_spacing(r, lambda s: f"{s.p5:.3f} - {s.p95:.3f}", "-"),
+            badness=lambda r: _of_spacing(r, lambda s: s.p95 - s.p5, 0.0),
         ),
         _row(
             group, "within 5% of the wanted", "share of the path", rows,
-            lambda r: f"{r.uniformity.spacing.within_5_percent:.1%}",
-            badness=lambda r: -r.uniformity.spacing.within_5_percent,
+            lambda r: _of_spacing(r, lambda s: f"{s.within_5_percent:.1%}", "-"),
+            badness=lambda r: _of_spacing(r, lambda s: -s.within_5_percent, 0.0),
         ),
         _row(
             group, "area uncovered", "farther than 0.55 spacings from every path", rows,
@@ -227,6 +229,11 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
         ),
         _row(group, "measured by", "", rows, lambda r: r.uniformity.method),
     ]  # fmt: skip
+
+
+def _of_spacing(row: PlannedRecord, figure: Callable[[SpacingRecord], Told], otherwise: Told) -> Told:
+    """Return a figure of a backend's spacing, or another value where there is but one level and so no spacing."""
+    return otherwise if row.uniformity.spacing is None else figure(row.uniformity.spacing)
 
 
 def _patches(rows: Sequence[PlannedRecord]) -> list[Row]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from geoprint.account.records.plan import DepositionRecord, PatchRecord, PlanRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
+from geoprint.account.verdict import coverage_advice, covers
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.results import Plan, Workpiece
@@ -28,8 +29,10 @@ def outcome_text(told: PlanRecord) -> str:
         )
     ]
     if told.uniformity is not None:
+        spacing = told.uniformity.spacing
+        varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing.cv:.2%} (CV)"
         lines.append(
-            f"evenness: spacing varies by {told.uniformity.spacing.cv:.2%} (CV), uncovered {told.uniformity.gap:.2%}"
+            f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
         )
     if len(told.patches) > 1:
         lines += [
@@ -186,7 +189,11 @@ def _paths(told: PlanRecord) -> Iterator[str]:
             f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
             "in all."
         )
-    cv, nearest = 0.0 if measured is None else measured.spacing.cv, most_accurate_backend()
+    if measured is not None and not covers(measured):
+        advice = "".join(coverage_advice(measured, told.settings.spacing_mm))
+        yield f"{measured.gap:.1%} of the area is missed and {measured.overlap:.1%} laid twice. {advice}"
+    spacing = None if measured is None else measured.spacing
+    cv, nearest = 0.0 if spacing is None else spacing.cv, most_accurate_backend()
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import final
 
@@ -19,7 +19,7 @@ from geoprint.account.records.rounding import Record, as_json
 from geoprint.account.robot_summary import record_switching
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
-from geoprint.model import PASCAL_PER_KPA, FloatArray
+from geoprint.model import PASCAL_PER_KPA, FloatArray, comparable, frozen
 from geoprint.surfaces import in_words
 
 WIDTH = 100
@@ -27,7 +27,7 @@ _LABEL = 18
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Finding:
     """Something that is wrong: in which file and line (from 1), and why."""
 
@@ -37,7 +37,7 @@ class Finding:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Checked:
     """A bundle that was checked.
 

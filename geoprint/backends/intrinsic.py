@@ -9,7 +9,6 @@ Delaunay ends after finitely many flips [Bobenko2007] and leaves cotangent weigh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 from typing import final
 
@@ -17,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from geoprint.errors import InputError, MeshError, UsageError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
 from geoprint.model.arrays import freeze_arrays
 from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
 
@@ -29,7 +28,7 @@ LENGTH_TOLERANCE = 1e-9
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class IntrinsicTriangulation:
     """Triangles given by their side lengths, glued along their sides.
 

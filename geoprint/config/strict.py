@@ -10,6 +10,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from geoprint.errors import UsageError
+from geoprint.model import described
 
 # Three numbers: a place, or three angles.
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -31,6 +32,7 @@ class Table(BaseModel):
     """A table whose keys are all known and whose numbers are all finite."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    __repr__ = __str__ = described
 
 
 def text_of(path: Path) -> str:

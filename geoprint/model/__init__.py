@@ -52,3 +52,8 @@ from geoprint.model.surface import (
     SurfaceCurves as SurfaceCurves,
     SurfacePoints as SurfacePoints,
 )
+from geoprint.model.values import (
+    comparable as comparable,
+    described as described,
+    frozen as frozen,
+)

@@ -27,7 +27,7 @@ ADVICE = "ask for shorter edges, more faces or less smoothing"
 
 
 def inspect_file(
-    path: Path, *, unit: str | None = None, label: int | None = None, longest_hole: float | None = None
+    path: Path | str, *, unit: str | None = None, label: int | None = None, longest_hole: float | None = None
 ) -> FileInspection:
     """Examine a mesh file.
 
@@ -46,7 +46,7 @@ def inspect_file(
     found = inspect(loaded.surface, longest_hole=longest_hole)
     areas = face_areas(loaded.surface)
     return FileInspection(
-        name=path.name,
+        name=Path(path).name,
         unit=loaded.unit,
         assumed=assumed,
         hint=unit_hint(found.examined, unit=loaded.unit),
@@ -58,7 +58,7 @@ def inspect_file(
 
 
 def remesh_file(
-    path: Path,
+    path: Path | str,
     *,
     unit: str | None = None,
     label: int | None = None,

@@ -10,7 +10,6 @@ from geoprint.report.figures import (
 )
 from geoprint.report.inspection_figure import inspection_figure as inspection_figure
 from geoprint.report.page import html_report as html_report
-from geoprint.report.paper_figures import paper_figures as paper_figures
 from geoprint.report.switching_figure import switching_figure as switching_figure
 from geoprint.report.values import (
     COVERED as COVERED,

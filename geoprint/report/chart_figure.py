@@ -5,12 +5,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.model.arrays import freeze_arrays
 from geoprint.report.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, add_title, draw_part, png_bytes
 
@@ -37,7 +36,7 @@ SCALE_SHRINK, SCALE_PAD = 0.85, 0.01
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FlattenedPart:
     """A chart as an image, and the level curves in it and on the surface.
 

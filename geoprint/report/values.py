@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, comparable, frozen
 from geoprint.model.arrays import freeze_arrays
 
 # A replay is looked at, not measured: so many frames move smoothly and keep the page small.
@@ -18,7 +17,7 @@ COVERED, GAP, OVERLAP = 0, 1, 2
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Picture:
     """A still picture.
 
@@ -34,7 +33,7 @@ class Picture:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Body:
     """A solid of the cell, where it is when all joints are at zero.
 
@@ -50,7 +49,7 @@ class Body:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Machine:
     """What moves around the part: a point x of joint j's link goes to turn_1 ( ... turn_j (x)).
 
@@ -71,7 +70,7 @@ class Machine:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Replay:
     """The robot's motion along the path of one backend.
 
@@ -112,7 +111,7 @@ class Replay:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class BackendView:
     """What one backend planned, to be drawn on the view surface of its part (n vertices).
 
@@ -152,7 +151,7 @@ class BackendView:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Row:
     """A line of the table: one quantity, a value for each backend.
 
@@ -174,7 +173,7 @@ class Row:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PathDistances:
     """How far the paths of the backends lie apart.
 
@@ -195,7 +194,7 @@ class PathDistances:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PartReport:
     """Everything the page says of one part.
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.model.arrays import freeze_arrays
 from geoprint.surfaces import boundary_half_edges, face_areas, half_edges
 
@@ -20,7 +19,7 @@ GROWTH = 1.12
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ViewSurface:
     """A surface to look at.
 

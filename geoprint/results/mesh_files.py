@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
-from geoprint.model import Surface
+from geoprint.model import Surface, frozen
 from geoprint.surfaces.remesh import Deviation
 from geoprint.surfaces.repair import Inspection, PreparationReport
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FileInspection:
     """What the mesh doctor says of a file.
 
@@ -37,7 +36,7 @@ class FileInspection:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Remeshed:
     """A part with another mesh.
 

@@ -55,7 +55,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def loaded(request: pytest.FixtureRequest, browser: Page, report: Path) -> Page:
     """Load the page once for each width: the browser's time goes into reading plotly.js."""
     width, height = request.param
-    browser.resize(width=width, height=height)
+    browser.resize(width=int(width), height=int(height))
     return opened(browser, report)
 
 
@@ -207,8 +207,9 @@ def test_pointing_at_the_part_shows_value_and_place_in_the_file(page: Page) -> N
     assert "mm in the file" in said
     # The middle of the dome is under the middle of its plot.
     places = [float(word.split()[1]) for word in said.split("; ")[1].removesuffix(" mm in the file").split(", ")]
-    assert np.hypot(*places[:2]) < RADIUS / 2
-    assert places[2] == pytest.approx(HEIGHT * (1 - np.hypot(*places[:2]) ** 2 / RADIUS**2), abs=0.02)
+    radius = float(np.hypot(places[0], places[1]))
+    assert radius < RADIUS / 2
+    assert places[2] == pytest.approx(HEIGHT * (1 - radius**2 / RADIUS**2), abs=0.02)
 
 
 @wide_only

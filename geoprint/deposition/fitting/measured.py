@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import final
@@ -21,7 +20,7 @@ import numpy as np
 
 from geoprint.deposition.bead import segment_area
 from geoprint.errors import InputError
-from geoprint.model import PASCAL_PER_KPA, FloatArray
+from geoprint.model import PASCAL_PER_KPA, FloatArray, frozen
 from geoprint.model.arrays import freeze_arrays
 
 WEIGHED = ("pressure_kpa", "duration_s", "mass_g")
@@ -32,7 +31,7 @@ MILLIGRAMS_PER_GRAM = 1000.0
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class MeasuredFlow:
     """Flow at several pressures.
 
@@ -48,7 +47,7 @@ class MeasuredFlow:
         freeze_arrays(self, pressures="float: k", flows="float: k")
 
 
-def read_measured_flow(path: Path, *, density: float) -> MeasuredFlow:
+def read_measured_flow(path: Path | str, *, density: float) -> MeasuredFlow:
     """Read a table of measured lines.
 
     Args:
@@ -59,6 +58,7 @@ def read_measured_flow(path: Path, *, density: float) -> MeasuredFlow:
         InputError: the file cannot be read, or has another heading or a value that is not a number above 0; the
             sentence names row and column.
     """
+    path = Path(path)
     try:
         # Reading a pipe or a device might never end.
         if path.exists() and not path.is_file():

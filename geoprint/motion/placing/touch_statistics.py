@@ -8,13 +8,12 @@ distributions, which know how little four points say about their own noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray, comparable, frozen
 from geoprint.model.arrays import freeze_arrays
 
 # Unknowns of a fit: three lengths and three more lengths or angles.
@@ -38,7 +37,7 @@ OWN_SHARE = 1e-6
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Noise:
     """How far a touch strays.
 
@@ -97,7 +96,7 @@ class Noise:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class TouchStatistics:
     """What k residuals of a fit say.
 

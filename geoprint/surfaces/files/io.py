@@ -22,12 +22,12 @@ USUAL_SIZE = (10.0, 500.0)
 RESOLUTION_SHARE = 1e-4
 
 
-def load(path: Path, *, unit: str | None) -> Surface:
+def load(path: Path | str, *, unit: str | None) -> Surface:
     """Return the surface of `load_file`."""
     return load_file(path, unit=unit).surface
 
 
-def load_file(path: Path, *, unit: str | None, label: int | None = None) -> MeshFile:
+def load_file(path: Path | str, *, unit: str | None, label: int | None = None) -> MeshFile:
     """Read a mesh file, or make a mesh of what it holds, of known unit and believable size.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
@@ -47,6 +47,7 @@ def load_file(path: Path, *, unit: str | None, label: int | None = None) -> Mesh
         InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
             implausible, or the part lies so far from the origin that single precision does not resolve it.
     """
+    path = Path(path)
     if not path.name.isprintable():
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
@@ -78,14 +79,14 @@ def ply_bytes(surface: Surface) -> bytes:
     return header.encode("ascii") + surface.vertices.astype("<f8").tobytes() + faces.tobytes()
 
 
-def save_ply(surface: Surface, path: Path) -> None:
+def save_ply(surface: Surface, path: Path | str) -> None:
     """Write a surface as `ply_bytes`.
 
     Raises:
         ExportError: the file cannot be written.
     """
     try:
-        path.write_bytes(ply_bytes(surface))
+        Path(path).write_bytes(ply_bytes(surface))
     except OSError as error:
         raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
 
@@ -107,13 +108,13 @@ def likely_unit(size: float) -> str | None:
     return None
 
 
-def suggested_unit(path: Path, *, label: int | None = None) -> tuple[str, bool]:
+def suggested_unit(path: Path | str, *, label: int | None = None) -> tuple[str, bool]:
     """Return the unit in which a file is, and whether it is only the likely one because the file carries none.
 
     Raises:
         InputError: as `load`.
     """
-    file = read_mesh(path, label=label)
+    file = read_mesh(Path(path), label=label)
     used = file.vertices[used_vertices(file.faces)]
     likely = likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
     return file.unit or likely, not file.unit

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.files.regions import Regions
 
@@ -19,7 +19,7 @@ UNITS: Mapping[str, float] = MappingProxyType({"mm": 1.0, "m": 1000.0, "in": 25.
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class MeshFile:
     """A mesh as a file holds it, or as it was made of what a file holds.
 
