@@ -8,13 +8,13 @@ from geoprint import transforms
 from geoprint.model import FloatArray, Robot, Surface
 from geoprint.motion.arm import JOINTS, Arm
 from geoprint.motion.collision import box_target, link_solids, polytope, tool_solids
-from geoprint.report import MOST_FRAMES, Body, Machine, Replay, view_surface
+from geoprint.report import MOST_FRAMES, Body, Machine, Replay, shading_normals, view_surface
 from geoprint.results import Plan, RobotPlan, Workpiece
-from geoprint.surfaces import vertex_normals
 
-# Faces of the body that the part lies on, as it is drawn; and how far it is drawn below its surface, which the part
-# shares, over its size.
+# Faces of the body that the part lies on, and of a link, as they are drawn.
 BODY_FACES = 6_000
+LINK_FACES = 3_000
+# How far the body is drawn below its surface, which the part shares, over its size.
 BODY_SUNK = 0.006
 
 
@@ -22,14 +22,12 @@ def machine(workpiece: Workpiece, robot: RobotPlan) -> Machine:
     """Return the arm, its tool, the obstacles of the cell and the body, with all joints at zero, in the work frame."""
     cell, T_work_base = workpiece.cell, transforms.inverse(robot.placement.T_base_work)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    screws, Ts_base_link = arm.screws(), arm.link_poses(np.zeros((1, JOINTS)))[0]
-    bodies = [
-        *(Body("arm", joint, _moved(one, T_work_base @ Ts_base_link[joint])) for joint, one in _links(cell.robot)),
-        *(
-            Body("tool", JOINTS, _moved(Surface(*polytope(solid, by=0.0)), T_work_base @ Ts_base_link[-1]))
-            for solid in tool_solids(cell.tool)
-        ),
-    ]
+    screws, Ts_work_link = arm.screws(), T_work_base @ arm.link_poses(np.zeros((1, JOINTS)))[0]
+    links, notes = _links(cell.robot)
+    thinned = ((joint, view_surface(one, faces=LINK_FACES).surface) for joint, one in links)
+    bodies = [Body("arm", joint, _moved(one, Ts_work_link[joint])) for joint, one in thinned]
+    tool = (Surface(*polytope(solid, by=0.0)) for solid in tool_solids(cell.tool))
+    bodies += [Body("tool", JOINTS, _moved(one, Ts_work_link[-1])) for one in tool]
     for obstacle in cell.obstacles:
         corners = box_target(obstacle, T_work_base=T_work_base).triangles.reshape(-1, 3)
         bodies.append(Body("cell", 0, Surface(corners, np.arange(len(corners)).reshape(-1, 3))))
@@ -39,6 +37,7 @@ def machine(workpiece: Workpiece, robot: RobotPlan) -> Machine:
         points=transforms.apply(T_work_base, screws.points),
         directions=screws.directions @ T_work_base[:3, :3].T,
         bodies=tuple(bodies),
+        note=" ".join(notes),
     )
 
 
@@ -64,13 +63,20 @@ def replay(plan: Plan, robot: RobotPlan) -> Replay:
     )
 
 
-def _links(robot: Robot) -> list[tuple[int, Surface]]:
-    """Return the solids of the links in their own frames, with the joint that moves each."""
+def _links(robot: Robot) -> tuple[list[tuple[int, Surface]], list[str]]:
+    """Return the meshes of the links, or their solids, each with the joint that moves it; and what lacks its mesh."""
+    meshes: dict[int, list[Surface]] = {}
+    notes: list[str] = []
+    if robot.urdf is not None:
+        from geoprint.motion.arm.link_meshes import link_meshes
+
+        meshes, notes = link_meshes(robot)
+    links = link_solids(robot.model, urdf=robot.urdf, flange=robot.flange)
     return [
-        (link.joint, Surface(*polytope(solid, by=0.0)))
-        for link in link_solids(robot.model, urdf=robot.urdf, flange=robot.flange)
-        for solid in link.solids
-    ]
+        (link.joint, one)
+        for link in links
+        for one in meshes.get(link.joint, [Surface(*polytope(solid, by=0.0)) for solid in link.solids])
+    ], notes
 
 
 def _moved(surface: Surface, T_a_b: FloatArray) -> Surface:
@@ -80,4 +86,4 @@ def _moved(surface: Surface, T_a_b: FloatArray) -> Surface:
 def _sunk(body: Surface) -> Surface:
     """Return the body a little smaller, so that it does not come through the part that lies on it."""
     depth = BODY_SUNK * float(np.linalg.norm(np.ptp(body.vertices, axis=0)))
-    return Surface(body.vertices - depth * vertex_normals(body), body.faces)
+    return Surface(body.vertices - depth * shading_normals(body), body.faces)

@@ -27,5 +27,6 @@ from geoprint.report.values import (
 )
 from geoprint.report.view_surface import (
     ViewSurface as ViewSurface,
+    shading_normals as shading_normals,
     view_surface as view_surface,
 )

@@ -86,6 +86,8 @@ class View {
     held.forEach((trace, at) => {
       const { places: [x, y, z], ...others } = points[at];
       trace.update({ ...full[at], x, y, z, ...others });
+      // Nobody points at the robot: without this all is drawn twice, and read back, to know what is where.
+      for (const drawn of [trace.mesh, trace.linePlot]) if (drawn) drawn.dirty = false;
       // What is drawn anew when the window changes its size.
       Object.assign(this.plot.data[MOVING[at]], { x, y, z, ...others });
     });

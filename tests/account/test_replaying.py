@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.account.replaying import machine
 from geoprint.config import load_cell
-from geoprint.model import FloatArray
+from geoprint.model import FloatArray, Surface
 from geoprint.motion.arm import Arm
 from geoprint.report import Machine
 from geoprint.results import RobotPlan, Workpiece
@@ -33,6 +33,14 @@ def shown() -> Machine:
     workpiece = SimpleNamespace(cell=load_cell(None), body=plate())
     robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
     return machine(cast("Workpiece", workpiece), cast("RobotPlan", robot))
+
+
+def test_a_body_that_is_folded_onto_itself_is_drawn_all_the_same() -> None:
+    folded = Surface(np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]]))
+    workpiece = SimpleNamespace(cell=load_cell(None), body=folded)
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    bodies = machine(cast("Workpiece", workpiece), cast("RobotPlan", robot)).bodies
+    assert np.isfinite(bodies[-1].surface.vertices).all()
 
 
 def moved(shown: Machine, joints: FloatArray, *, joint: int, places: FloatArray) -> FloatArray:
