@@ -67,7 +67,7 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
-        machine=machine(workpiece, robots[0]) if robots else None,
+        machine=machine(workpiece, robots[0], cell_file=comparison.job.cell) if robots else None,
         winner=[row.backend for row in told.planned].index(told.best),
         backends=tuple(_view(name, outcome, view) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in told.refused),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from geoprint import transforms
@@ -18,12 +20,12 @@ LINK_FACES = 3_000
 BODY_SUNK = 0.006
 
 
-def machine(workpiece: Workpiece, robot: RobotPlan) -> Machine:
+def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -> Machine:
     """Return the arm, its tool, the obstacles of the cell and the body, with all joints at zero, in the work frame."""
     cell, T_work_base = workpiece.cell, transforms.inverse(robot.placement.T_base_work)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     screws, Ts_work_link = arm.screws(), T_work_base @ arm.link_poses(np.zeros((1, JOINTS)))[0]
-    links, notes = _links(cell.robot)
+    links, notes = _links(cell.robot, cell_file)
     thinned = ((joint, view_surface(one, faces=LINK_FACES).surface) for joint, one in links)
     bodies = [Body("arm", joint, _moved(one, Ts_work_link[joint])) for joint, one in thinned]
     tool = (Surface(*polytope(solid, by=0.0)) for solid in tool_solids(cell.tool))
@@ -63,14 +65,14 @@ def replay(plan: Plan, robot: RobotPlan) -> Replay:
     )
 
 
-def _links(robot: Robot) -> tuple[list[tuple[int, Surface]], list[str]]:
+def _links(robot: Robot, cell_file: Path | None) -> tuple[list[tuple[int, Surface]], list[str]]:
     """Return the meshes of the links, or their solids, each with the joint that moves it; and what lacks its mesh."""
     meshes: dict[int, list[Surface]] = {}
     notes: list[str] = []
-    if robot.urdf is not None:
+    if robot.urdf is not None and cell_file is not None:
         from geoprint.motion.arm.link_meshes import link_meshes
 
-        meshes, notes = link_meshes(robot)
+        meshes, notes = link_meshes(robot, cell=cell_file)
     links = link_solids(robot.model, urdf=robot.urdf, flange=robot.flange)
     return [
         (link.joint, one)

@@ -75,7 +75,6 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
             target_period=file.robot.target_period_ms / 1000.0,
             urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
             flange=file.robot.flange,
-            folder=folder / Path(urdf or "").parent,
             load=file.robot.load,
         ),
         tool=_tool(file),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import field
-from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -45,7 +44,6 @@ class Robot:
         target_period: shortest time between targets that the controller takes without slowing down [s].
         urdf: text of the arm's URDF, or None where it is package data.
         flange: name of the URDF's flange frame.
-        folder: that the URDF lay in, where its meshes are looked for.
         load: what the flange may carry, or None where nobody has said it.
     """
 
@@ -57,7 +55,6 @@ class Robot:
     target_period: float = 0.02
     urdf: str | None = None
     flange: str = "tool0"
-    folder: Path = Path()
     load: LoadLimits | None = None
 
     def __post_init__(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -19,11 +20,12 @@ from geoprint.surfaces.files import load
 UNITS = {1.0: "m", 0.001: "mm"}
 
 
-def link_meshes(robot: Robot) -> tuple[dict[int, list[Surface]], list[str]]:
+def link_meshes(robot: Robot, *, cell: Path) -> tuple[dict[int, list[Surface]], list[str]]:
     """Read the meshes of the base and the links 1 to 6.
 
     Args:
-        robot: with a URDF of its own and the folder that it lay in.
+        robot: with a URDF of its own.
+        cell: file of the cell, which names the URDF.
 
     Returns:
         The meshes in the link's own frame, by the joint that moves it; and a sentence for each link without one, or
@@ -34,11 +36,12 @@ def link_meshes(robot: Robot) -> tuple[dict[int, list[Surface]], list[str]]:
     chain = chain_of(robot.urdf or "", name=robot.model, flange=robot.flange)
     # `chain_of` has refused what makes XML dangerous.
     root = ET.fromstring(robot.urdf or "<robot/>")  # noqa: S314
+    folder = (cell.parent / str(tomllib.loads(cell.read_text(encoding="utf-8"))["robot"]["urdf"])).parent
     visuals = {link.get("name", ""): link.findall("visual") for link in root.findall("link")}
     for joint, link in enumerate((chain.base, *chain.links)):
         meshes = [(shape, mesh) for shape in visuals[link] if (mesh := shape.find("geometry/mesh")) is not None]
         try:
-            found.update({joint: [_mesh(shape, mesh, robot.folder) for shape, mesh in meshes]} if meshes else {})
+            found.update({joint: [_mesh(shape, mesh, folder) for shape, mesh in meshes]} if meshes else {})
         except GeoprintError as error:
             notes.append(f"{link} is drawn as its collision solids: {error}")
     return found, notes

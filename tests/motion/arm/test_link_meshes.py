@@ -19,19 +19,25 @@ VISUAL = """<link name="{link}">
       <geometry><mesh filename="{file}" scale="{scale}"/></geometry></visual>"""
 
 
-def with_visual(folder: Path, *, file: str, scale: str, link: str = "link_1") -> Robot:
+def with_visual(*, file: str, scale: str, link: str = "link_1") -> Robot:
     urdf = read_urdf("irb120").replace(f'<link name="{link}">', VISUAL.format(link=link, file=file, scale=scale), 1)
-    return replace(load_cell(None).robot, model="own", urdf=urdf, folder=folder)
+    return replace(load_cell(None).robot, model="own", urdf=urdf)
+
+
+def cell_in(folder: Path, *, urdf: str) -> Path:
+    cell = folder / "cell.toml"
+    cell.write_text(f'[robot]\nurdf = "{urdf}"\n', encoding="utf-8")
+    return cell
 
 
 def test_a_mesh_in_millimetres_stands_where_its_origin_says_in_the_package_of_the_urdf(tmp_path: Path) -> None:
     (tmp_path / "arm" / "meshes").mkdir(parents=True)
-    (tmp_path / "arm" / "urdf").mkdir()
     block = box([0.0, 0.0, 0.0], [200.0, 100.0, 50.0])
     save_ply(block, tmp_path / "arm" / "meshes" / "one.ply")
-    robot = with_visual(tmp_path / "arm" / "urdf", file="package://arm/meshes/one.ply", scale="0.001 0.001 0.001")
+    (tmp_path / "arm" / "urdf").mkdir()
+    robot = with_visual(file="package://arm/meshes/one.ply", scale="0.001 0.001 0.001")
 
-    meshes, notes = link_meshes(robot)
+    meshes, notes = link_meshes(robot, cell=cell_in(tmp_path, urdf="arm/urdf/own.urdf"))
 
     assert (list(meshes), notes) == ([1], [])
     # Turned by a quarter about z, then 100 mm up.
@@ -42,12 +48,13 @@ def test_a_mesh_in_millimetres_stands_where_its_origin_says_in_the_package_of_th
 def test_a_mesh_that_cannot_be_read_is_named_with_what_stands_in(tmp_path: Path) -> None:
     (tmp_path / "one.dae").write_text("<COLLADA/>", encoding="ascii")
     for file, scale, said in (("none.stl", "1", "is not there"), ("one.dae", "1", "dae"), ("a.stl", "1 2 1", "scale")):
-        meshes, notes = link_meshes(with_visual(tmp_path, file=file, scale=scale))
+        meshes, notes = link_meshes(with_visual(file=file, scale=scale), cell=cell_in(tmp_path, urdf="own.urdf"))
         assert meshes == {}
         assert len(notes) == 1
         assert notes[0].startswith("link_1 is drawn as its collision solids: ")
         assert said in notes[0]
 
 
-def test_an_arm_without_meshes_says_nothing() -> None:
-    assert link_meshes(replace(load_cell(None).robot, urdf=read_urdf("irb120"))) == ({}, [])
+def test_an_arm_without_meshes_says_nothing(tmp_path: Path) -> None:
+    robot = replace(load_cell(None).robot, urdf=read_urdf("irb120"))
+    assert link_meshes(robot, cell=cell_in(tmp_path, urdf="own.urdf")) == ({}, [])
