@@ -15,30 +15,29 @@ from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_p
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
+from geoprint.account.replaying import machine, replay
 from geoprint.backends import backend, predicted_spacing
-from geoprint.model import FloatArray, IntArray
-from geoprint.motion.arm import Arm
+from geoprint.model import IntArray
 from geoprint.report import (
     COVERED,
     GAP,
-    MOST_FRAMES,
     OVERLAP,
     BackendView,
     PartReport,
     PathDistances,
     Picture,
-    Replay,
     Row,
     ViewSurface,
     switching_figure,
     view_surface,
 )
-from geoprint.results import Comparison, Plan, Planned, RobotPlan
+from geoprint.results import Comparison, Plan, Planned
 from geoprint.surfaces import in_words
-from geoprint.transforms import apply, inverse
 
 Told = TypeVar("Told", str, float)
 
+# Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
+VIEWED_FACES = 60_000
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -57,8 +56,9 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
     workpiece, planned = comparison.workpiece, comparison.planned
     first = planned[0][1].plan
     spacing = first.contours.spacing
-    view = view_surface(workpiece.surface, faces=faces)
+    view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = told.path_distances_mm
+    robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
     return PartReport(
         name=told.part,
         verdict=told.verdict,
@@ -67,6 +67,8 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
+        machine=machine(workpiece, robots[0], cell_file=comparison.job.cell) if robots else None,
+        winner=[row.backend for row in told.planned].index(told.best),
         backends=tuple(_view(name, outcome, view) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in told.refused),
         table=report_table(told.planned, plans, [outcome.plan for _, outcome in planned]),
@@ -121,31 +123,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         offsets=panel.offsets,
         ratios=panel.ratios,
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
-        replay=_replay(plan, plan.robot[0]) if plan.robot else None,
-    )
-
-
-def _replay(plan: Plan, robot: RobotPlan) -> Replay:
-    """Return the motion at so many rows of the trajectory as the page shows, in the work frame."""
-    cell, trajectory = plan.workpiece.cell, robot.trajectory
-    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    rows = np.unique(np.linspace(0, trajectory.times.size - 1, MOST_FRAMES).astype(np.int64))
-    joints = trajectory.joints[rows]
-    T_work_base = inverse(robot.placement.T_base_work)
-    skeleton: FloatArray = apply(T_work_base, arm.joint_places(joints).reshape(-1, 3)).reshape(len(rows), -1, 3)
-    tools = T_work_base @ arm.tool_poses(joints)
-    laid = np.flatnonzero(plan.poses.deposit)
-    starts = np.flatnonzero(np.diff(plan.poses.runs[laid], prepend=-1))
-    return Replay(
-        times=trajectory.times[rows],
-        joints=skeleton,
-        tips=tools[:, :3, 3],
-        axes=tools[:, :3, 2],
-        deposit=trajectory.deposit[rows].astype(np.int64),
-        needle=cell.tool.needle_length,
-        bead=plan.poses.tips[laid],
-        bead_offsets=np.append(starts, laid.size),
-        bead_times=trajectory.pose_times[laid],
+        replay=replay(plan, plan.robot[0]) if plan.robot else None,
     )
 
 
@@ -219,7 +197,7 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
         _row(
             group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
             lambda r: _of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
-            badness=lambda r: _of_spacing(r, lambda s: s.cv, 0.0),
+            badness=lambda r: _of_spacing(r, lambda s: s.cv, 0.0), decides=True,
         ),
         _row(group, "spacing, mean", "1 is as wanted", rows,
             lambda r: _of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
@@ -236,7 +214,7 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
         ),
         _row(
             group, "area uncovered", "farther than 0.55 spacings from every path", rows,
-            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap,
+            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap, decides=True,
         ),
         _row(
             group, "area overlapped", "within 0.45 spacings of two stretches of path", rows,
@@ -316,7 +294,7 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
         _row(group, "printable", "", rows, lambda r: "yes" if r.printable else "no"),
         _row(
             group, "print time [s]", "", rows,
-            lambda r: "-" if r.print_time_s is None else f"{r.print_time_s:.0f}",
+            lambda r: "-" if r.print_time_s is None else f"{r.print_time_s:.0f}", decides=True,
         ),
         _row(
             group, "smallest clearance [mm]", "tool to part and body, above the tip", rows,
@@ -333,9 +311,12 @@ def _row(
     text: Callable[[PlannedRecord], str],
     *,
     badness: Callable[[PlannedRecord], float] | None = None,
+    decides: bool = False,
 ) -> Row:
     values = tuple(text(row) for row in rows)
     if badness is None or len(set(values)) == 1:
-        return Row(group, quantity, meaning, values)
+        return Row(group, quantity, meaning, values, decides=decides)
     leading = values[int(np.argmin([badness(row) for row in rows]))]
-    return Row(group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading))
+    return Row(
+        group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading), decides
+    )

@@ -17,6 +17,8 @@ from geoprint.report.values import (
     MOST_FRAMES as MOST_FRAMES,
     OVERLAP as OVERLAP,
     BackendView as BackendView,
+    Body as Body,
+    Machine as Machine,
     PartReport as PartReport,
     PathDistances as PathDistances,
     Picture as Picture,
@@ -25,5 +27,6 @@ from geoprint.report.values import (
 )
 from geoprint.report.view_surface import (
     ViewSurface as ViewSurface,
+    shading_normals as shading_normals,
     view_surface as view_surface,
 )
