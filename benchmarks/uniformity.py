@@ -15,14 +15,14 @@ import argparse
 import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.parts.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from geoprint.account import comparison_picture
-from geoprint.backends import compared_backends, distortion
+from geoprint.backends import distortion
 from geoprint.config import job_of
 from geoprint.pipeline import compare
 from geoprint.results import Comparison
@@ -181,8 +181,7 @@ def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> R
     compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
     if picture is not None and title == PICTURED:
         picture.mkdir(parents=True, exist_ok=True)
-        pair = tuple((name, outcome) for name, outcome in compared.outcomes if name in compared_backends())
-        (picture / "apex.png").write_bytes(comparison_picture(replace(compared, outcomes=pair)))
+        (picture / "apex.png").write_bytes(comparison_picture(compared))
     return _row(title, compared)
 
 

@@ -1,6 +1,34 @@
 """Plan evenly spaced print paths on curved surfaces and write the robot program that prints them.
 
-Data flows in one direction, through frozen values (`geoprint.model`):
+`job_of` says what to plan, `plan` runs every stage for one backend, `compare` for several on the same part; `save_plan`
+and `save_comparisons` write the result, `check_bundle` reads it back. The stages themselves are functions too:
+
+    mesh      load, prepare, refine, remesh, smooth, decimate, deviation, cut_patch, save_ply
+    curves    boundary_seed, point_seed, BACKENDS, PATTERNS, isolines; on a surface: closest, positions, normals
+    paths     arrange, poses
+    evenness  uniformity, agreement; as tables of arrays and as CSV: runs_table, levels_table, samples_table, save_table
+    robot     load_cell, Arm, demo_placement, reach, retime, written_targets, controller_path, clearance
+    program   orders_of, rapid_program
+
+A backend or a pattern of your own is a class that `register_backend` or `register_pattern` makes known by a name. What
+is not listed stands in the rooms, such as `geoprint.surfaces.files`. Paths are text or `Path`; what cannot be done
+raises a `GeoprintError`. Lengths are mm, times s, angles rad.
+
+Examples:
+    >>> import geoprint
+    >>> plate, changed = geoprint.prepare(geoprint.load("data/plate.ply", unit="mm"))
+    >>> plate
+    Surface
+      vertices  (588, 3) float, -20 to 20 mm
+      faces     (1080, 3) int, 0 to 587
+      name      'plate.ply'
+    >>> heat = geoprint.BACKENDS["heat"](plate)
+    >>> contours = heat.contours(geoprint.boundary_seed(plate), spacing=2.0)
+    >>> outermost = contours.curves.xyz(plate, 0)
+    >>> outermost.max(axis=0).round(1)
+    array([19., 14., 0.])
+
+Data flows in one direction, through frozen values (`geoprint.model`) that print what they hold in a few lines:
 
     file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
          -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> told
@@ -8,13 +36,8 @@ Data flows in one direction, through frozen values (`geoprint.model`):
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
 
     cli -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
-        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry -> errors
-
-`plan` runs every stage for one backend, `compare` for several on the same part, `save_plan` writes the result.
-`results` has their values, `account` says what they are. The stages themselves are public too: `surfaces.files.load`,
-`surfaces.repair.prepare`, `backends.BACKENDS`, `patterns.PATTERNS`, `paths.arrange` and `poses`, `motion.reach.reach`,
-`motion.timing.retime`, `motion.controller.written_targets` and `controller_path`, `motion.collision.clearance`,
-`export.orders_of`, `export.rapid.rapid_program`, `quality.uniformity`. Lengths are mm, times s, angles rad.
+        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
+        -> {errors, lazy}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """
@@ -23,21 +46,196 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from geoprint.lazy import attached
+
 if TYPE_CHECKING:
-    from geoprint.config import job_of
-    from geoprint.pipeline import compare, compare_parts, plan, save_comparisons, save_plan
+    from geoprint import (
+        account as account,
+        backends as backends,
+        config as config,
+        deposition as deposition,
+        errors as errors,
+        export as export,
+        model as model,
+        motion as motion,
+        paths as paths,
+        patterns as patterns,
+        pipeline as pipeline,
+        quality as quality,
+        registry as registry,
+        report as report,
+        results as results,
+        surfaces as surfaces,
+        transforms as transforms,
+    )
+    from geoprint.account import (
+        csv_text as csv_text,
+        levels_table as levels_table,
+        runs_table as runs_table,
+        samples_table as samples_table,
+        save_table as save_table,
+    )
+    from geoprint.backends import (
+        BACKENDS as BACKENDS,
+        isolines as isolines,
+        level_distances as level_distances,
+        register as register_backend,
+    )
+    from geoprint.config import job_of as job_of, load_cell as load_cell
+    from geoprint.errors import GeoprintError as GeoprintError
+    from geoprint.export import (
+        orders_of as orders_of,
+        read_poses_table as read_poses_table,
+        read_trajectory_table as read_trajectory_table,
+    )
+    from geoprint.export.rapid import rapid_program as rapid_program
+    from geoprint.model import Surface as Surface
+    from geoprint.motion.arm import Arm as Arm
+    from geoprint.motion.collision import clearance as clearance
+    from geoprint.motion.controller import controller_path as controller_path, written_targets as written_targets
+    from geoprint.motion.placing import demo_placement as demo_placement
+    from geoprint.motion.reach import reach as reach, reach_map as reach_map
+    from geoprint.motion.timing import retime as retime
+    from geoprint.paths import arrange as arrange, poses as poses
+    from geoprint.patterns import PATTERNS as PATTERNS, register as register_pattern
+    from geoprint.pipeline import (
+        PatchChoice as PatchChoice,
+        calibrate_cell as calibrate_cell,
+        calibrate_tool as calibrate_tool,
+        check_bundle as check_bundle,
+        compare as compare,
+        compare_parts as compare_parts,
+        cut_patch as cut_patch,
+        inspect_file as inspect_file,
+        plan as plan,
+        propose_placement as propose_placement,
+        remesh_file as remesh_file,
+        save_calibrated as save_calibrated,
+        save_comparisons as save_comparisons,
+        save_plan as save_plan,
+    )
+    from geoprint.quality import agreement as agreement, uniformity as uniformity
+    from geoprint.results import Comparison as Comparison, Plan as Plan
+    from geoprint.surfaces import (
+        boundary_seed as boundary_seed,
+        closest as closest,
+        normals as normals,
+        point_seed as point_seed,
+        positions as positions,
+    )
+    from geoprint.surfaces.files import load as load, save_ply as save_ply
+    from geoprint.surfaces.remesh import (
+        decimate as decimate,
+        deviation as deviation,
+        refine as refine,
+        remesh as remesh,
+        smooth as smooth,
+    )
+    from geoprint.surfaces.repair import prepare as prepare
 
-__all__ = ["compare", "compare_parts", "job_of", "plan", "save_comparisons", "save_plan"]
+# What a script takes, by stage.
+__all__ = [  # noqa: RUF022  (in the order of the stages)
+    # A whole job: from its keys to files, and back.
+    "job_of",
+    "plan",
+    "compare",
+    "compare_parts",
+    "propose_placement",
+    "save_plan",
+    "save_comparisons",
+    "check_bundle",
+    # A mesh: read, examined, mended, cut, with other triangles.
+    "load",
+    "save_ply",
+    "inspect_file",
+    "remesh_file",
+    "prepare",
+    "refine",
+    "remesh",
+    "smooth",
+    "decimate",
+    "deviation",
+    "cut_patch",
+    "PatchChoice",
+    "Surface",
+    # What lies on it.
+    "boundary_seed",
+    "point_seed",
+    "closest",
+    "positions",
+    "normals",
+    # Curves: what measures distance, and what covers a surface with it.
+    "BACKENDS",
+    "register_backend",
+    "isolines",
+    "level_distances",
+    "PATTERNS",
+    "register_pattern",
+    # Paths and poses.
+    "arrange",
+    "poses",
+    # How even they are, and tables of it.
+    "uniformity",
+    "agreement",
+    "runs_table",
+    "levels_table",
+    "samples_table",
+    "csv_text",
+    "save_table",
+    # The robot, stage by stage, and its files read back.
+    "load_cell",
+    "Arm",
+    "demo_placement",
+    "reach",
+    "reach_map",
+    "retime",
+    "written_targets",
+    "controller_path",
+    "clearance",
+    "orders_of",
+    "rapid_program",
+    "read_poses_table",
+    "read_trajectory_table",
+    # The cell, calibrated.
+    "calibrate_cell",
+    "calibrate_tool",
+    "save_calibrated",
+    # Types that a script names.
+    "Plan",
+    "Comparison",
+    "GeoprintError",
+]
 
+# The room that each stands in, and its name there where that is another.
+_FROM = {
+    "account": "runs_table levels_table samples_table csv_text save_table",
+    "backends": "BACKENDS register_backend=register isolines level_distances",
+    "config": "job_of load_cell",
+    "errors": "GeoprintError",
+    "export": "orders_of read_poses_table read_trajectory_table",
+    "export.rapid": "rapid_program",
+    "model": "Surface",
+    "motion.arm": "Arm",
+    "motion.collision": "clearance",
+    "motion.controller": "written_targets controller_path",
+    "motion.placing": "demo_placement",
+    "motion.reach": "reach reach_map",
+    "motion.timing": "retime",
+    "paths": "arrange poses",
+    "patterns": "PATTERNS register_pattern=register",
+    "pipeline": "plan compare compare_parts propose_placement save_plan save_comparisons check_bundle inspect_file "
+    "remesh_file cut_patch PatchChoice calibrate_cell calibrate_tool save_calibrated",
+    "quality": "uniformity agreement",
+    "results": "Plan Comparison",
+    "surfaces": "boundary_seed point_seed closest positions normals",
+    "surfaces.files": "load save_ply",
+    "surfaces.remesh": "refine remesh smooth decimate deviation",
+    "surfaces.repair": "prepare",
+}
+_ROOMS = (
+    "account backends config deposition errors export model motion paths patterns pipeline quality "
+    "registry report results surfaces transforms"
+)
 
-def __getattr__(name: str) -> object:
-    """Import the public functions when they are first used, so that `geoprint --help` answers at once."""
-    if name == "job_of":
-        from geoprint import config
-
-        return config.job_of
-    if name in __all__:
-        from geoprint import pipeline
-
-        return getattr(pipeline, name)
-    raise AttributeError(f"module 'geoprint' has no attribute '{name}'")
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = attached(__name__, modules=_ROOMS, names=_FROM)

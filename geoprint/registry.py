@@ -123,6 +123,19 @@ class Registry(Generic[FactoryT]):
         group: of entry points.
         built_in: by name.
         members: attributes that a class must have to be an entry.
+
+    Examples:
+        >>> class Disc:
+        ...     title = "a disc"
+        ...
+        ...     def __init__(self, *, radius: float = 1.0) -> None:
+        ...         self.radius = radius
+        >>> shapes = Registry("shape", group="nobody.shapes", built_in={}, members=("title",))
+        >>> shapes.register("disc", Disc)
+        >>> shapes.names, shapes.find("disc").options
+        (('disc',), ('radius',))
+        >>> shapes.find("disc").factory(radius=2.0).radius
+        2.0
     """
 
     def __init__(self, noun: str, *, group: str, built_in: Mapping[str, FactoryT], members: tuple[str, ...]) -> None:

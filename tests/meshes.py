@@ -22,6 +22,17 @@ def plate(
     return Surface(vertices=np.column_stack([flat, np.zeros(len(flat))]), faces=faces, name="plate")
 
 
+def comb(*, finger: float, teeth: int = 13, divisions: int = 2) -> Surface:
+    """Return a flat bar, 5 mm high, with fingers that are 10 mm long and as far apart as they are wide [mm]."""
+    edge = finger / divisions
+    columns, rows = (2 * teeth - 1) * divisions, round(15.0 / edge)
+    full = plate((columns * edge, rows * edge), (columns, rows))
+    x, y, _ = (full.vertices[full.faces].mean(axis=1) - full.vertices.min(axis=0)).T
+    faces = full.faces[(y < 5.0) | (np.floor(x / finger) % 2 == 0)]
+    used, renumbered = np.unique(faces, return_inverse=True)
+    return Surface(full.vertices[used], renumbered.reshape(-1, 3), name="comb")
+
+
 def cylinder_patch(
     *,
     radius: float = 30.0,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import FrozenInstanceError, fields, replace
+
 import numpy as np
 import pytest
 
 from geoprint.errors import GeoprintError, InputError, LimitError, PlanError, UsageError
-from geoprint.model import Contours, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import Box, Contours, PoseStream, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model.values import WIDTH
 from tests.motion.cells import bent_cell
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
@@ -86,6 +89,50 @@ def test_a_robot_refuses_a_home_outside_its_limits() -> None:
     home[2] = np.radians(80.0)
     with pytest.raises(InputError, match="joint 3 at 80"):
         type(robot)(robot.model, robot.limits, robot.speeds, robot.accelerations, home)
+
+
+def test_a_value_prints_shape_kind_and_range_of_its_arrays_and_the_units_of_its_docstring() -> None:
+    poses = PoseStream(
+        tips=np.array([[0.0, -2.5, 1.0], [4.0, 0.0, 1.0]]), quaternions=np.eye(4)[:2], normals=np.eye(3)[:2],
+        runs=np.array([0, 1]), levels=np.array([7, 7]), layers=np.zeros(2, dtype=np.int64),
+        deposit=np.array([True, False]), stops=np.array([True, True]), arcs=np.zeros(2), flow=np.array([0.25, 0.0]),
+        standoff=0.3,
+    )  # fmt: skip
+    assert repr(poses).splitlines() == [
+        "PoseStream",
+        "  tips         (2, 3) float, -2.5 to 4 mm",
+        "  quaternions  (2, 4) float, 0 to 1",
+        "  normals      (2, 3) float, 0 to 1",
+        "  runs         (2,) int, 0 to 1",
+        "  levels       (2,) int, 7",
+        "  layers       (2,) int, 0",
+        "  deposit      (2,) bool, 50% true",
+        "  stops        (2,) bool, 100% true",
+        "  arcs         (2,) float, 0 mm",
+        "  flow         (2,) float, 0 to 0.25 mm3/mm",
+        "  standoff     0.3 mm",
+    ]
+
+
+def test_a_value_within_another_takes_one_line_and_a_small_one_takes_no_more() -> None:
+    box = Box("table", np.zeros(3), np.ones(3))
+    cell = replace(bent_cell(), obstacles=(box, box))
+    assert repr(cell.search) == "SearchWeights(motion=1, limits=1, singularities=1, lean=1)"
+    lines = repr(cell).splitlines()
+    assert len(lines) == len(fields(cell)) + 1
+    assert max(map(len, lines)) == WIDTH
+    assert lines[4].startswith("  process        Process: speed 20, travel_speed 60, joint_speed_share 0.25")
+    assert "  obstacles      2 of Box" in lines
+    nothing = SurfaceCurves(points(0), np.array([0]), np.zeros(0, dtype=np.bool_))
+    assert repr(nothing).splitlines()[-1] == "  closed   (0,) bool"
+
+
+def test_values_stay_frozen_and_compare_as_they_did() -> None:
+    cell = bent_cell()
+    assert replace(cell.process) == cell.process
+    assert replace(cell) != cell
+    with pytest.raises(FrozenInstanceError):
+        cell.name = "another"  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_every_error_class_owns_an_exit_status_and_keeps_its_numbers() -> None:

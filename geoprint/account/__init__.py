@@ -1,6 +1,10 @@
 """What is said of a result: plan.json and compare.json, tables, verdict, run sheet, report and pictures."""
 
 from geoprint.account.calibration import calibration_summary as calibration_summary
+from geoprint.account.checked import (
+    Checked as Checked,
+    Finding as Finding,
+)
 from geoprint.account.comparison_summary import (
     comparison_picture as comparison_picture,
     comparison_report as comparison_report,
@@ -20,11 +24,16 @@ from geoprint.account.records.rounding import (
 )
 from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
 from geoprint.account.run_sheet import (
-    Checked as Checked,
-    Finding as Finding,
     check_summary as check_summary,
     run_sheet as run_sheet,
 )
+from geoprint.account.run_tables import (
+    csv_text as csv_text,
+    levels_table as levels_table,
+    runs_table as runs_table,
+    save_table as save_table,
+)
+from geoprint.account.spacing_table import samples_table as samples_table
 from geoprint.account.summary import (
     record_plan as record_plan,
     summary as summary,

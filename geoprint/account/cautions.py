@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import RobotRecord
+from geoprint.account.verdict import coverage_advice, covers
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.results import Plan, Workpiece
@@ -30,6 +31,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *([hint] if hint else []),
         *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
         *_unsearched(workpiece),
+        *_uncovered(told),
         *placement_warnings(told.robot),
         *(sentence for robot in told.robot for sentence in _close_targets(robot)),
         *_uncertain(workpiece),
@@ -103,6 +105,14 @@ def _unsearched(workpiece: Workpiece) -> Iterator[str]:
             )
 
 
+def _uncovered(told: PlanRecord) -> Iterator[str]:
+    """Say that the paths leave holes or lay much twice, and what to do."""
+    measured = told.uniformity
+    if measured is not None and not covers(measured):
+        advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
+        yield f"{measured.gap:.1%} of the area is missed and {measured.overlap:.1%} laid twice. {advice}"
+
+
 def _which(number: int, workpiece: Workpiece) -> str:
     """Return which of several patches is meant, as a sentence begins."""
     return f"patch {number}: " if len(workpiece.preparations) > 1 else ""
@@ -130,13 +140,13 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
 
 def _paths(told: PlanRecord) -> Iterator[str]:
     """Say what was left out, what could be more even, where runs are split, and how far the nozzle leans."""
-    paths, measured = told.paths, told.uniformity
+    paths, spacing = told.paths, None if told.uniformity is None else told.uniformity.spacing
     if paths.dropped_runs:
         yield (
             f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
             "in all."
         )
-    cv, nearest = 0.0 if measured is None else measured.spacing.cv, most_accurate_backend()
+    cv, nearest = 0.0 if spacing is None else spacing.cv, most_accurate_backend()
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:

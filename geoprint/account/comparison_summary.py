@@ -20,14 +20,14 @@ from geoprint.account.records.comparison import (
 )
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.summary import record_evenness, record_plan
-from geoprint.account.verdict import verdict
+from geoprint.account.verdict import ranked, verdict
 from geoprint.model import FloatArray
 from geoprint.quality import agreement
 from geoprint.report import html_report
 from geoprint.results import Comparison, FailedPart, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
-COMPARISON_SCHEMA = 2
+COMPARISON_SCHEMA = 3
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
@@ -49,9 +49,9 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
 
 
 def comparison_picture(comparison: Comparison) -> bytes:
-    """Return a PNG: the backends side by side, their paths coloured by local spacing."""
+    """Return a PNG: the backends side by side, their beads coloured by local spacing, what no path covers marked."""
     spacing = comparison.planned[0][1].plan.contours.spacing
-    title = f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart, seen along the mean normal"
+    title = f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart"
     return coverage_picture(comparison.workpiece, comparison.planned, title=title)
 
 
@@ -93,6 +93,7 @@ def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:
         settings=first.settings.model_copy(update={"backend": None}),
         surface=first.surface,
         verdict=verdict(name, rows),
+        best=ranked(rows)[0].backend,
         backends=rows,
         path_distances_mm=PathDistancesRecord(
             backends=tuple(plans), hausdorff=_matrix(apart.hausdorff), mean=_matrix(apart.mean)
@@ -109,7 +110,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
     return PlannedRecord(
         backend=name,
         spacing_mm=plan.contours.spacing,
-        uniformity=told.uniformity or record_evenness(outcome.uniformity),
+        uniformity=record_evenness(outcome.uniformity),
         paths=told.paths,
         deposition=told.deposition,
         patches=told.patches,

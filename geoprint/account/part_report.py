@@ -5,37 +5,39 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
+from typing import TypeVar
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
-from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture
+from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
-from geoprint.account.records.plan import PlanRecord, SettingsRecord
+from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
+from geoprint.account.replaying import machine, replay
 from geoprint.backends import backend, predicted_spacing
-from geoprint.model import FloatArray, IntArray
-from geoprint.motion.arm import Arm
+from geoprint.model import IntArray
 from geoprint.report import (
     COVERED,
     GAP,
-    MOST_FRAMES,
     OVERLAP,
     BackendView,
     PartReport,
     PathDistances,
     Picture,
-    Replay,
     Row,
     ViewSurface,
     switching_figure,
     view_surface,
 )
-from geoprint.results import Comparison, Plan, Planned, RobotPlan
+from geoprint.results import Comparison, Plan, Planned
 from geoprint.surfaces import in_words
-from geoprint.transforms import apply, inverse
 
+Told = TypeVar("Told", str, float)
+
+# Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
+VIEWED_FACES = 60_000
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -54,8 +56,9 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
     workpiece, planned = comparison.workpiece, comparison.planned
     first = planned[0][1].plan
     spacing = first.contours.spacing
-    view = view_surface(workpiece.surface, faces=faces)
+    view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = told.path_distances_mm
+    robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
     return PartReport(
         name=told.part,
         verdict=told.verdict,
@@ -64,6 +67,8 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
+        machine=machine(workpiece, robots[0], cell_file=comparison.job.cell) if robots else None,
+        winner=[row.backend for row in told.planned].index(told.best),
         backends=tuple(_view(name, outcome, view) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in told.refused),
         table=report_table(told.planned, plans, [outcome.plan for _, outcome in planned]),
@@ -105,7 +110,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
     _, judged = KDTree(measured.judged_places).query(vertices)
     marks: IntArray = np.where(measured.gaps, GAP, np.where(measured.overlaps, OVERLAP, COVERED))
     caption = (
-        f"{name}: paths {plan.contours.spacing:.3g} mm apart; spacing varies by {measured.cv:.2%} (CV), "
+        f"{name}: paths {plan.contours.spacing:.3g} mm apart; {spread_of(measured, digits=2)}, "
         f"{measured.uncovered:.2%} of the area uncovered. Red: too close, blue: too far apart, grey: outermost."
     )
     return BackendView(
@@ -118,31 +123,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         offsets=panel.offsets,
         ratios=panel.ratios,
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
-        replay=_replay(plan, plan.robot[0]) if plan.robot else None,
-    )
-
-
-def _replay(plan: Plan, robot: RobotPlan) -> Replay:
-    """Return the motion at so many rows of the trajectory as the page shows, in the work frame."""
-    cell, trajectory = plan.workpiece.cell, robot.trajectory
-    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    rows = np.unique(np.linspace(0, trajectory.times.size - 1, MOST_FRAMES).astype(np.int64))
-    joints = trajectory.joints[rows]
-    T_work_base = inverse(robot.placement.T_base_work)
-    skeleton: FloatArray = apply(T_work_base, arm.joint_places(joints).reshape(-1, 3)).reshape(len(rows), -1, 3)
-    tools = T_work_base @ arm.tool_poses(joints)
-    laid = np.flatnonzero(plan.poses.deposit)
-    starts = np.flatnonzero(np.diff(plan.poses.runs[laid], prepend=-1))
-    return Replay(
-        times=trajectory.times[rows],
-        joints=skeleton,
-        tips=tools[:, :3, 3],
-        axes=tools[:, :3, 2],
-        deposit=trajectory.deposit[rows].astype(np.int64),
-        needle=cell.tool.needle_length,
-        bead=plan.poses.tips[laid],
-        bead_offsets=np.append(starts, laid.size),
-        bead_times=trajectory.pose_times[laid],
+        replay=replay(plan, plan.robot[0]) if plan.robot else None,
     )
 
 
@@ -159,11 +140,12 @@ def _cautions(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
 
 
 def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
-    best = min(told.planned, key=lambda row: row.uniformity.spacing.cv)
+    best = next(row for row in told.planned if row.backend == told.best)
     printable = [row.backend for row in told.planned if row.printable]
     return (
-        ("most even", best.backend),
-        ("its spacing CV", f"{best.uniformity.spacing.cv:.2%}"),
+        ("covers best", best.backend),
+        ("missed or laid twice", f"{best.uniformity.gap + best.uniformity.overlap:.2%}"),
+        ("its spacing CV", _of_spacing(best, lambda s: f"{s.cv:.2%}", "-")),
         ("printable", "not asked" if best.printable is None else ", ".join(printable) or "none"),
     )
 
@@ -214,22 +196,25 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
     return [
         _row(
             group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
-            lambda r: f"{r.uniformity.spacing.cv:.2%}", badness=lambda r: r.uniformity.spacing.cv,
+            lambda r: _of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
+            badness=lambda r: _of_spacing(r, lambda s: s.cv, 0.0), decides=True,
         ),
-        _row(group, "spacing, mean", "1 is as wanted", rows, lambda r: f"{r.uniformity.spacing.mean:.3f}"),
+        _row(group, "spacing, mean", "1 is as wanted", rows,
+            lambda r: _of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
+        ),
         _row(
             group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", rows,
-            lambda r: f"{r.uniformity.spacing.p5:.3f} - {r.uniformity.spacing.p95:.3f}",
-            badness=lambda r: r.uniformity.spacing.p95 - r.uniformity.spacing.p5,
+            lambda r: _of_spacing(r, lambda s: f"{s.p5:.3f} - {s.p95:.3f}", "-"),
+            badness=lambda r: _of_spacing(r, lambda s: s.p95 - s.p5, 0.0),
         ),
         _row(
             group, "within 5% of the wanted", "share of the path", rows,
-            lambda r: f"{r.uniformity.spacing.within_5_percent:.1%}",
-            badness=lambda r: -r.uniformity.spacing.within_5_percent,
+            lambda r: _of_spacing(r, lambda s: f"{s.within_5_percent:.1%}", "-"),
+            badness=lambda r: _of_spacing(r, lambda s: -s.within_5_percent, 0.0),
         ),
         _row(
             group, "area uncovered", "farther than 0.55 spacings from every path", rows,
-            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap,
+            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap, decides=True,
         ),
         _row(
             group, "area overlapped", "within 0.45 spacings of two stretches of path", rows,
@@ -245,6 +230,11 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
         ),
         _row(group, "measured by", "", rows, lambda r: r.uniformity.method),
     ]  # fmt: skip
+
+
+def _of_spacing(row: PlannedRecord, figure: Callable[[SpacingRecord], Told], otherwise: Told) -> Told:
+    """Return a figure of a backend's spacing, or another value where there is but one level and so no spacing."""
+    return otherwise if row.uniformity.spacing is None else figure(row.uniformity.spacing)
 
 
 def _patches(rows: Sequence[PlannedRecord]) -> list[Row]:
@@ -304,7 +294,7 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
         _row(group, "printable", "", rows, lambda r: "yes" if r.printable else "no"),
         _row(
             group, "print time [s]", "", rows,
-            lambda r: "-" if r.print_time_s is None else f"{r.print_time_s:.0f}",
+            lambda r: "-" if r.print_time_s is None else f"{r.print_time_s:.0f}", decides=True,
         ),
         _row(
             group, "smallest clearance [mm]", "tool to part and body, above the tip", rows,
@@ -321,9 +311,12 @@ def _row(
     text: Callable[[PlannedRecord], str],
     *,
     badness: Callable[[PlannedRecord], float] | None = None,
+    decides: bool = False,
 ) -> Row:
     values = tuple(text(row) for row in rows)
     if badness is None or len(set(values)) == 1:
-        return Row(group, quantity, meaning, values)
+        return Row(group, quantity, meaning, values, decides=decides)
     leading = values[int(np.argmin([badness(row) for row in rows]))]
-    return Row(group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading))
+    return Row(
+        group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading), decides
+    )

@@ -8,7 +8,8 @@ import numpy as np
 
 from geoprint.backends import distortion, locate
 from geoprint.model import Seed
-from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure, paper_figures
+from geoprint.quality import Uniformity
+from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure
 from geoprint.results import Plan, Planned, Workpiece
 from geoprint.surfaces import pieces, positions
 
@@ -79,21 +80,6 @@ def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]
     )
 
 
-def paper_files(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) -> dict[str, bytes]:
-    """Return name and content of the figures for papers, as PNG and SVG.
-
-    Args:
-        workpiece: what they planned on.
-        planned: name and outcome, at least one.
-    """
-    return paper_figures(
-        workpiece.part,
-        [coverage_panel(name, outcome) for name, outcome in planned],
-        R_view_work=workpiece.upright,
-        spacing=planned[0][1].plan.contours.spacing,
-    )
-
-
 def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
     """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing."""
     measured, poses = outcome.uniformity, outcome.plan.poses
@@ -102,8 +88,14 @@ def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
     sizes = np.concatenate([np.diff(measured.offsets), counts])
     return CoveragePanel(
         title=name,
-        caption=f"spacing CV {measured.cv:.1%}, uncovered {measured.uncovered:.1%}",
+        caption=f"{spread_of(measured, digits=1)}, uncovered {measured.uncovered:.1%}",
         places=np.concatenate([measured.places, poses.surface_points[outermost]]),
         offsets=np.concatenate([[0], np.cumsum(sizes)]),
         ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
+        gaps=measured.judged_places[measured.gaps],
     )
+
+
+def spread_of(measured: Uniformity, *, digits: int) -> str:
+    """Return in words how much the spacing varies, or that there is none."""
+    return f"spacing CV {measured.cv:.{digits}%}" if measured.spaced else "one level of paths"

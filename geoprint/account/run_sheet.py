@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import asdict
 from typing import final
 
 import numpy as np
@@ -13,7 +12,8 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.records.plan import DepositionRecord, PatchRecord, PlanRecord
+from geoprint.account.checked import Checked
+from geoprint.account.records.plan import DepositionRecord, PatchRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord, SwitchingRecord
 from geoprint.account.records.rounding import Record, as_json
 from geoprint.account.robot_summary import record_switching
@@ -24,40 +24,6 @@ from geoprint.surfaces import in_words
 
 WIDTH, NARROW = 100, 60
 _LABEL = 18
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Something that is wrong: in which file and line (from 1), and why."""
-
-    file: str
-    line: int
-    reason: str
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Checked:
-    """A bundle that was checked.
-
-    Attributes:
-        folder: where it stands.
-        findings: what is wrong; empty where it is as it was planned.
-        told: the content of plan.json, or None where it cannot be read.
-        setup: the cell, or None where it cannot be read.
-        orders: the targets, or None where they cannot be read.
-        settings: how the program is set to run, or None where the program is not the plan's.
-        switching: what flows when, or None where the program is not the plan's.
-    """
-
-    folder: Path
-    findings: tuple[Finding, ...]
-    told: PlanRecord | None
-    setup: Setup | None
-    orders: Orders | None
-    settings: Settings | None
-    switching: Timeline | None
 
 
 @final

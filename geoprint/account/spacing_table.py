@@ -15,15 +15,38 @@ One row a sample, four a spacing along each run, run after run; the outermost le
 
 from __future__ import annotations
 
-import io
+from collections.abc import Mapping
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from geoprint.export.tables import table_bytes
 from geoprint.quality import Uniformity
+
+# Columns by name, as `table["x"]`; whatever makes tables of arrays takes it.
+Table: TypeAlias = "np.recarray[tuple[int], np.dtype[np.record]]"
 
 SPACING_COLUMNS = ("run", "level", "x", "y", "z", "ratio", "lower_bound", "straight", "width")
 # Lengths to a nanometre, ratios to a millionth: finer than they are measured.
-FORMATS = ("%d", "%d", *(["%.6f"] * 7))
+DECIMALS = 6
+
+
+def samples_table(measured: Uniformity) -> Table:
+    """Return every measured spacing as a table of arrays, with the columns and rows of spacing.csv.
+
+    Args:
+        measured: the evenness of a plan.
+    """
+    ratios = [measured.ratios, measured.bounds, measured.straight, measured.widths]
+    columns = [measured.runs, measured.levels, *measured.places.T, *ratios]
+    return table_of(dict(zip(SPACING_COLUMNS, columns, strict=True)))
+
+
+def table_of(columns: Mapping[str, NDArray[np.generic]]) -> Table:
+    """Return arrays of one length as a table."""
+    kinds = np.dtype([(name, column.dtype) for name, column in columns.items()])
+    return np.rec.fromarrays([*columns.values()], dtype=kinds)
 
 
 def spacing_table(measured: Uniformity) -> bytes:
@@ -32,9 +55,11 @@ def spacing_table(measured: Uniformity) -> bytes:
     Args:
         measured: the evenness of the stream.
     """
-    ratios = (measured.ratios, measured.bounds, measured.straight, measured.widths)
-    rows = np.column_stack([measured.runs, measured.levels, measured.places, *ratios])
-    text = io.StringIO()
-    # Rounded first, then plus zero: -0.0000000001 is written as 0, not as -0.
-    np.savetxt(text, np.round(rows, 6) + 0.0, fmt=FORMATS, delimiter=",", header=",".join(SPACING_COLUMNS), comments="")
-    return text.getvalue().encode("ascii")
+    return csv_bytes(samples_table(measured))
+
+
+def csv_bytes(table: Table) -> bytes:
+    """Return a table as CSV: its columns in the first row, then a row each; numbers with six decimals."""
+    names = table.dtype.names or ()
+    decimals = tuple(DECIMALS if table.dtype[name].kind == "f" else 0 for name in names)
+    return table_bytes(np.column_stack([table[name] for name in names]), columns=names, decimals=decimals)

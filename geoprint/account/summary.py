@@ -49,9 +49,11 @@ from geoprint.results import Laid, Layer, Plan
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 2
+PLAN_SCHEMA = 3
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
+# Runs shorter than this many spacings are little more than the marks of their start and their stop.
+FRAGMENT_SPACINGS = 5.0
 
 
 def record_plan(plan: Plan) -> PlanRecord:
@@ -84,16 +86,15 @@ def summary(plan: Plan) -> dict[str, Json]:
 
 def record_evenness(measured: Uniformity) -> EvennessRecord:
     """Return the figures of `uniformity` as plan.json and compare.json carry them; ratios to the spacing."""
-    p1, p5, p50, p95, p99, largest = (measured.percentile(share) for share in (1, 5, 50, 95, 99, 100))
-    spacing = SpacingRecord(
-        mean=measured.mean, cv=measured.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
-        within_5_percent=measured.within_5_percent,
-    )  # fmt: skip
     straight = measured.straight
     return EvennessRecord(
         method=measured.method,
-        spacing=spacing,
-        straight=StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean())),
+        spacing=_spacing(measured) if measured.spaced else None,
+        straight=(
+            StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean()))
+            if measured.spaced
+            else None
+        ),
         samples=len(measured.ratios),
         samples_bounded=measured.bounded,
         largest_doubt=measured.largest_doubt,
@@ -112,6 +113,14 @@ def record_evenness(measured: Uniformity) -> EvennessRecord:
             for place, level, ratio in measured.worst(WORST_PLACES)
         ),
     )
+
+
+def _spacing(measured: Uniformity) -> SpacingRecord:
+    p1, p5, p50, p95, p99, largest = (measured.percentile(share) for share in (1, 5, 50, 95, 99, 100))
+    return SpacingRecord(
+        mean=measured.mean, cv=measured.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
+        within_5_percent=measured.within_5_percent,
+    )  # fmt: skip
 
 
 def _input(plan: Plan) -> InputRecord:
@@ -168,6 +177,7 @@ def _mesh(surface: Surface) -> MeshRecord:
 def _paths(plan: Plan) -> PathsRecord:
     poses, toolpath = plan.poses, plan.toolpath
     lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    of_runs = np.bincount(poses.runs[:-1][poses.laid], weights=lengths[poses.laid], minlength=toolpath.curves.count)
     return PathsRecord(
         runs=toolpath.curves.count,
         levels=int(toolpath.levels.max()) + 1,
@@ -179,6 +189,7 @@ def _paths(plan: Plan) -> PathsRecord:
         corners_rounded_mm=tuple(place_of(place) for place in toolpath.fillets),
         corners_split=len(toolpath.splits),
         corners_split_mm=tuple(place_of(place) for place in toolpath.splits),
+        fragments=int((of_runs < FRAGMENT_SPACINGS * plan.contours.spacing).sum()),
         dropped_runs=toolpath.dropped_runs,
         dropped_mm=toolpath.dropped_length,
         largest_distance_mm=plan.contours.distance.maximum,

@@ -1,65 +1,152 @@
-"""What a comparison means, in plain words: which backend covers a part better, whether it matters, what prints."""
+"""What a comparison means, in plain words: which backend covers a part best, whether that is enough, and what to do.
+
+Coverage decides first and spacing second: a path that leaves holes is not even, however equal its distances are.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
+from geoprint.account.records.plan import EvennessRecord
 
 # Spacing that varies by less than this is even enough for any bead: its width varies by no more.
 EVEN_ENOUGH = 0.02
-# Backends whose variation differs by less than this are equally even.
-SAME = 0.002
-# Uncovered area below this share is not worth a word.
-NOTABLE_GAP = 0.001
+# Backends whose variation of spacing differs by less than this are equally even.
+SAME_SPACING = 0.002
+# Backends that miss or lay twice shares of the area that differ by less than this cover a part alike.
+SAME_COVERAGE = 0.005
+# Uncovered or overlapped area below this share is not worth a word.
+NOTABLE = 0.001
+# Where more of the area than this is missed, or laid twice, that is no cover; seams where fronts meet make up to about
+# as much.
+MOST_MISSED = 0.02
+MOST_TWICE = 0.05
+# So many runs that are shorter than five spacings are worth a word.
+NOTABLE_FRAGMENTS = 3
 
 
 def verdict(part: str, rows: Sequence[PlannedRecord | RefusedRecord]) -> tuple[str, ...]:
-    """Return sentences that say which backend covers the part more evenly, whether it matters, and what prints.
+    """Return sentences that say which backend covers the part best, whether that is enough, and what prints.
 
-    The first one decides; the last ones name what is not comparable.
+    The first one decides; where it finds no print, the second says what to do; the last ones name what is not
+    comparable.
 
     Args:
         part: its name.
         rows: a backend each, at least one that planned.
     """
-    planned = [row for row in rows if isinstance(row, PlannedRecord)]
     refused = [row for row in rows if isinstance(row, RefusedRecord)]
-    ranked = sorted(planned, key=_cv)
+    order = ranked(rows)
     return (
-        _evenness(part, ranked, alone=not refused),
-        *_gaps(ranked),
-        *_printing(ranked),
-        *_levels(ranked),
+        _decision(part, order, alone=not refused),
+        *coverage_advice(order[0].uniformity, order[0].spacing_mm),
+        *_faults(order),
+        *_printing(order),
+        *_levels(order),
         *(f"{row.backend} could not plan on this part: {row.refused}" for row in refused),
     )
 
 
+def ranked(rows: Sequence[PlannedRecord | RefusedRecord]) -> list[PlannedRecord]:
+    """Return the backends that planned, the best first.
+
+    Of those that cover the part alike (uncovered and overlapped area together), the one with the most even spacing is
+    the best.
+    """
+    planned = sorted((row for row in rows if isinstance(row, PlannedRecord)), key=_fault)
+    alike = sum(_fault(row) <= _fault(planned[0]) + SAME_COVERAGE for row in planned)
+    return [*sorted(planned[:alike], key=_cv), *planned[alike:]]
+
+
+def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
+    """Return what to do where paths do not cover a part, or nothing where they do.
+
+    Args:
+        measured: how they cover it.
+        spacing: that was wanted [mm].
+    """
+    if covers(measured):
+        return []
+    what = f"a smaller spacing, such as `--spacing {spacing / 2.0:.3g}`, reaches into narrower places"
+    return [f"What to do: {what}, and `--seed X Y Z` measures from a point instead of the rim."]
+
+
+def covers(measured: EvennessRecord) -> bool:
+    """Return whether paths leave no holes and lay little twice."""
+    return measured.gap <= MOST_MISSED and measured.overlap <= MOST_TWICE
+
+
+def _fault(row: PlannedRecord) -> float:
+    """Return the share of the area that is not covered once."""
+    return row.uniformity.gap + row.uniformity.overlap
+
+
 def _cv(row: PlannedRecord) -> float:
-    return row.uniformity.spacing.cv
+    return 0.0 if row.uniformity.spacing is None else row.uniformity.spacing.cv
 
 
-def _evenness(part: str, ranked: Sequence[PlannedRecord], *, alone: bool) -> str:
-    name, best, worst = ranked[0].backend, _cv(ranked[0]), _cv(ranked[-1])
-    spread = f"its spacing varies by {best:.1%} (standard deviation over mean)"
-    if len(ranked) == 1:
+def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
+    best, others = order[0], order[1:]
+    if not covers(best.uniformity):
+        missed = f"{best.uniformity.gap:.1%} of the area is missed and {best.uniformity.overlap:.1%} laid twice"
+        return (
+            f"No backend covers {part}: at best, with {best.backend}, {missed}."
+            if others
+            else f"{best.backend} does not cover {part}: {missed}."
+        )
+    if not others:
         # Alone, no other was asked.
-        return f"{'' if alone else 'Only '}{name} covers {part}; {spread}."
-    others = _listed([f"that of {row.backend} by {_cv(row):.1%}" for row in ranked[1:]])
-    if worst - best < SAME:
-        names = _listed([row.backend for row in ranked])
-        first = f"the spacing of {name} varies by {best:.1%} (standard deviation over mean)"
-        return f"{names} cover {part} equally evenly: {first}, {others}."
-    enough = " All of them are even enough to print." if worst <= EVEN_ENOUGH else ""
-    return f"{name} covers {part} most evenly: {spread}, {others}.{enough}"
+        return f"{'' if alone else 'Only '}{best.backend} covers {part}; {_spacing(best)}."
+    if _fault(others[-1]) > _fault(best) + SAME_COVERAGE:
+        worse = [row for row in others if _fault(row) > _fault(best) + SAME_COVERAGE]
+        more = _listed([f"with {row.backend} {_fault(row):.1%}" for row in worse])
+        missed = f"{_fault(best):.1%} of the area is missed or laid twice, {more}"
+        return f"{best.backend} covers {part} best: {missed}; {_spacings(order)}.{_enough(order)}"
+    if _cv(order[-1]) - _cv(best) < SAME_SPACING:
+        names = _listed([row.backend for row in order])
+        return f"{names} cover {part} equally well: {_spacings(order)}.{_enough(order)}"
+    return f"{best.backend} covers {part} most evenly: {_spacings(order)}.{_enough(order)}"
 
 
-def _gaps(ranked: Sequence[PlannedRecord]) -> list[str]:
-    return [
-        f"{row.backend} leaves {row.uniformity.gap:.1%} of the area farther than 0.55 spacings from every path."
-        for row in ranked
-        if row.uniformity.gap >= NOTABLE_GAP
-    ]
+def _spacing(row: PlannedRecord) -> str:
+    if row.uniformity.spacing is None:
+        return "there is one level of paths, and so no spacing to measure"
+    return f"its spacing varies by {row.uniformity.spacing.cv:.1%} (standard deviation over mean)"
+
+
+def _spacings(order: Sequence[PlannedRecord]) -> str:
+    """Return how much the spacing of several backends varies, that of the first in full."""
+    if any(row.uniformity.spacing is None for row in order):
+        return "with one level of paths there is no spacing to compare, only what is covered, runs and time"
+    others = _listed([f"that of {row.backend} by {_cv(row):.1%}" for row in order[1:]])
+    return f"the spacing of {order[0].backend} varies by {_cv(order[0]):.1%} (standard deviation over mean), {others}"
+
+
+def _enough(order: Sequence[PlannedRecord]) -> str:
+    """Return that all of them suffice, where they do."""
+    even = all(
+        _cv(row) <= EVEN_ENOUGH and covers(row.uniformity) and row.paths.fragments < NOTABLE_FRAGMENTS for row in order
+    )
+    return " All of them are even enough to print." if even and _cv(order[-1]) != _cv(order[0]) else ""
+
+
+def _faults(order: Sequence[PlannedRecord]) -> list[str]:
+    """Say what each backend leaves, lays twice and tears apart, where that is worth a word."""
+    said: list[str] = []
+    for row in order:
+        gap, overlap, fragments = row.uniformity.gap, row.uniformity.overlap, row.paths.fragments
+        faults = [
+            *([f"leaves {gap:.1%} of the area farther than 0.55 spacings from every path"] if gap >= NOTABLE else []),
+            *([f"lays {overlap:.1%} twice"] if overlap >= NOTABLE else []),
+            *(
+                [f"starts {row.paths.runs} runs, {fragments} of them shorter than five spacings"]
+                if fragments >= NOTABLE_FRAGMENTS
+                else []
+            ),
+        ]
+        said += [f"{row.backend} {_listed(faults)}."] if faults else []
+    return said
 
 
 def _printing(ranked: Sequence[PlannedRecord]) -> list[str]:

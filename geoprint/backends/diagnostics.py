@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import ScalarField, Surface
+from geoprint.model import ScalarField, Surface, comparable
 from geoprint.surfaces import face_areas, gradient
 
 # Triangles with a smaller slope lie over the cut locus, where fronts meet and the slope breaks.
@@ -15,7 +14,7 @@ CUT_LOCUS_SLOPE = 0.9
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Diagnostics:
     """The slope of a field, weighted by area.
 

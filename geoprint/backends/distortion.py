@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import FieldError, InputError
-from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints, freeze_arrays, frozen
 from geoprint.surfaces import face_areas, in_words, sum_around_vertices
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Distortion:
     """How a flat chart differs from its surface; means and percentiles are weighted by the surface's area.
 

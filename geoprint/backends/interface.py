@@ -12,12 +12,10 @@ What a backend says of itself stands on its class, and nobody else knows its nam
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Protocol, final, runtime_checkable
 
-from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface, freeze_arrays, frozen
 
 
 class Backend(Protocol):
@@ -62,7 +60,7 @@ class Accuracy(IntEnum):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ChartImage:
     """The image of a distance in a chart, in square pixels; that of (row, column) is at origin + pixel * (column, row).
 
@@ -83,7 +81,7 @@ class ChartImage:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Shown:
     """What a backend that works in the plane can show of it: its chart of a surface, and its raster.
 

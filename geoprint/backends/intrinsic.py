@@ -9,7 +9,6 @@ Delaunay ends after finitely many flips [Bobenko2007] and leaves cotangent weigh
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 from typing import final
 
@@ -17,8 +16,7 @@ import numpy as np
 
 from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.kernels import njit
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
 
 # By how much opposite angles must exceed a half turn [rad] before an edge is flipped: rounding does not decide.
@@ -29,7 +27,7 @@ LENGTH_TOLERANCE = 1e-9
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class IntrinsicTriangulation:
     """Triangles given by their side lengths, glued along their sides.
 

@@ -9,17 +9,16 @@ outside, and pieces of neighbouring triangles join head to tail. Flat triangles 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints, frozen
 
 EdgeShares: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Pieces:
     """Straight pieces of level curves, one a row: a triangle, and the crossings where it starts and ends."""
 
@@ -28,7 +27,7 @@ class _Pieces:
     ends: IntArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Crossings:
     """Points where a level crosses an edge, one a row: the edge's vertices, the smaller first, and the level."""
 

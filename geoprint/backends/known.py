@@ -26,6 +26,17 @@ def register(name: str, factory: BackendFactory) -> None:
 
     Raises:
         UsageError: the name is taken or no name, or the class lacks what a backend has.
+
+    Examples:
+        >>> class Straight:
+        ...     title = "straight distance to the seed"
+        ...
+        ...     def __init__(self, surface, *, stretch=1.0):
+        ...         self.surface, self.stretch = surface, stretch
+        >>> register("straight", Straight)
+        Traceback (most recent call last):
+        geoprint.errors.UsageError: the backend 'straight' that was registered cannot be used: its class lacks
+        edge_length, distance, contours; a backend is a class with title, edge_length, distance, contours.
     """
     _KNOWN.register(name, factory)
 

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from geoprint.config.job import Job
-from geoprint.config.job_file import job_from
+from geoprint.config.job_file import job_named
 from geoprint.config.key import Key, keys_of, option_type, table_of
 from geoprint.config.strict import Place, key_at
 from geoprint.errors import UsageError
@@ -97,7 +97,7 @@ def takes(*names: str, but: Sequence[str] = (), model: type[BaseModel] = Job) ->
 
 def job_asked(surface: Path, keys: Mapping[str, object]) -> Job:
     """Return the job that options ask for; an error names the option that was typed, not the key of a job file."""
-    return job_from({"surface": surface, **keys}, named=_typed)
+    return job_named({"surface": surface, **keys}, named=_typed)
 
 
 def _typed(place: Place) -> str:
@@ -161,7 +161,7 @@ def _as_given(value: object) -> object:
 
 
 def _curve(path: Path) -> list[list[float]]:
-    from geoprint.pipeline import read_curve
+    from geoprint.config import read_curve
 
     return read_curve(path)
 

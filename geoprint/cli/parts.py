@@ -80,6 +80,10 @@ def remesh(
     out: Annotated[Path, typer.Option(help="PLY file for the new mesh, in mm.", show_default=False)],
     unit: str | None = None,
     label: int | None = None,
+    thin: Annotated[
+        bool,
+        typer.Option("--thin", help="Take a label that is as thin as its voxels with their terraces, for `--smooth`."),
+    ] = False,
     edge_length: Annotated[
         float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
     ] = None,
@@ -108,6 +112,7 @@ def remesh(
         surface,
         unit=unit,
         label=label,
+        thin=thin,
         wavelength=smooth,
         edge_length=edge_length,
         faces=faces,

@@ -37,7 +37,7 @@ _PACKAGED = {
 PACKAGED_CELLS = tuple(_PACKAGED)
 
 
-def load_cell(path: Path | None) -> Cell:
+def load_cell(path: Path | str | None) -> Cell:
     """Read and validate a cell file.
 
     Args:
@@ -51,6 +51,7 @@ def load_cell(path: Path | None) -> Cell:
     """
     if path is None:
         return cell_of(packaged_cell_text(PACKAGED_CELLS[0]), name=f"{PACKAGED_CELLS[0]}.toml")
+    path = Path(path)
     try:
         text = text_of(path)
     except (OSError, ValueError) as error:
@@ -58,7 +59,7 @@ def load_cell(path: Path | None) -> Cell:
     return cell_of(text, name=path.name, folder=path.parent)
 
 
-def cell_of(text: str, *, name: str, folder: Path = Path()) -> Cell:
+def cell_of(text: str, *, name: str, folder: Path | str = Path()) -> Cell:
     """Return the cell that a text describes, in mm, s and rad.
 
     Args:
@@ -74,7 +75,7 @@ def cell_of(text: str, *, name: str, folder: Path = Path()) -> Cell:
 
     table = parsed_toml(text, name=name)
     try:
-        return machine_of(table, name=name, folder=folder)
+        return machine_of(table, name=name, folder=Path(folder))
     except ValidationError as error:
         where = line_of(error, text, name=name)
         raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a cell with every key.") from error

@@ -38,15 +38,18 @@ def job_of(**values: object) -> Job:
     Raises:
         UsageError: a value is unknown, missing or meaningless; the sentence names it, and its line in a job file.
     """
-    return job_from(values)
+    return job_named(values, named=key_at)
 
 
-def job_from(values: Mapping[str, object], *, named: Callable[[Place], str] = key_at) -> Job:
-    """Return a job as `job_of`.
+def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) -> Job:
+    """Return what `job_of` does, with words of one's own for the keys.
 
     Args:
-        values: as `job_of` takes them.
+        values: as for `job_of`.
         named: what a message calls the place of a key.
+
+    Raises:
+        UsageError: as for `job_of`.
     """
     given = {name: value for name, value in values.items() if value is not None}
     if "patch" in given:

@@ -12,6 +12,7 @@ from typing import Annotated, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from geoprint.errors import UsageError
+from geoprint.model import described
 
 # Three numbers: a place, or three angles.
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -38,6 +39,7 @@ class Table(BaseModel):
     """A table whose keys are all known and whose numbers are all finite."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    __repr__ = __str__ = described
 
 
 def text_of(path: Path) -> str:
@@ -47,12 +49,22 @@ def text_of(path: Path) -> str:
         OSError: it cannot be read.
         ValueError: it is no plain file, larger than a megabyte, or no UTF-8.
     """
+    check_plain(path)
+    return path.read_text(encoding="utf-8")
+
+
+def check_plain(path: Path) -> None:
+    """Refuse what no person writes.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no plain file, or larger than a megabyte.
+    """
     # Reading a pipe or a device might never end.
     if path.exists() and not path.is_file():
         raise ValueError("it is no plain file")
     if path.stat().st_size > MOST_BYTES:
         raise ValueError("it is larger than a megabyte")
-    return path.read_text(encoding="utf-8")
 
 
 def parsed_toml(text: str, *, name: str) -> dict[str, object]:

@@ -1,5 +1,7 @@
 """The process: how much material flows, what bead it makes, what cures it, and the flow that a path needs."""
 
+from typing import TYPE_CHECKING
+
 from geoprint.deposition.bead import (
     Bead as Bead,
     bead as bead,
@@ -21,3 +23,7 @@ from geoprint.deposition.rheology import (
     pressure_for as pressure_for,
     starting_pressure as starting_pressure,
 )
+from geoprint.lazy import attached
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = attached(__name__, modules="fitting")

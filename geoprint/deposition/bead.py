@@ -8,20 +8,20 @@ surface, as wide as its chord. With half its opening angle a and the radius R of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.optimize import brentq
 
 from geoprint.errors import InputError
+from geoprint.model import comparable
 
 # Smallest half angle of a segment [rad]: a bead 2000 times wider than high; flatter ones are not told apart.
 FLATTEST = 1e-3
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Bead:
     """Cross-section of a line of material.
 

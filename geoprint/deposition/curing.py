@@ -5,16 +5,15 @@ The lamp's spot is taken as a disc of even irradiance that moves along the path.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import Flood, Material
+from geoprint.model import Flood, Material, comparable
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Exposure:
     """What the lamp gives as it passes over the part, beside what the material needs.
 

@@ -12,13 +12,12 @@ stresses and pressures Pa, flows mm3/s.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
 
 from geoprint.errors import InputError, VerificationError
-from geoprint.model import FloatArray, Fluid, Tool
+from geoprint.model import FloatArray, Fluid, Tool, comparable
 
 # Nodes of the quadrature along a taper; its error is below 1e-9 from needle to barrel.
 TAPER_NODES = 16
@@ -32,7 +31,7 @@ MOST_STEPS = 200
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Bore:
     """The inside of a nozzle: a taper that narrows to a needle.
 

@@ -1,5 +1,7 @@
 """What leaves geoprint: RAPID modules, tables and the bundle on disk, each verified before it counts."""
 
+from typing import TYPE_CHECKING
+
 from geoprint.export.bundle import (
     MANIFEST as MANIFEST,
     Json as Json,
@@ -35,3 +37,7 @@ from geoprint.export.targets_table import (
     read_orders as read_orders,
     targets_table as targets_table,
 )
+from geoprint.lazy import attached
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = attached(__name__, modules="rapid")

@@ -47,7 +47,7 @@ def json_bytes(value: Json) -> bytes:
         ) from error
 
 
-def check_writable(directory: Path, *, overwrite: bool) -> None:
+def check_writable(directory: Path | str, *, overwrite: bool) -> None:
     """Check that a bundle can be written, before the long work starts, and clear up after killed runs there.
 
     Args:
@@ -71,7 +71,7 @@ def check_writable(directory: Path, *, overwrite: bool) -> None:
 
 
 def write_bundle(
-    directory: Path, files: Mapping[str, bytes], *, overwrite: bool, verify: Callable[[Path], None]
+    directory: Path | str, files: Mapping[str, bytes], *, overwrite: bool, verify: Callable[[Path], None]
 ) -> None:
     """Write files as one folder that appears complete and verified, or not at all.
 
@@ -114,15 +114,14 @@ def manifest(files: Mapping[str, bytes]) -> bytes:
 
 
 @contextmanager
-def _translated(directory: Path) -> Generator[None]:
+def _translated(directory: Path | str) -> Generator[None]:
     """Turn what the system says into an error of geoprint that names the folder."""
     try:
         yield
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise ExportError(
-            f"cannot write {directory}: {reason} ({error.filename}); choose another place, or make room there."
-        ) from error
+        # Writing itself fails without a name.
+        reason = (error.strerror or str(error)) + (f" ({error.filename})" if error.filename else "")
+        raise ExportError(f"cannot write {directory}: {reason}; choose another place, or make room there.") from error
 
 
 def _check_place(place: Path, *, overwrite: bool) -> None:
@@ -153,10 +152,10 @@ def _is_foreign(path: Path, place: Path, known: set[str]) -> bool:
     return (path.is_symlink() or not path.is_dir()) and path.relative_to(place).as_posix() not in known
 
 
-def _place(directory: Path) -> Path:
+def _place(directory: Path | str) -> Path:
     """Return the absolute path that is replaced: links are followed, so that a link stays one."""
     try:
-        place = directory.resolve()
+        place = Path(directory).resolve()
     except (RuntimeError, ValueError) as error:
         raise ExportError(f"{str(directory)!r} is no usable path ({error}); choose another folder.") from error
     if not place.name:

@@ -6,7 +6,6 @@ back compares it with them. They exist only where the targets serve the whole st
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Placement, PoseStream, Targets, Trajectory
 from geoprint.model.arrays import freeze_arrays
+from geoprint.model.values import frozen
 
 # Below this a controller knows no speed [mm/s].
 SMALLEST_SPEED = 0.01
@@ -26,7 +26,7 @@ _SAME_PLACEMENT = 1e-6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Orders:
     """The targets of a program.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import types
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeVar, Union, cast, final, get_args, get_origin, get_type_hints
 
@@ -16,13 +16,13 @@ import numpy as np
 
 from geoprint.errors import InputError, VerificationError
 from geoprint.export.bundle import Json, json_bytes
-from geoprint.model import Cell, FloatArray, Placement
+from geoprint.model import Cell, FloatArray, Placement, frozen
 
 Noun = TypeVar("Noun")
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Setup:
     """What a program was written for, besides its targets.
 
@@ -49,7 +49,7 @@ def setup_file(setup: Setup) -> bytes:
     return json_bytes(_written(setup))
 
 
-def read_setup(path: Path) -> Setup:
+def read_setup(path: Path | str) -> Setup:
     """Read a setup.json.
 
     Args:
@@ -59,7 +59,7 @@ def read_setup(path: Path) -> Setup:
         VerificationError: it cannot be read, or holds something else.
     """
     try:
-        return _read(Setup, json.loads(path.read_bytes()))
+        return _read(Setup, json.loads(Path(path).read_bytes()))
     except OSError as error:
         raise VerificationError(f"{path} cannot be read ({error.strerror}); write the plan again.") from error
     except (ValueError, KeyError, TypeError, RecursionError, InputError) as error:

@@ -13,7 +13,6 @@ ramps too. How exactly a controller switches near a stop is to be measured on it
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, TypeAlias, final
 
@@ -21,7 +20,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
-from geoprint.model import FloatArray, Signals
+from geoprint.model import FloatArray, Signals, comparable
 
 Output = Literal["dispenser", "uv_lamp", "vacuum"]
 # Tips (k, 3) in the work frame [mm] at (k,) times of the trajectory [s].
@@ -32,7 +31,7 @@ SAME_MOMENT = 1e-4
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Event:
     """An output that switches during the move to a target.
 

@@ -6,14 +6,13 @@ readers go through NumPy's parser and share with the writer nothing but the name
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError, VerificationError
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Trajectory
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Trajectory, frozen
 
 POSES_COLUMNS = (
     "run", "layer", "level", "deposit", "x", "y", "z", "qw", "qx", "qy", "qz", "nx", "ny", "nz", "s", "flow",
@@ -32,7 +31,7 @@ _READING_SHARE = 1e-12
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PosesTable:
     """poses.csv as arrays.
 
@@ -60,7 +59,7 @@ class PosesTable:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class TrajectoryTable:
     """trajectory.csv as arrays.
 
@@ -98,7 +97,7 @@ def trajectory_table(trajectory: Trajectory) -> bytes:
     return table_bytes(_trajectory_rows(trajectory), columns=TRAJECTORY_COLUMNS, decimals=_TRAJECTORY_DECIMALS)
 
 
-def read_poses_table(path: Path) -> PosesTable:
+def read_poses_table(path: Path | str) -> PosesTable:
     """Read a poses.csv.
 
     Args:
@@ -121,7 +120,7 @@ def read_poses_table(path: Path) -> PosesTable:
     )
 
 
-def read_trajectory_table(path: Path) -> TrajectoryTable:
+def read_trajectory_table(path: Path | str) -> TrajectoryTable:
     """Read a trajectory.csv.
 
     Args:
@@ -139,7 +138,7 @@ def read_trajectory_table(path: Path) -> TrajectoryTable:
     )
 
 
-def verify_poses_table(path: Path, poses: PoseStream) -> None:
+def verify_poses_table(path: Path | str, poses: PoseStream) -> None:
     """Check that a poses.csv holds a pose stream, to the last decimal.
 
     Raises:
@@ -148,7 +147,7 @@ def verify_poses_table(path: Path, poses: PoseStream) -> None:
     _verify(path, _pose_rows(poses), columns=POSES_COLUMNS, decimals=_POSES_DECIMALS)
 
 
-def verify_trajectory_table(path: Path, trajectory: Trajectory) -> None:
+def verify_trajectory_table(path: Path | str, trajectory: Trajectory) -> None:
     """Check that a trajectory.csv holds a trajectory, to the last decimal.
 
     Raises:
@@ -190,7 +189,7 @@ def table_bytes(rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[i
     return b"".join(blocks)
 
 
-def read_columns(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
+def read_columns(path: Path | str, *, columns: tuple[str, ...]) -> FloatArray:
     """Return the (rows, columns) numbers below a header.
 
     Args:
@@ -201,7 +200,7 @@ def read_columns(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
         VerificationError: header, form or a number is wrong.
     """
     try:
-        text = path.read_bytes().decode("ascii", errors="replace")
+        text = Path(path).read_bytes().decode("ascii", errors="replace")
     except OSError as error:
         raise VerificationError(f"{path} cannot be read: {error.strerror}; write the table again.") from error
     header, _, body = text.partition("\n")
@@ -222,7 +221,7 @@ def read_columns(path: Path, *, columns: tuple[str, ...]) -> FloatArray:
     return data
 
 
-def whole_column(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> IntArray:
+def whole_column(data: FloatArray, column: int, *, path: Path | str, columns: tuple[str, ...]) -> IntArray:
     """Return a column that must hold whole numbers.
 
     Raises:
@@ -233,19 +232,19 @@ def whole_column(data: FloatArray, column: int, *, path: Path, columns: tuple[st
     return values.astype(np.int64)
 
 
-def _flag(data: FloatArray, column: int, *, path: Path, columns: tuple[str, ...]) -> BoolArray:
+def _flag(data: FloatArray, column: int, *, path: Path | str, columns: tuple[str, ...]) -> BoolArray:
     values = data[:, column]
     _require((values == 0.0) | (values == 1.0), values, name=columns[column], path=path, allowed="0 and 1")
     return values == 1.0
 
 
-def _require(fit: BoolArray, values: FloatArray, *, name: str, path: Path, allowed: str) -> None:
+def _require(fit: BoolArray, values: FloatArray, *, name: str, path: Path | str, allowed: str) -> None:
     if not fit.all():
         row = int(np.argmin(fit))
         raise VerificationError(f"{path}, row {row + 1}: {name} is {values[row]}, allowed are {allowed}.")
 
 
-def _verify(path: Path, rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> None:
+def _verify(path: Path | str, rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> None:
     found = read_columns(path, columns=columns)
     if len(found) != len(rows):
         raise VerificationError(f"{path} has {len(found)} rows, the plan has {len(rows)}; write the table again.")

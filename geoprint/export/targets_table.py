@@ -30,7 +30,7 @@ def targets_table(orders: Orders) -> bytes:
 
 
 def read_orders(
-    path: Path,
+    path: Path | str,
     poses: PosesTable,
     *,
     standoff: float,
@@ -78,7 +78,7 @@ def read_orders(
     )
 
 
-def _check_rows(chosen: IntArray, laid: BoolArray, *, path: Path, last: int) -> None:
+def _check_rows(chosen: IntArray, laid: BoolArray, *, path: Path | str, last: int) -> None:
     """Refuse poses that do not rise or go beyond the last, and rows that lay nothing or to the end."""
     if not chosen.size or chosen.min() < 0 or chosen.max() > last or (np.diff(chosen) <= 0).any():
         raise VerificationError(

@@ -4,6 +4,7 @@ from geoprint.model.arrays import (
     BoolArray as BoolArray,
     FloatArray as FloatArray,
     IntArray as IntArray,
+    freeze_arrays as freeze_arrays,
 )
 from geoprint.model.cell import (
     Box as Box,
@@ -51,4 +52,9 @@ from geoprint.model.surface import (
     Surface as Surface,
     SurfaceCurves as SurfaceCurves,
     SurfacePoints as SurfacePoints,
+)
+from geoprint.model.values import (
+    comparable as comparable,
+    described as described,
+    frozen as frozen,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import final
 
 import numpy as np
@@ -11,10 +11,11 @@ from geoprint.errors import InputError
 from geoprint.model.arrays import FloatArray, freeze_arrays
 from geoprint.model.material import Material
 from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
+from geoprint.model.values import comparable, frozen
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class LoadLimits:
     """What an arm's flange may carry, by its maker.
 
@@ -30,7 +31,7 @@ class LoadLimits:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Robot:
     """The arm and what its joints may do.
 
@@ -72,7 +73,7 @@ class Robot:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Lamp:
     """The housing of the UV lamp: a cylinder that the flange carries.
 
@@ -91,7 +92,7 @@ class Lamp:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Tool:
     """What the flange carries: the tool frame, the solids that may collide, and the load.
 
@@ -142,7 +143,7 @@ class Tool:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Box:
     """An obstacle: a box with its sides along the base axes.
 
@@ -161,7 +162,7 @@ class Box:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class TouchedPoints:
     """Points of the fixture that the tool touched, and where they are in the fixture's own frame.
 
@@ -184,7 +185,7 @@ class TouchedPoints:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Placement:
     """Where the part stands: T_base_work = T_base_fixture @ T_fixture_work.
 
@@ -221,7 +222,7 @@ class Placement:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class SearchWeights:
     """What the choice of rotation, lean and branch counts, each against the others; 1 unless the cell says otherwise.
 
@@ -239,7 +240,7 @@ class SearchWeights:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Cell:
     """Everything about the machine that a plan needs.
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
+from geoprint.model.values import comparable
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Fluid:
     """A Herschel-Bulkley fluid: shear stress = yield stress + consistency * shear rate ** index.
 
@@ -36,7 +36,7 @@ class Fluid:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Material:
     """What the syringe holds.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
@@ -10,10 +9,11 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from geoprint.model.path import PoseStream
+from geoprint.model.values import comparable, frozen
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class JointPath:
     """Joint angles of every pose, all on one branch of the inverse kinematics.
 
@@ -59,7 +59,7 @@ OnSlowdown = Literal["lower", "follow"]
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Slowdown:
     """A stretch of deposit on which the joints do not hold the set speed of the tip.
 
@@ -88,7 +88,7 @@ class Slowdown:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Trajectory:
     """The whole motion in time, from home to home, a row each millisecond.
 
@@ -128,7 +128,7 @@ class Trajectory:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Targets:
     """The poses that are written as robtargets; the controller joins them by straight lines.
 
@@ -147,7 +147,7 @@ class Targets:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ControllerPath:
     """The motion as the controller interpolates it: joint moves from and to home, straight lines between targets.
 
@@ -173,7 +173,7 @@ class ControllerPath:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Clearance:
     """What the collision check found; it exists only where nothing was hit.
 
@@ -202,7 +202,7 @@ class Clearance:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Program:
     """RAPID modules ready to be written.
 

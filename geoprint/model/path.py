@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -10,13 +9,14 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from geoprint.model.surface import SurfaceCurves
+from geoprint.model.values import frozen
 
 # Quaternions are normalised when made; beyond this they are something else.
 QUATERNION_TOLERANCE = 1e-9
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Toolpath:
     """The runs in the order in which they are printed, each resampled along its arc.
 
@@ -47,7 +47,7 @@ class Toolpath:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PoseStream:
     """Every pose of the tool in the work frame, deposit and travel, in the order of motion.
 

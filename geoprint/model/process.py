@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, final
 
 from geoprint.model.arrays import FloatArray, freeze_arrays
+from geoprint.model.values import comparable, frozen
 
 SignalMode = Literal["io", "analog"]
 # Files and people name the pressure of the air in kPa.
@@ -13,7 +13,7 @@ PASCAL_PER_KPA = 1000.0
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Process:
     """How the material is laid.
 
@@ -41,7 +41,7 @@ class Process:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class GoodPrint:
     """A print that worked with the same part, material, nozzle and speed, to compare with where no fluid is known.
 
@@ -55,7 +55,7 @@ class GoodPrint:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Signals:
     """The controller's outputs that a program switches, and how late their equipment follows.
 
@@ -88,7 +88,7 @@ class Signals:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Purge:
     """Where the nozzle is primed before the first run.
 
@@ -105,7 +105,7 @@ class Purge:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Flood:
     """The final exposure of the whole part.
 

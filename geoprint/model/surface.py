@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
+from geoprint.model.values import frozen
 
 # Barycentric weights may miss the simplex by rounding only.
 WEIGHT_TOLERANCE = 1e-9
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Surface:
     """A triangle mesh with consistent winding; counter-clockwise seen from outside.
 
@@ -41,7 +41,7 @@ class Surface:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class SurfacePoints:
     """Points on a surface: the hinge of the data flow. Positions and normals are derived in `surfaces.points`.
 
@@ -62,9 +62,30 @@ class SurfacePoints:
         ):
             raise InputError("SurfacePoints.weights must lie in [0, 1] and sum to 1.")
 
+    def corners(self, surface: Surface) -> IntArray:
+        """Return the (k, 3) vertices of the triangles that the points lie in.
+
+        Raises:
+            InputError: a point names a face that the surface does not have.
+        """
+        if self.faces.max(initial=-1) >= len(surface.faces):
+            raise InputError(
+                f"{surface.name} has faces 0 to {len(surface.faces) - 1}, but a point lies in face {self.faces.max()}; "
+                "points belong to the surface they were made on."
+            )
+        return surface.faces[self.faces]
+
+    def xyz(self, surface: Surface) -> FloatArray:
+        """Return the (k, 3) positions [mm] on the surface that the points were made on.
+
+        Raises:
+            InputError: a point names a face that the surface does not have.
+        """
+        return np.einsum("kc,kcx->kx", self.weights, surface.vertices[self.corners(surface)])
+
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class SurfaceCurves:
     """Polylines on a surface, stored end to end; a point seed is a curve of one point.
 
@@ -89,9 +110,24 @@ class SurfaceCurves:
         """Number of curves c."""
         return int(self.closed.size)
 
+    def xyz(self, surface: Surface, curve: int) -> FloatArray:
+        """Return the (j, 3) positions [mm] of one curve's points, in its order.
+
+        Args:
+            surface: that the curves were made on.
+            curve: its number, from 0.
+
+        Raises:
+            InputError: there is no such curve, or a point names a face that the surface does not have.
+        """
+        if not 0 <= curve < self.count:
+            raise InputError(f"there are {self.count} curves, numbered from 0; found {curve}.")
+        held = slice(*self.offsets[curve : curve + 2])
+        return SurfacePoints(self.points.faces[held], self.points.weights[held]).xyz(surface)
+
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Seed:
     """Where distance is zero.
 
@@ -107,7 +143,7 @@ class Seed:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ScalarField:
     """A number at each vertex, linear in each triangle.
 
@@ -127,7 +163,7 @@ class ScalarField:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Contours:
     """Level curves of a distance: level k lies at (k + 1/2) * spacing from the seed.
 
@@ -150,7 +186,7 @@ class Contours:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Strokes:
     """Curves that cover a surface, before anybody orders them: what a pattern draws and a path is made of.
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath
+from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath, frozen
 from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.resample import resample
 from geoprint.surfaces import arc_lengths, component_labels, positions
@@ -17,7 +15,7 @@ STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Run:
     """One stroke that becomes a run: its points, where they are, and whether it is closed."""
 

@@ -229,11 +229,13 @@ def _fillet(
 ) -> _Arc | None:
     """Return the arc that rounds a corner at an arc length [mm], or None where it would be too tight.
 
-    An arc of angle t that reaches l along the run to either side is l tan(t / 4) away from the corner.
+    An arc of angle t that reaches l along the run to either side is l tan(t / 4) away from the corner. Beyond either
+    end of it an open run goes on for long enough to have a direction there.
     """
-    error = FILLET_ERROR_SHARE * spacing
+    error, step = FILLET_ERROR_SHARE * spacing, DIRECTION_SHARE * spacing
+    if not outline.closed:
+        room = min(room, corner - step, float(outline.arcs[-1]) - corner - step)
     reach = min(error / float(np.tan(turn / 4.0)), LARGEST_REACH_SHARE * spacing, room)
-    step = DIRECTION_SHARE * spacing
     for _ in range(SHRINKINGS):
         ends = outline.at(np.array([corner - reach, corner + reach]))
         outer = outline.at(np.array([corner - reach - step, corner + reach + step]))

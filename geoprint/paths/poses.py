@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, frozen
 from geoprint.paths.attitude import slerp, smoothed_axes, tool_quaternions
 from geoprint.paths.travel import KEPT_SHARE, crossing, over, sampled_polyline, terrain
 from geoprint.surfaces import arc_lengths, normals, positions
@@ -21,7 +20,7 @@ CORNER_ANGLE = np.radians(30.0)
 SHORTEST = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Stretch:
     """Rows of the stream that belong together: one run, or the travel to it."""
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface, Tool
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, Tool, freeze_arrays, frozen
 from geoprint.surfaces import arc_lengths
 
 # Travel is sampled this finely [mm], so that the joints' spline follows the straight line.
@@ -25,7 +23,7 @@ LEAST_LENGTH = 1e-6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Terrain:
     """What travel passes over, and the outline of the tool that passes.
 

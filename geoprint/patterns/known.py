@@ -19,6 +19,14 @@ def register(name: str, factory: PatternFactory) -> None:
 
     Raises:
         UsageError: the name is taken or no name, or the class lacks what a pattern has.
+
+    Examples:
+        >>> class Rows:
+        ...     title = "straight rows"
+        >>> register("rows", Rows)
+        Traceback (most recent call last):
+        geoprint.errors.UsageError: the pattern 'rows' that was registered cannot be used: its class lacks strokes; a
+        pattern is a class with title, strokes.
     """
     _KNOWN.register(name, factory)
 

@@ -32,12 +32,12 @@ OUTERMOST = np.array([axis for axis in product((-1.0, 0.0, 1.0), repeat=3) if an
 
 
 def calibrate(
-    touched: Path | None,
+    touched: Path | str | None,
     *,
-    model: Path | None,
-    tcp: Path | None,
-    cell: Path | None,
-    part: Path | None,
+    model: Path | str | None,
+    tcp: Path | str | None,
+    cell: Path | str | None,
+    part: Path | str | None,
     unit: str | None,
     noise: float | None,
 ) -> CalibratedFixture | CalibratedTool:
@@ -60,7 +60,13 @@ def calibrate(
 
 
 def calibrate_cell(
-    touched: Path, *, model: Path, cell: Path | None, part: Path | None, unit: str | None, noise: float | None
+    touched: Path | str,
+    *,
+    model: Path | str,
+    cell: Path | str | None,
+    part: Path | str | None,
+    unit: str | None,
+    noise: float | None,
 ) -> CalibratedFixture:
     """Find where the fixture stands from the points of it that the tool touched.
 
@@ -78,10 +84,9 @@ def calibrate_cell(
         InputError: a table or mesh cannot be read, or the points cannot be right.
     """
     listed, found = read_points(model), read_points(touched)
-    pairs = _paired(listed, found)
     values = {
         "source": "calibrated",
-        "model_mm": listed.places[pairs].tolist(),
+        "model_mm": listed.places[_paired(listed, found)].tolist(),
         "touched_mm": found.places.tolist(),
         "noise_mm": noise,
     }
@@ -106,7 +111,7 @@ def calibrate_cell(
     )
 
 
-def calibrate_tool(poses: Path, *, cell: Path | None, noise: float | None) -> CalibratedTool:
+def calibrate_tool(poses: Path | str, *, cell: Path | str | None, noise: float | None) -> CalibratedTool:
     """Find the tool centre point from poses in which the tip touched one fixed point.
 
     Args:
@@ -126,7 +131,7 @@ def calibrate_tool(poses: Path, *, cell: Path | None, noise: float | None) -> Ca
     )
 
 
-def save_calibrated(found: CalibratedFixture | CalibratedTool, out: Path, *, overwrite: bool) -> None:
+def save_calibrated(found: CalibratedFixture | CalibratedTool, out: Path | str, *, overwrite: bool) -> None:
     """Write the cell file and read it back.
 
     Raises:
@@ -146,16 +151,16 @@ def _verify(written: Cell, wanted: Cell) -> None:
         raise VerificationError(f"{wanted.name} does not read back as it was calibrated: write it again.")
 
 
-def _folder(cell: Path | None) -> Path:
+def _folder(cell: Path | str | None) -> Path:
     """Return from where the files are found that a cell file names."""
-    return Path() if cell is None else cell.parent
+    return Path() if cell is None else Path(cell).parent
 
 
-def _text(cell: Path | None) -> str:
+def _text(cell: Path | str | None) -> str:
     """Return the text of a cell file that was just read, with its own line ends."""
     if cell is None:
         return packaged_cell_text(load_cell(None).name.removesuffix(".toml"))
-    return cell.read_bytes().decode("utf-8")
+    return Path(cell).read_bytes().decode("utf-8")
 
 
 def _paired(listed: NamedPoints, found: NamedPoints) -> list[int]:

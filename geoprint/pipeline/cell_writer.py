@@ -70,7 +70,7 @@ def edited(text: str, *, table: str, values: Mapping[str, TomlValue | None], nam
     return result
 
 
-def write_cell(path: Path, text: str, *, overwrite: bool, verify: Callable[[Path], None]) -> None:
+def write_cell(path: Path | str, text: str, *, overwrite: bool, verify: Callable[[Path], None]) -> None:
     """Write a cell file so that it appears complete and verified, or not at all.
 
     Args:
@@ -84,7 +84,7 @@ def write_cell(path: Path, text: str, *, overwrite: bool, verify: Callable[[Path
         ExportError: it cannot be written there.
     """
     check_cell_writable(path, overwrite=overwrite)
-    place = path.resolve()
+    place = Path(path).resolve()
     temporary = place.with_name(f".{place.name}.tmp-{os.getpid()}-{secrets.token_hex(4)}")
     try:
         with temporary.open("x", encoding="utf-8", newline="") as handle:
@@ -106,13 +106,14 @@ def write_cell(path: Path, text: str, *, overwrite: bool, verify: Callable[[Path
             temporary.unlink(missing_ok=True)
 
 
-def check_cell_writable(path: Path, *, overwrite: bool) -> None:
+def check_cell_writable(path: Path | str, *, overwrite: bool) -> None:
     """Check that a cell file may stand somewhere, before any work.
 
     Raises:
         UsageError: the file exists and may not be replaced, or it is a folder.
         ExportError: its folder does not exist.
     """
+    path = Path(path)
     if path.is_dir():
         raise UsageError(f"{path} is a folder; give the name of the cell file to write.")
     if path.exists() and not overwrite:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import final
 
+from geoprint.account.checked import Checked, Finding
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
-from geoprint.account.run_sheet import Checked, Finding
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
     MANIFEST,
@@ -61,7 +61,7 @@ RAPID_FOLDER = "rapid"
 _WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 
 
-def check_bundle(folder: Path) -> Checked:
+def check_bundle(folder: Path | str) -> Checked:
     """Check a bundle that `geoprint plan` wrote.
 
     Args:
@@ -74,6 +74,7 @@ def check_bundle(folder: Path) -> Checked:
     Raises:
         InputError: the folder is no bundle with a program.
     """
+    folder = Path(folder)
     names = _listed(folder)
     checked = check_program(folder, list(names))
     said = {finding.file for finding in checked.findings}
@@ -121,11 +122,26 @@ def _listed(folder: Path) -> dict[str, str]:
         raise InputError(
             f"{folder} is no bundle of geoprint: the {MANIFEST} above it lists none here; {_WHICH_FOLDER}."
         )
+    if "plan.json" not in names:
+        raise InputError(f"{folder} {_several(folder, names)}.")
     if not any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
         raise InputError(
-            f"{folder} holds no program, because it was planned without the robot: plan it without `--no-robot`."
+            f"{folder} holds no program: it was planned without the robot, or compared and found not to be printable "
+            "(compare.json says why); plan it without `--no-robot`."
         )
     return names
+
+
+def _several(folder: Path, names: Iterable[str]) -> str:
+    """Say what a folder of several bundles is, and which of them can be checked."""
+    bundles = sorted(PurePosixPath(name).parent for name in names if PurePosixPath(name).name == "plan.json")
+    programs = [
+        str(folder / one) for one in bundles if any(name.startswith(f"{one / RAPID_FOLDER}/") for name in names)
+    ]
+    found = f"holds a comparison of {len(bundles)} bundles, not one bundle"
+    if programs:
+        return f"{found}: check one that has a program, {' or '.join(programs)}"
+    return f"{found}, and none of them has a program (compare.json says why)"
 
 
 def _changes(folder: Path, names: dict[str, str]) -> Iterator[tuple[str, str]]:

@@ -100,14 +100,9 @@ def _outcome(
         paths = plan_paths(job, workpiece, stage)
     except FieldError as error:
         return Refused(str(error))
-    measured = paths.uniformity
-    if measured is None:
-        return Refused(
-            f"there is but one level of paths {paths.contours.spacing:g} mm apart: choose a smaller spacing."
-        )
     if workpiece.placement is None:
-        return Planned(paths, measured, unplaced)
+        return Planned(paths, unplaced)
     try:
-        return Planned(with_robot(paths, workpiece.placement, stage), measured, None)
+        return Planned(with_robot(paths, workpiece.placement, stage), None)
     except PlanError as error:
-        return Planned(replace(paths, timings=tuple(stage.timings)), measured, str(error), lost_shares(error))
+        return Planned(replace(paths, timings=tuple(stage.timings)), str(error), lost_shares(error))

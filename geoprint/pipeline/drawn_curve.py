@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
 from geoprint.quality.oracle import shortest_way
 from geoprint.surfaces import (
     SurfaceLine,
@@ -28,7 +27,7 @@ from geoprint.surfaces import (
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Enclosed:
     """What a closed curve encloses.
 

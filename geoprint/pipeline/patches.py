@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.backends.marching import FastMarching
 from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
 from geoprint.pipeline.drawn_curve import Enclosed, enclosed
 from geoprint.results import Patch
 from geoprint.surfaces import (
@@ -42,7 +42,7 @@ EDGES_PER_RADIUS = 12
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PatchChoice:
     """Where a patch lies on its body; what is given holds together, as within the radius and within the box.
 

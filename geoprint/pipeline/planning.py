@@ -49,7 +49,7 @@ from geoprint.paths import arrange, poses
 from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.quality import LevelledLayer, uniformity, widths_at_poses
+from geoprint.quality import LevelledLayer, uniformity
 from geoprint.results import Laid, Layer, Plan, RobotPlan, Workpiece
 
 
@@ -81,14 +81,10 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     """Cover the workpiece, measure evenness and give the poses their flow; the robot is left out."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
-        spacing, measured = paths.contours.spacing, None
-        if np.ptp(paths.toolpath.levels) > 0:
-            measured = uniformity(paths.poses, workpiece.part, spacing=spacing)
-            widths = measured.pose_widths
-        else:
-            widths = widths_at_poses(paths.poses, workpiece.part, spacing=spacing)
+        spacing = paths.contours.spacing
+        measured = uniformity(paths.poses, workpiece.part, spacing=spacing)
     with stage("layer"):
-        stream, laid = _lay(paths.poses, widths, workpiece, spacing=spacing)
+        stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=spacing)
     return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
 
 

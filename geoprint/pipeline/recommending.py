@@ -53,7 +53,7 @@ def recommendation(
     return _advice(job, cell, part=part, pressure_kpa=pressure_kpa)
 
 
-def fit_flow(path: Path, *, cell: Path | None, density: float, model: str) -> FittedFluid:
+def fit_flow(path: Path | str, *, cell: Path | str | None, density: float, model: str) -> FittedFluid:
     """Fit a material to measured lines laid with a cell's nozzle.
 
     Args:

@@ -13,7 +13,7 @@ from geoprint.account.comparison_summary import (
     comparison_report,
     tell_comparison,
 )
-from geoprint.account.pictures import chart_pictures, paper_files
+from geoprint.account.pictures import chart_pictures
 from geoprint.account.records.comparison import ComparisonRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import as_json, read_record
@@ -36,7 +36,7 @@ from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
 
-def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> PlanRecord:
+def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> PlanRecord:
     """Write a plan's bundle: complete and verified, or not at all.
 
     Args:
@@ -60,7 +60,7 @@ def save_plan(plan: Plan, directory: Path, *, overwrite: bool = False) -> PlanRe
 
 def save_comparisons(
     parts: Sequence[Comparison | FailedPart],
-    directory: Path,
+    directory: Path | str,
     *,
     samples: bool = False,
     figures: bool = False,
@@ -115,6 +115,8 @@ def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str,
         if samples:
             files[f"{name}/spacing.csv"] = spacing_table(outcome.uniformity)
     if figures:
+        from geoprint.account.paper_files import paper_files
+
         drawn = paper_files(part.workpiece, part.planned)
         files |= {f"figures/{file}": content for file, content in drawn.items()}
     return files

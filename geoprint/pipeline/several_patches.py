@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import final
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from geoprint.config import Job
 from geoprint.errors import InputError, naming
-from geoprint.model import FloatArray, Surface
+from geoprint.model import FloatArray, Surface, frozen
 from geoprint.pipeline.patches import choice_of, cut_patch
 from geoprint.results import Patch
 from geoprint.surfaces import PolylineDistance, boundary_loops, closest, edge_lengths, face_areas, in_words, united
@@ -28,7 +27,7 @@ TRIANGLES_ACROSS = 30
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PreparedPart:
     """The part of a job, on the side that the file is wound to.
 

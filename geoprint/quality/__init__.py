@@ -14,5 +14,4 @@ from geoprint.quality.thickness import (
 from geoprint.quality.uniformity import (
     Uniformity as Uniformity,
     uniformity as uniformity,
-    widths_at_poses as widths_at_poses,
 )

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, PoseStream
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, PoseStream, freeze_arrays, frozen
 from geoprint.surfaces import PolylineDistance, even_points
 
 # Points per spacing along each path at which the distance to the others is taken.
@@ -19,7 +17,7 @@ PIECES_PER_SPACING = 4
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Agreement:
     """Distances between every two of b paths; both matrices are symmetric with zeros on the diagonal.
 

@@ -9,13 +9,11 @@ over the surface.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import (
     ANY,
@@ -46,7 +44,7 @@ MOST_TRIANGLES = 1_000_000
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Coverage:
     """What the path does to the area.
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.errors import VerificationError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import Ask, FlatMesh, GeodesicDistance, SurfacePath, spatial
 from geoprint.surfaces import PolylineDistance
@@ -23,7 +22,7 @@ ROUNDING = 1e-6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class OuterDistance:
     """How far samples are from the level outside.
 
@@ -85,6 +84,7 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
     """Return the share of samples within one spacing of another stretch of their own level.
 
     There two fronts meet, near the medial axis of the surface, where level curves have corners and fields err most.
+    Of no samples it is 0.
 
     Args:
         path: r runs.
@@ -94,7 +94,7 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
     """
     levels, limits = path.levels[samples.runs], np.full(samples.runs.size, spacing)
     ask = Ask.elsewhere(levels, samples.runs, samples.arcs, clear=APART * spacing, limits=limits)
-    return float(np.isfinite(distance(samples.places, ask).distances).mean())
+    return float(np.isfinite(distance(samples.places, ask).distances).sum() / max(samples.runs.size, 1))
 
 
 def _in_space(

@@ -12,7 +12,6 @@ distance of any other measurement enters.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
@@ -22,7 +21,7 @@ from scipy.spatial import KDTree
 from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, comparable
 from geoprint.surfaces import closest, cotangent_laplacian, lumped_mass
 from geoprint.surfaces.remesh import refine
 
@@ -41,7 +40,7 @@ NEAR_SHARE = 1.5
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Thickness:
     """Thickness of the laid layer over the surface, weighted by area.
 

@@ -1,22 +1,20 @@
 """How evenly a toolpath covers a surface, by exact distances over it.
 
 For exact level sets of an exact distance, every point of level k is one spacing away from level k - 1. The distance is
-that of the shortest way over the triangles, from an oracle that belongs to no backend (`quality.oracle`).
+that of the shortest way over the triangles, from an oracle that belongs to no backend (`quality.oracle`). What the runs
+cover is measured for any number of levels; where there is but one, there is no spacing to measure.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.errors import FieldError
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
-from geoprint.model.arrays import freeze_arrays
-from geoprint.quality.coverage import Coverage, coverage
-from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, sampled
-from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
+from geoprint.quality.coverage import coverage
+from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, sampled
+from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial
 from geoprint.quality.spacing import meeting_share, outer_distance
 from geoprint.surfaces.remesh import refine
 
@@ -59,9 +57,11 @@ class WorstPlace(NamedTuple):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Uniformity:
     """How even the spacing is; distances to the neighbouring level outside, over the spacing: 1 is ideal.
+
+    Where there is but one level, k is 0 and the figures of the ratios are not a number.
 
     Attributes:
         places: (k, 3) samples along the runs of every level but the first, run after run [mm].
@@ -117,14 +117,19 @@ class Uniformity:
         )  # fmt: skip
 
     @property
+    def spaced(self) -> bool:
+        """Whether there is a spacing: two levels or more."""
+        return self.ratios.size > 0
+
+    @property
     def mean(self) -> float:
         """Mean of the ratios."""
-        return float(self.ratios.mean())
+        return float(self.ratios.mean()) if self.spaced else float("nan")
 
     @property
     def cv(self) -> float:
         """Coefficient of variation of the ratios: standard deviation over mean."""
-        return float(self.ratios.std() / self.ratios.mean())
+        return float(self.ratios.std() / self.ratios.mean()) if self.spaced else float("nan")
 
     def percentile(self, share: float) -> float:
         """Return a percentile of the ratios, share in percent."""
@@ -133,21 +138,23 @@ class Uniformity:
     @property
     def within_5_percent(self) -> float:
         """Share of samples within 5 % of the spacing."""
-        return float((np.abs(self.ratios - 1.0) <= 0.05).mean())
+        return float((np.abs(self.ratios - 1.0) <= 0.05).mean()) if self.spaced else float("nan")
 
     @property
     def bounded(self) -> float:
         """Share of samples whose ratio is not exact but lies between its bound and what is given."""
-        return float((self.bounds < self.ratios).mean())
+        return float((self.bounds < self.ratios).mean()) if self.spaced else 0.0
 
     @property
     def largest_doubt(self) -> float:
         """Largest difference between a ratio and its lower bound."""
-        return float((self.ratios - self.bounds).max())
+        return float((self.ratios - self.bounds).max(initial=0.0))
 
     @property
     def method(self) -> str:
         """How the spacing was measured."""
+        if not self.spaced:
+            return "not measured: there is one level of paths"
         if self.bounded == 0.0:
             return "exact geodesic distance to the level outside"
         return (
@@ -193,17 +200,19 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         The measurement.
 
     Raises:
-        FieldError: there are fewer than two levels, so that there is no spacing to measure; or the path lies on
-            another surface.
+        FieldError: the path lies on another surface.
     """
-    _require_levels(poses, spacing=spacing)
-    mesh, path, distance, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
+    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
+    mesh = flat_mesh(fine)
+    path = deposited_path(poses, fine, mesh, spacing=spacing)
+    distance = GeodesicDistance(mesh, path, windows=windows)
+    samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
+    covered = coverage(mesh, path, distance, samples, spacing=spacing)
     inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
     chosen = samples.some(inner)
     outer = outer_distance(mesh, path, distance, chosen, spacing=spacing)
     reached = np.isfinite(outer.distances)
     measured, kept = chosen.some(reached), inner[reached]
-    length = float(path.lengths.sum())
     return Uniformity(
         places=spatial(mesh, measured.places),
         offsets=np.append(np.flatnonzero(np.diff(measured.runs, prepend=-1)), measured.runs.size),
@@ -223,55 +232,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         judged_places=spatial(mesh, covered.places),
         gaps=covered.gaps,
         overlaps=covered.overlaps,
-        fill=length * spacing / covered.area,
-        length=length,
+        fill=float(path.lengths.sum()) * spacing / covered.area,
+        length=float(path.lengths.sum()),
         spacing=spacing,
     )
-
-
-def widths_at_poses(
-    poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL
-) -> FloatArray:
-    """Measure how wide the strip of surface is that lies nearest to the path, where there is but one level too.
-
-    Args:
-        poses: the p poses of the stream; only depositing rows count.
-        surface: what they cover.
-        spacing: wanted distance between neighbouring levels [mm].
-        windows: budget of work.
-
-    Returns:
-        (p,) widths over the spacing; 0 on travel.
-
-    Raises:
-        FieldError: the path lies on another surface.
-    """
-    _, path, _, samples, covered = _covered(poses, surface, spacing=spacing, windows=windows)
-    return at_poses(poses, path, samples, covered.widths)
-
-
-def _require_levels(poses: PoseStream, *, spacing: float) -> None:
-    count = np.unique(poses.levels[poses.deposit]).size
-    if count < 2:
-        raise FieldError(
-            f"uniformity needs two levels or more, the path has {count}: choose a spacing smaller than {spacing:g} mm."
-        )
-
-
-class _Covered(NamedTuple):
-    """A deposited path on the triangles of its surface, and how it covers them."""
-
-    mesh: FlatMesh
-    path: SurfacePath
-    distance: GeodesicDistance
-    samples: Samples
-    coverage: Coverage
-
-
-def _covered(poses: PoseStream, surface: Surface, *, spacing: float, windows: int) -> _Covered:
-    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
-    mesh = flat_mesh(fine)
-    path = deposited_path(poses, fine, mesh, spacing=spacing)
-    distance = GeodesicDistance(mesh, path, windows=windows)
-    samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
-    return _Covered(mesh, path, distance, samples, coverage(mesh, path, distance, samples, spacing=spacing))

@@ -10,7 +10,6 @@ from geoprint.report.figures import (
 )
 from geoprint.report.inspection_figure import inspection_figure as inspection_figure
 from geoprint.report.page import html_report as html_report
-from geoprint.report.paper_figures import paper_figures as paper_figures
 from geoprint.report.switching_figure import switching_figure as switching_figure
 from geoprint.report.values import (
     COVERED as COVERED,
@@ -18,6 +17,8 @@ from geoprint.report.values import (
     MOST_FRAMES as MOST_FRAMES,
     OVERLAP as OVERLAP,
     BackendView as BackendView,
+    Body as Body,
+    Machine as Machine,
     PartReport as PartReport,
     PathDistances as PathDistances,
     Picture as Picture,
@@ -26,5 +27,6 @@ from geoprint.report.values import (
 )
 from geoprint.report.view_surface import (
     ViewSurface as ViewSurface,
+    shading_normals as shading_normals,
     view_surface as view_surface,
 )

@@ -5,13 +5,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.report.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, add_title, draw_part, png_bytes
 
 if TYPE_CHECKING:
@@ -37,7 +35,7 @@ SCALE_SHRINK, SCALE_PAD = 0.85, 0.01
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FlattenedPart:
     """A chart as an image, and the level curves in it and on the surface.
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
+from geoprint.report.beads import bead_sides, squares_on
+from geoprint.report.sides import views
 from geoprint.surfaces import vertex_normals
 
 if TYPE_CHECKING:
@@ -26,18 +27,25 @@ COLOUR_RANGE = (0.8, 1.2)
 COLOUR_MAP = "RdBu"
 # Colour of paths without a neighbour.
 UNMEASURED = "#9a9a9a"
+# Colour of surface that no path covers: in neither half of the colour map.
+UNCOVERED = "#ffd21f"
+# Sides of the squares that mark it, over the spacing: about those of the triangles that were judged.
+UNCOVERED_SHARE = 0.2
 PART_DARK, PART_LIGHT = 0.16, 0.42
-# Width of a drawn path over the spacing: beads with a seam of the part between them.
-LINE_SHARE = 0.62
-PANEL_INCHES = 5.2
+# Width of a drawn bead over the spacing: beads with a seam of the part between them.
+BEAD_SHARE = 0.62
+# Width of a panel, where the part is seen from one side and where it is seen from several.
+PANEL_INCHES, SIDE_INCHES = 5.2, 4.0
 DOTS_PER_INCH = 160
+# Thousands of edges make files large: fewer dots, where panels are many.
+COVERAGE_DOTS = 125
 POINTS_PER_INCH = 72.0
 # Width of a letter over the font size: rather more than the mean.
 LETTER_WIDTH = 0.6
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class CoveragePanel:
     """One panel: the runs of a toolpath and the spacing measured along them.
 
@@ -47,6 +55,7 @@ class CoveragePanel:
         places: (k, 3) samples, run after run [mm].
         offsets: (r + 1,) where each run starts among them.
         ratios: (k,) spacing over its wanted value; NaN where there is no neighbour, drawn grey.
+        gaps: (j, 3) places that no path covers [mm].
     """
 
     title: str
@@ -54,17 +63,18 @@ class CoveragePanel:
     places: FloatArray
     offsets: IntArray
     ratios: FloatArray
+    gaps: FloatArray
 
 
 def coverage_figure(
     surface: Surface, panels: Sequence[CoveragePanel], *, R_view_work: FloatArray, spacing: float, title: str
 ) -> bytes:
-    """Draw toolpaths side by side as seen from above the part, coloured by local spacing.
+    """Draw toolpaths side by side, coloured by local spacing: as beads of one width, on a part seen from enough sides.
 
     Args:
         surface: the part, coarse enough to be drawn.
         panels: one a backend.
-        R_view_work: (3, 3) rotation to the view: x to the right, y up, z towards the reader.
+        R_view_work: (3, 3) rotation to the first side: x to the right, y up, z towards the reader.
         spacing: wanted spacing [mm].
         title: above everything.
 
@@ -73,16 +83,20 @@ def coverage_figure(
     """
     from matplotlib.figure import Figure
 
+    sides = views(surface, R_view_work)
+    inches = PANEL_INCHES if len(sides) == 1 else SIDE_INCHES
+    heights = [float(size[1] / size[0]) for size in (np.ptp(surface.vertices @ R.T, axis=0) for R in sides)]
     figure = Figure(
-        figsize=(PANEL_INCHES * len(panels) + 1.1, PANEL_INCHES + 1.0), dpi=DOTS_PER_INCH, layout="constrained"
+        figsize=(inches * len(panels) + 1.1, inches * sum(heights) + 1.0), dpi=COVERAGE_DOTS, layout="constrained"
     )
-    axes: list[Axes] = list(figure.subplots(1, len(panels), squeeze=False)[0])
-    for axis, panel in zip(axes, panels, strict=True):
-        draw_part(axis, surface, R_view_work)
-        _draw_runs(axis, panel, R_view_work, spacing=spacing)
-        axis.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
-        axis.set_xlabel(panel.caption, fontsize=10, parse_math=False)
-    _add_scale(figure, axes)
+    axes = figure.subplots(len(sides), len(panels), squeeze=False, height_ratios=heights)
+    for row, R_side_work in zip(axes, sides, strict=True):
+        for axis, panel in zip(row, panels, strict=True):
+            _draw_covered(axis, surface, panel, R_side_work, spacing=spacing)
+    for above, below, panel in zip(axes[0], axes[-1], panels, strict=True):
+        above.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
+        below.set_xlabel(panel.caption, fontsize=10, parse_math=False)
+    _add_scale(figure, axes.ravel().tolist(), uncovered=any(len(panel.gaps) for panel in panels))
     add_title(figure, title)
     return png_bytes(figure)
 
@@ -107,15 +121,30 @@ def draw_part(
     """
     from matplotlib.collections import PolyCollection
 
-    seen = surface.vertices @ R_view_work.T
+    corners, colours = _part_polygons(surface, R_view_work, shades)
+    order = np.argsort(corners[..., 2].mean(axis=1))
+    colours = colours[order]
+    polygons = PolyCollection(list(corners[order, :, :2]), facecolors=colours, edgecolors=colours, linewidths=0.4)
+    axis.add_collection(polygons)
+    _frame(axis, surface, R_view_work)
+
+
+def _part_polygons(
+    surface: Surface, R_view_work: FloatArray, shades: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the (m, 3, 3) corners of the faces as seen, and their (m, 4) colours in the light."""
     light = R_view_work.T @ np.array([-0.4, 0.5, 0.77])
     brightness = np.clip(vertex_normals(surface)[surface.faces].mean(axis=1) @ light, 0.0, 1.0)
     shade = shades[0] + (shades[1] - shades[0]) * brightness
-    order = np.argsort(seen[surface.faces, 2].mean(axis=1))
-    colours = np.repeat(shade[order, None], 3, axis=1)
-    corners = seen[surface.faces[order], :2]
-    axis.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors=colours, linewidths=0.4))
-    low, high = seen[:, :2].min(axis=0), seen[:, :2].max(axis=0)
+    return (surface.vertices @ R_view_work.T)[surface.faces], np.column_stack(
+        [shade, shade, shade, np.ones(len(shade))]
+    )
+
+
+def _frame(axis: Axes, surface: Surface, R_view_work: FloatArray) -> None:
+    """Set an axis to the size of a part."""
+    seen = (surface.vertices @ R_view_work.T)[:, :2]
+    low, high = seen.min(axis=0), seen.max(axis=0)
     edge = 0.03 * float((high - low).max())
     axis.set_xlim(low[0] - edge, high[0] + edge)
     axis.set_ylim(low[1] - edge, high[1] + edge)
@@ -144,29 +173,60 @@ def add_ruler(axis: Axes, *, font_size: float = 9.0) -> None:
     axis.set_ylim(bottom - 0.09 * (top - bottom), top)
 
 
-def _draw_runs(axis: Axes, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float) -> None:
+def _draw_covered(
+    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
+) -> None:
+    """Draw a part with its beads and with what they leave open, what is nearer to the reader over what is farther."""
+    from matplotlib.collections import PolyCollection
+
+    corners, colours = _part_polygons(surface, R_view_work, (PART_DARK, PART_LIGHT))
+    # Beads lie over the faces about them, wherever in these they are.
+    over = float(np.ptp(corners, axis=1).max(initial=0.0))
+    squares = squares_on(surface, panel.gaps, side=UNCOVERED_SHARE * spacing) @ R_view_work.T
+    beads, bead_colours = _bead_polygons(surface, panel, R_view_work, spacing=spacing)
+    polygons = np.concatenate([corners[:, [0, 1, 2, 2]], squares, beads])
+    painted = np.concatenate([colours, np.tile(_rgba(UNCOVERED), (len(squares), 1)), bead_colours])
+    lift = np.repeat([0.0, over, 1.01 * over], [len(corners), len(squares), len(beads)])
+    laid = lift > 0.0
+    facing = _turn(polygons) > 0.0
+    order = np.argsort(polygons[..., 2].mean(axis=1) + lift)
+    order = order[~laid[order] | facing[order]]
+    painted = painted[order]
+    axis.add_collection(
+        PolyCollection(list(polygons[order, :, :2]), facecolors=painted, edgecolors=painted, linewidths=0.3)
+    )
+    _frame(axis, surface, R_view_work)
+
+
+def _turn(polygons: FloatArray) -> FloatArray:
+    """Return twice the (n,) areas of (n, 4, 3) polygons as seen, negative from behind."""
+    first, second = polygons[:, 2] - polygons[:, 0], polygons[:, 3] - polygons[:, 1]
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+
+
+def _bead_polygons(
+    surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return the (s, 4, 3) pieces of beads between samples as seen, and their (s, 4) colours."""
     from matplotlib import colormaps
-    from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize
 
-    seen = (panel.places @ R_view_work.T)[:, :2]
-    starts: IntArray = np.setdiff1d(np.arange(len(seen) - 1), panel.offsets[1:-1] - 1)
-    segments = np.stack([seen[starts], seen[starts + 1]], axis=1)
-    width_mm = float(np.diff(axis.get_xlim())[0])
-    points_per_mm = PANEL_INCHES * 72 / width_mm
-    colours = colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED)
-    lines = LineCollection(
-        list(segments),
-        array=np.ma.masked_invalid(0.5 * (panel.ratios[starts] + panel.ratios[starts + 1])),
-        cmap=colours,
-        norm=Normalize(*COLOUR_RANGE),
-        linewidths=max(LINE_SHARE * spacing * points_per_mm, 0.5),
-        capstyle="round",
-    )
-    axis.add_collection(lines)
+    left, right = bead_sides(surface, panel.places, panel.offsets, width=BEAD_SHARE * spacing)
+    starts: IntArray = np.setdiff1d(np.arange(len(left) - 1), panel.offsets[1:-1] - 1)
+    # Counter-clockwise as seen from outside.
+    corners = np.stack([right[starts], right[starts + 1], left[starts + 1], left[starts]], axis=1) @ R_view_work.T
+    ratios = np.ma.masked_invalid(0.5 * (panel.ratios[starts] + panel.ratios[starts + 1]))
+    shades = colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED)(Normalize(*COLOUR_RANGE)(ratios))
+    return corners, np.asarray(shades, dtype=np.float64).reshape(-1, 4)
 
 
-def _add_scale(figure: Figure, axes: Sequence[Axes]) -> None:
+def _rgba(colour: str) -> FloatArray:
+    from matplotlib.colors import to_rgba
+
+    return np.array(to_rgba(colour))
+
+
+def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -174,7 +234,8 @@ def _add_scale(figure: Figure, axes: Sequence[Axes]) -> None:
         ScalarMappable(Normalize(*COLOUR_RANGE), COLOUR_MAP), ax=list(axes), shrink=0.8, pad=0.01, extend="both"
     )
     scale.set_label(
-        "distance to the neighbouring path / wanted spacing\n(red: too close, blue: too far, grey: outermost)",
+        "distance to the neighbouring path / wanted spacing\n"
+        f"(red: too close, blue: too far, grey: outermost{', yellow: uncovered' if uncovered else ''})",
         fontsize=9,
     )
 
@@ -182,7 +243,7 @@ def _add_scale(figure: Figure, axes: Sequence[Axes]) -> None:
 def png_bytes(figure: Figure) -> bytes:
     """Return a figure as a PNG; the same bytes for the same figure."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", metadata={"Software": None})
+    figure.savefig(buffer, format="png", metadata={"Software": None}, pil_kwargs={"optimize": True})
     return buffer.getvalue()
 
 

@@ -1,21 +1,28 @@
 // The scenes of the page and their controls.
 
-// As many scenes are kept alive at once; browsers allow about sixteen.
-const MOST_LIVE = 4;
+// As many views are kept alive at once; browsers allow about sixteen.
+const MOST_LIVE = 12;
+// After a longer pause between two frames the replay goes on where it was [ms].
+const LONGEST_STEP = 250;
+// Where the page is narrower there is room for one view: that of the best backend.
+const NARROW = matchMedia("(max-width: 640px)");
+const DARK = matchMedia("(prefers-color-scheme: dark)");
 
 class Scene {
   constructor(root) {
     this.root = root;
     this.key = root.dataset.part;
-    this.plot = root.querySelector(".plot");
     this.status = root.querySelector(".status");
-    this.legend = root.querySelector(".legend");
     this.player = root.querySelector("div.player");
-    this.live = false;
+    this.views = [...root.querySelectorAll(".view")].map((view, place) => new View(view, place, this));
     this.playing = false;
-    this.state = { backend: 0, colour: "spacing", paths: true, robot: false, frame: "part", time: Infinity,
-      camera: firstCamera(this.plot.clientWidth) };
+    this.state = { backend: "all", colour: "spacing", paths: true, robot: false, frame: "part", time: Infinity };
     this.listen();
+    if (NARROW.matches && this.views.length > 1) {
+      const best = this.views.findIndex((view) => view.root.classList.contains("best"));
+      this.box("backend", Math.max(best, 0)).checked = true;
+    }
+    this.arrange();
   }
 
   // Unpacked when it is first needed: a part far down the page costs nothing until it comes near or is used.
@@ -23,129 +30,140 @@ class Scene {
     return this.unpacked ??= unpack(JSON.parse(document.getElementById(`${this.key}-data`).textContent));
   }
 
-  start() {
-    if (this.live || this.failed) return;
-    this.readControls();
-    try {
-      if (!document.createElement("canvas").getContext("webgl")) throw new Error("WebGL is missing");
-      const { list, legend } = traces(this.part, this.state, this.plot.clientHeight);
-      this.legend.textContent = legend;
-      this.ready = Plotly.newPlot(this.plot, list, layout(this.part, this.state), CONFIG).then(() => {
-        this.plot.on("plotly_relayout", () => { this.state.camera = this.camera(); });
-        this.root.classList.add("live");
-        this.live = true;
-        this.status.textContent = "Drag to turn; click once, then scroll to zoom. Keys: arrows, plus, minus, Home.";
-      }).catch((error) => this.fail(error));
-    } catch (error) {
-      this.fail(error);
-    }
+  get shown() {
+    return this.views.filter(({ root }) => !root.hidden);
   }
 
-  fail(error) {
-    this.failed = true;
-    this.root.classList.add("failed");
-    this.status.textContent = `This browser draws no 3D here (${error.message}); the still picture stands in.`;
+  get replays() {
+    return this.shown.flatMap(({ replay }) => replay ?? []);
   }
 
-  stop() {
-    if (!this.live) return;
-    this.pause();
-    this.state.camera = this.camera();
-    Plotly.purge(this.plot);
-    this.live = false;
-    this.root.classList.remove("live");
+  get end() {
+    return Math.max(...this.replays.map(({ times }) => times[times.length - 1]));
   }
 
-  camera() {
-    return this.plot._fullLayout ? structuredClone(this.plot.layout.scene.camera) : this.state.camera;
+  box(name, value) {
+    return this.root.querySelector(`[name="${this.key}-${name}"]${value === undefined ? "" : `[value="${value}"]`}`);
   }
 
   control(name) {
     return this.root.querySelector(`[name="${this.key}-${name}"]:checked`)?.value;
   }
 
-  get replay() {
-    return this.part.backends[this.state.backend].replay;
+  // Show the views that are asked for.
+  arrange() {
+    const wanted = this.control("backend");
+    this.views.forEach((view, place) => { view.root.hidden = wanted !== "all" && Number(wanted) !== place; });
+    this.root.style.setProperty("--columns", Math.min(this.shown.length, 3));
+  }
+
+  start() {
+    if (this.active || this.failed) return;
+    this.active = true;
+    this.readControls();
+    this.state.camera ??= firstCamera(this.shown[0].plot);
+    this.next();
+  }
+
+  // Draw the views one by one, the best first, so that the page answers between them.
+  next() {
+    if (!this.active || this.failed) return;
+    const waiting = this.shown.filter((view) => !view.started);
+    if (!waiting.length) {
+      if (!this.shown.every((view) => view.live)) return;
+      this.root.classList.add("live");
+      this.status.textContent = "Drag to turn; click once, then scroll to zoom. Keys: arrows, plus, minus, Home. Axes in mm.";
+      return;
+    }
+    const first = waiting.find(({ place }) => place === this.part.winner) ?? waiting[0];
+    first.start().then(() => setTimeout(() => this.next())).catch((error) => this.fail(error));
+  }
+
+  fail(error) {
+    this.failed = true;
+    this.root.classList.remove("live");
+    this.root.classList.add("failed");
+    this.status.textContent = `This browser draws no 3D here (${error.message}); the still picture stands in.`;
+  }
+
+  stop() {
+    this.pause();
+    this.active = false;
+    this.views.forEach((view) => view.stop());
+    this.root.classList.remove("live");
+  }
+
+  // All views turn together.
+  turn(camera, from) {
+    if (!camera || JSON.stringify(camera) === JSON.stringify(this.state.camera)) return;
+    this.state.camera = structuredClone(camera);
+    this.shown.filter((view) => view !== from).forEach((view) => view.turn(camera));
+  }
+
+  // Say what stands under the pointer.
+  point(place, at) {
+    const said = place === null ? "" : this.views[place].colouring.said(at);
+    this.root.querySelector(".pointed").textContent = said && `${said}; ${placeOf(this.part, at)}`;
   }
 
   readControls() {
-    const { state } = this;
-    state.backend = Number(this.control("backend"));
+    const { state, part } = this;
     state.colour = this.control("colour");
     state.paths = this.control("paths") !== undefined;
     state.frame = this.control("frame") ?? "part";
     state.robot = this.control("robot") !== undefined;
+    this.root.querySelector(".legend").replaceChildren(...scaleOf(COLOURINGS[state.colour](part, part.backends[0])));
     this.showTime();
   }
 
+  // Show a moment of the replay: on the slider, in words and where the robot is.
   showTime() {
     if (!this.player) return;
-    const { replay } = this, slider = this.player.querySelector("input");
-    this.player.querySelectorAll("input, button, select").forEach((control) => { control.disabled = !replay; });
-    const output = this.player.querySelector("output");
-    if (!replay) { output.textContent = "not printable"; return; }
-    const end = replay.times[replay.times.length - 1];
-    this.state.time = (Number(slider.value) / Number(slider.max)) * end;
-    const text = `${this.state.time.toFixed(1)} of ${end.toFixed(1)} s`;
-    const laying = this.state.robot ? (pose(replay, this.state.time).deposit ? ", depositing" : ", travelling") : "";
-    output.textContent = text + laying;
-    slider.setAttribute("aria-valuetext", text);
+    const slider = this.player.querySelector("input"), output = this.player.querySelector("output");
+    const still = this.replays.length === 0;
+    this.player.querySelectorAll("input, button, select").forEach((control) => { control.disabled = still; });
+    this.shown.forEach((view) => view.say());
+    if (still) { this.pause(); output.textContent = "not printable"; return; }
+    const { end } = this, time = Math.min(this.state.time, end);
+    slider.value = (time / end) * Number(slider.max);
+    output.textContent = `${time.toFixed(1)} of ${end.toFixed(1)} s`;
+    slider.setAttribute("aria-valuetext", output.textContent);
+  }
+
+  goTo(time) {
+    this.state.time = time < this.end ? time : Infinity;
+    this.showTime();
+    this.shown.forEach((view) => view.move());
   }
 
   redraw() {
     this.readControls();
-    if (!this.live) return;
-    const { list, legend } = traces(this.part, this.state, this.plot.clientHeight);
-    this.legend.textContent = legend;
-    Plotly.react(this.plot, list, layout(this.part, { ...this.state, camera: this.camera() }), CONFIG);
-  }
-
-  // Move the robot alone: the surface is not drawn anew.
-  moveRobot() {
-    if (!this.live || !this.replay) return;
-    const { laid, arm, needle } = pose(this.replay, this.state.time);
-    const points = [laid, arm, needle];
-    const scene = this.plot._fullLayout.scene._scene, full = ROBOT.map((place) => this.plot._fullData[place]);
-    const drawn = full.map(({ uid }) => scene?.traces?.[uid]);
-    // Through plotly.js's public door every step would upload the surface again, a hundred times slower.
-    if (drawn.every((trace) => typeof trace?.update === "function")) {
-      drawn.forEach((trace, place) => {
-        const [x, y, z] = points[place];
-        trace.update({ ...full[place], x, y, z });
-        // What is drawn anew when the window changes its size.
-        Object.assign(this.plot.data[ROBOT[place]], { x, y, z });
-      });
-      scene.glplot.redraw();
-      return;
-    }
-    const column = (axis) => points.map((each) => each[axis]);
-    Plotly.restyle(this.plot, { x: column(0), y: column(1), z: column(2) }, ROBOT);
+    if (!this.active || this.failed) return;
+    this.shown.filter((view) => view.started).forEach((view) => view.redraw());
+    this.next();
   }
 
   showRobot() {
-    const box = this.root.querySelector(`[name="${this.key}-robot"]`);
+    const box = this.box("robot");
     if (box.checked) return;
     box.checked = true;
     this.redraw();
   }
 
   play() {
-    if (!this.replay) return;
-    const slider = this.player.querySelector("input"), button = this.player.querySelector("button");
-    if (Number(slider.value) >= Number(slider.max)) slider.value = 0;
+    if (!this.replays.length) return;
+    if (this.state.time >= this.end) this.state.time = 0;
     this.showRobot();
+    this.goTo(this.state.time);
     this.playing = true;
-    button.textContent = "Pause";
-    const end = this.replay.times[this.replay.times.length - 1];
-    let elapsed = (Number(slider.value) / Number(slider.max)) * end, last = performance.now();
+    this.player.querySelector("button").textContent = "Pause";
+    let last = performance.now();
     const tick = (now) => {
       if (!this.playing) return;
-      elapsed += ((now - last) / 1000) * Number(this.player.querySelector("select").value);
+      const passed = Math.min(Math.max(now - last, 0), LONGEST_STEP) / 1000;
+      this.goTo(this.state.time + passed * Number(this.player.querySelector("select").value));
       last = now;
-      slider.value = (elapsed / end) * Number(slider.max);
-      this.showTime();
-      this.moveRobot();
-      if (elapsed >= end) this.pause(); else requestAnimationFrame(tick);
+      if (this.state.time >= this.end) this.pause(); else requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
   }
@@ -156,35 +174,20 @@ class Scene {
   }
 
   listen() {
-    this.root.querySelector(".controls").addEventListener("change", (event) => {
-      if (event.target.name === `${this.key}-backend`) this.pause();
-      if (event.target.name === `${this.key}-frame` && event.target.value === "robot") {
-        this.root.querySelector(`[name="${this.key}-robot"]`).checked = true;
-      }
+    this.root.querySelector(".controls").addEventListener("change", ({ target }) => {
+      if (target.name === `${this.key}-frame` && target.value === "robot") this.box("robot").checked = true;
+      this.arrange();
       this.redraw();
     });
     this.root.querySelector(".reset").addEventListener("click", () => {
-      this.state.camera = firstCamera(this.plot.clientWidth);
-      if (this.live) Plotly.relayout(this.plot, { "scene.camera": this.state.camera });
-    });
-    // The wheel scrolls the page until the plot has been clicked.
-    this.plot.addEventListener("mousedown", () => this.plot.focus({ preventScroll: true }), true);
-    this.plot.addEventListener("wheel", (event) => {
-      if (document.activeElement !== this.plot) event.stopPropagation();
-    }, true);
-    this.plot.addEventListener("keydown", (event) => {
-      if (!this.live || event.ctrlKey || event.altKey || event.metaKey) return;
-      const camera = event.key === "Home" ? firstCamera(this.plot.clientWidth) : cameraAfter(event.key, this.camera());
-      if (!camera) return;
-      event.preventDefault();
-      Plotly.relayout(this.plot, { "scene.camera": camera });
+      if (this.active) this.turn(firstCamera(this.shown[0].plot));
     });
     if (!this.player) return;
-    this.player.querySelector("input").addEventListener("input", () => {
+    this.player.querySelector("input").addEventListener("input", ({ target }) => {
       this.pause();
+      const time = (Number(target.value) / Number(target.max)) * this.end;
       this.showRobot();
-      this.showTime();
-      this.moveRobot();
+      this.goTo(time);
     });
     this.player.querySelector("button").addEventListener("click", () => (this.playing ? this.pause() : this.play()));
   }
@@ -202,7 +205,9 @@ const watcher = new IntersectionObserver((entries) => {
     if (place >= 0) live.splice(place, 1);
     live.push(scene);
     scene.start();
-    while (live.length > MOST_LIVE) live.shift().stop();
+    const open = () => live.reduce((sum, each) => sum + each.views.length, 0);
+    while (live.length > 1 && open() > MOST_LIVE) live.shift().stop();
   }
 }, { rootMargin: "200px" });
 scenes.forEach((_, root) => watcher.observe(root));
+DARK.addEventListener("change", () => scenes.forEach((scene) => { if (scene.active) scene.redraw(); }));

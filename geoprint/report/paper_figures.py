@@ -12,10 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from geoprint.model import FloatArray, Surface
+from geoprint.report.beads import bead_sides, squares_on
 from geoprint.report.figures import (
+    BEAD_SHARE,
     COLOUR_MAP,
     COLOUR_RANGE,
-    LINE_SHARE,
+    UNCOVERED,
+    UNCOVERED_SHARE,
     UNMEASURED,
     CoveragePanel,
     add_ruler,
@@ -82,9 +85,11 @@ def _map(surface: Surface, panels: Sequence[CoveragePanel], R_view_work: FloatAr
     axes: list[Axes] = list(figure.subplots(1, len(panels), squeeze=False)[0])
     for axis, panel in zip(axes, panels, strict=True):
         draw_part(axis, surface, R_view_work)
-        # The part as an image within the SVG: its thousands of triangles would make it heavy.
-        axis.collections[0].set_rasterized(True)
-        _draw_stretches(axis, panel, R_view_work, spacing=spacing, panel_inches=panel_inches)
+        _draw_uncovered(axis, surface, panel, R_view_work, spacing=spacing)
+        # Part and marks as images within the SVG: their thousands of polygons would make it heavy.
+        for collection in axis.collections:
+            collection.set_rasterized(True)
+        _draw_stretches(axis, surface, panel, R_view_work, spacing=spacing)
         axis.set_title(panel.title, fontsize=LARGE, loc="left", parse_math=False)
         axis.set_xlabel(panel.caption, fontsize=SMALL, parse_math=False)
         add_ruler(axis, font_size=SMALL)
@@ -93,19 +98,33 @@ def _map(surface: Surface, panels: Sequence[CoveragePanel], R_view_work: FloatAr
         aspect=35, pad=0.02, extend="both",
     )  # fmt: skip
     scale.ax.tick_params(labelsize=SMALL)
-    scale.set_label(f"local spacing / wanted spacing of {spacing:.3g} mm; outermost path grey", fontsize=LARGE)
+    uncovered = ", uncovered area yellow" if any(len(panel.gaps) for panel in panels) else ""
+    scale.set_label(
+        f"local spacing / wanted spacing of {spacing:.3g} mm; outermost path grey{uncovered}", fontsize=LARGE
+    )
     return figure
 
 
-def _draw_stretches(
-    axis: Axes, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float, panel_inches: float
+def _draw_uncovered(
+    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
 ) -> None:
-    """Draw the runs, cut where their shade changes."""
+    """Mark what no path covers."""
+    from matplotlib.collections import PolyCollection
+
+    seen = (squares_on(surface, panel.gaps, side=UNCOVERED_SHARE * spacing) @ R_view_work.T)[..., :2]
+    axis.add_collection(PolyCollection(list(seen), facecolors=UNCOVERED, edgecolors=UNCOVERED, linewidths=0.2))
+
+
+def _draw_stretches(
+    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
+) -> None:
+    """Draw the beads of the runs, cut where their shade changes."""
     from matplotlib import colormaps
-    from matplotlib.collections import LineCollection
+    from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
-    seen = (panel.places @ R_view_work.T)[:, :2]
+    sides = bead_sides(surface, panel.places, panel.offsets, width=BEAD_SHARE * spacing)
+    left, right = ((side @ R_view_work.T)[:, :2] for side in sides)
     ratios = 0.5 * (panel.ratios[:-1] + panel.ratios[1:])
     low, high = COLOUR_RANGE
     shades = np.clip(np.round((np.nan_to_num(ratios, nan=1.0) - low) / (high - low) * SHADES), 0, SHADES)
@@ -115,17 +134,14 @@ def _draw_stretches(
     cuts = np.concatenate([[0], np.flatnonzero(np.diff(shades)) + 1, [shades.size]])
     drawn = [(first, last) for first, last in pairwise(cuts.tolist()) if shades[first] > -2.0]
     values = np.array([shades[first] for first, _ in drawn])
-    width_mm = float(np.diff(axis.get_xlim())[0])
-    axis.add_collection(
-        LineCollection(
-            [seen[first : last + 1] for first, last in drawn],
-            array=np.ma.masked_less(low + (high - low) * values / SHADES, low - (high - low) / (2 * SHADES)),
-            cmap=colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED),
-            norm=Normalize(*COLOUR_RANGE),
-            linewidths=max(LINE_SHARE * spacing * panel_inches * 72 / width_mm, 0.3),
-            capstyle="round",
-        )
+    beads = PolyCollection(
+        [np.concatenate([left[first : last + 1], right[first : last + 1][::-1]]) for first, last in drawn],
+        array=np.ma.masked_less(low + (high - low) * values / SHADES, low - (high - low) / (2 * SHADES)),
+        cmap=colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED),
+        norm=Normalize(*COLOUR_RANGE),
+        linewidths=0.0,
     )
+    axis.add_collection(beads)
 
 
 def _histogram(panels: Sequence[CoveragePanel], *, spacing: float) -> Figure:

@@ -1,4 +1,4 @@
-"""The data of a 3D scene as JSON: arrays in base64, single precision, as plotly.js and page.js read them."""
+"""The data of a 3D scene as JSON: arrays in base64, in so many bits as can be seen, as data.js reads them."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import base64
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.report.figures import COLOUR_RANGE
 from geoprint.report.markup import Json
-from geoprint.report.values import BackendView, PartReport, Replay
+from geoprint.report.values import BackendView, Machine, PartReport, Replay
 from geoprint.report.view_surface import shading_normals
 
 # Samples of a path that are drawn at most; between them it is straight.
 MOST_SAMPLES = 30_000
 # Paths are drawn this share of the part's size above its surface, so that it does not swallow them.
 LIFT_SHARE = 0.002
+# Of 16 bits, what stands for NaN.
+NOT_A_NUMBER = 65_535
 
 
 def scene_data(part: PartReport) -> Json:
@@ -29,8 +30,8 @@ def scene_data(part: PartReport) -> Json:
 
     Returns:
         `vertices` (3, n), `faces` (3, m), `backends`, `rotation` and `middle`, which lead back to the part's own
-        coordinates, `spacing` [mm], and the ranges of the colour scales: the same for all backends, so that colours
-        can be compared.
+        coordinates, `spacing` [mm], `winner`, `machine`, and the ranges of the colour scales: the same for all
+        backends, so that colours can be compared.
     """
     surface = part.surface
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
@@ -47,13 +48,15 @@ def scene_data(part: PartReport) -> Json:
         return upright(places + lift * normals[nearest])
 
     return {
-        "vertices": _floats(upright(surface.vertices).T),
-        "faces": _integers(surface.faces.T),
+        "vertices": _numbers(upright(surface.vertices).T),
+        "faces": _faces(surface),
         "rotation": part.R_view_work.tolist(),
         "middle": middle.tolist(),
         "spacing": part.spacing,
+        "winner": part.winner,
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
         "ratios": list(COLOUR_RANGE),
+        "machine": None if part.machine is None else _machine(part.machine, upright, R_view_work=part.R_view_work),
         "backends": [
             {
                 **_backend(backend, lifted(backend.places)),
@@ -68,11 +71,25 @@ def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:
     kept, offsets = _thinned(backend.offsets, step=_step(len(places)))
     return {
         "name": backend.name,
-        "distance": _floats(backend.distance),
-        "ratios": _floats(backend.spacing_ratios),
-        "coverage": _encoded(backend.coverage.astype(np.uint8), "u1"),
-        "path": _floats(_with_breaks(places[kept], offsets).T),
+        "distance": _numbers(backend.distance),
+        "ratios": _numbers(backend.spacing_ratios),
+        "coverage": _encoded(backend.coverage, "u1"),
+        "path": _numbers(_with_breaks(places[kept], offsets).T),
     }
+
+
+def _machine(machine: Machine, upright: Callable[[FloatArray], FloatArray], *, R_view_work: FloatArray) -> Json:
+    bodies: list[Json] = [
+        {
+            "kind": body.kind,
+            "joint": body.joint,
+            "vertices": _numbers(upright(body.surface.vertices).T),
+            "faces": _faces(body.surface),
+        }
+        for body in machine.bodies
+    ]
+    axes = {"points": upright(machine.points).tolist(), "directions": (machine.directions @ R_view_work.T).tolist()}
+    return {**axes, "bodies": bodies}
 
 
 def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json:
@@ -80,16 +97,14 @@ def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json
     times = _with_breaks(replay.bead_times[kept, None], offsets)[:, 0]
     # A break counts as laid with what is before it, so that the times can be searched.
     times[np.isnan(times)] = replay.bead_times[kept][offsets[1:-1] - 1]
-    elbows = replay.tips - replay.needle * replay.axes
     return {
-        "times": _floats(replay.times),
-        "arm": _floats(upright(replay.joints)),
-        "joints": replay.joints.shape[1],
-        "elbows": _floats(upright(elbows)),
-        "tips": _floats(upright(replay.tips)),
-        "deposit": _encoded(replay.deposit.astype(np.uint8), "u1"),
-        "bead": _floats(_with_breaks(upright(replay.bead[kept]), offsets).T),
-        "beadTimes": _floats(times),
+        "times": _encoded(replay.times, "f4"),
+        "joints": _encoded(replay.joints, "f4"),
+        "speeds": _encoded(replay.speeds, "f4"),
+        "valve": replay.valve.round(3).tolist(),
+        "lamp": replay.lamp.round(3).tolist(),
+        "bead": _numbers(_with_breaks(upright(replay.bead[kept]), offsets).T),
+        "beadTimes": _encoded(times, "f4"),
     }
 
 
@@ -110,13 +125,18 @@ def _with_breaks(rows: FloatArray, offsets: IntArray) -> FloatArray:
     return np.insert(rows, offsets[1:-1], np.nan, axis=0)
 
 
-def _floats(values: FloatArray) -> Json:
-    return _encoded(values.astype("<f4"), "f4")
+def _numbers(values: FloatArray) -> Json:
+    """Return numbers in 16 bits between their lowest and highest, far finer than a pixel; the last value is NaN."""
+    measured = values[~np.isnan(values)]
+    low, high = (float(measured.min()), float(measured.max())) if measured.size else (0.0, 0.0)
+    step = (high - low) / (NOT_A_NUMBER - 1) or 1.0
+    steps = np.nan_to_num((values - low) / step, nan=NOT_A_NUMBER)
+    return {**_encoded(steps.round(), "u2"), "low": low, "step": step}
 
 
-def _integers(values: IntArray) -> Json:
-    return _encoded(values.astype("<i4"), "i4")
+def _faces(surface: Surface) -> Json:
+    return _encoded(surface.faces.T, "u2" if len(surface.vertices) <= NOT_A_NUMBER else "i4")
 
 
-def _encoded(values: NDArray[np.generic], dtype: str) -> Json:
-    return {"dtype": dtype, "bdata": base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")}
+def _encoded(values: FloatArray | IntArray, dtype: str) -> dict[str, Json]:
+    return {"dtype": dtype, "bdata": base64.b64encode(values.astype(f"<{dtype}").tobytes()).decode("ascii")}

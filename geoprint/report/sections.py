@@ -1,4 +1,4 @@
-"""The parts of the page as HTML: verdict, table, scene with its controls, matrix, pictures, settings."""
+"""The parts of the page as HTML: verdict, views with their controls, what decides, and everything else below."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ COLOURS = (
     ("coverage", "Gaps and overlaps"),
     ("distance", "Distance from border or seed"),
 )
-SPEEDS = (1, 5, 20, 60)
+SPEEDS = (1, 5, 20, 50)
 SLIDER_STEPS = 1000
+BEST = "what is shown where there is room for one"
 
 
 def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
@@ -32,14 +33,16 @@ def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
         heading: stands above it; empty where the page's title says it already.
     """
     key, head = f"part{number}", "h3" if heading else "h2"
+    deciding = [row for row in part.table if row.decides]
     blocks = [
         element("h2", heading) if heading else Markup(""),
-        _verdict(part),
-        element(head, "Comparison"),
-        _table(part),
-        _refused(part.refused),
-        element(head, "On the part"),
+        element("p", part.verdict[0], class_="verdict"),
         _scene(part, key),
+        *([element(head, "What decides"), _table(part, deciding, class_="comparison deciding")] if deciding else []),
+        _said(part),
+        _refused(part.refused),
+        element(head, "Everything measured"),
+        _table(part, part.table, class_="comparison"),
         element(head, "How the spacing is distributed"),
         element(
             "p", "Share of the path by its distance to the neighbouring path; shaded: within 5% of the wanted one. "
@@ -81,27 +84,23 @@ def overview(parts: Sequence[PartReport], failed: Sequence[tuple[str, str]]) -> 
     )
 
 
-def _verdict(part: PartReport) -> Markup:
-    first, *others = part.verdict
+def _said(part: PartReport) -> Markup:
+    """Return what is said beside the verdict, what nobody may overlook in a box."""
     cautions = element(
         "ul", *(element("li", caution) for caution in part.cautions), class_="cautions", aria_label="Mind"
     )
-    return joined(
-        element("p", first, class_="verdict"),
-        *(element("p", sentence) for sentence in others),
-        cautions if part.cautions else Markup(""),
-    )
+    return joined(*(element("p", sentence) for sentence in part.verdict[1:]), cautions if part.cautions else Markup(""))
 
 
-def _table(part: PartReport) -> Markup:
+def _table(part: PartReport, shown: Sequence[Row], *, class_: str) -> Markup:
     columns = [element("th", "quantity", scope="col")] + [
         element("th", backend.name, element("small", backend.title), scope="col") for backend in part.backends
     ]
     bodies: list[Markup] = []
-    for group, rows in groupby(part.table, key=lambda row: row.group):
+    for group, rows in groupby(shown, key=lambda row: row.group):
         heading = element("tr", element("th", group, colspan=len(columns), scope="rowgroup", class_="group"))
         bodies.append(element("tbody", heading, *map(_table_row, rows)))
-    table = element("table", element("thead", element("tr", *columns)), *bodies, class_="comparison")
+    table = element("table", element("thead", element("tr", *columns)), *bodies, class_=class_)
     return _scrollable(table, label=f"Comparison of the backends on {part.name}")
 
 
@@ -124,39 +123,53 @@ def _refused(refused: Sequence[tuple[str, str]]) -> Markup:
 
 
 def _scene(part: PartReport, key: str) -> Markup:
-    plot = element(
-        "div", class_="plot", id=f"{key}-plot", tabindex=0, role="application",
-        aria_label=f"3D view of {part.name}. Arrow keys turn it, plus and minus zoom, Home resets.",
-    )  # fmt: skip
-    still = element("div", *(_figure(backend.still) for backend in part.backends), class_="still")
+    """Return the views of the backends, side by side, with what moves and what colours them."""
+    names = [(str(place), view.name) for place, view in enumerate(part.backends)]
     replayed = any(backend.replay is not None for backend in part.backends)
-    robot = element("label", element("input", type="checkbox", name=f"{key}-robot"), " Robot")
-    controls = [
-        _choice(key, "backend", "Backend", [(str(place), view.name) for place, view in enumerate(part.backends)]),
-        _choice(key, "colour", "Colour", COLOURS),
-        element(
-            "fieldset",
-            element("legend", "Show"),
-            element("label", element("input", type="checkbox", name=f"{key}-paths", checked=True), " Paths"),
-            robot if replayed else "",
-            element("button", "Reset view", type="button", class_="reset"),
-        ),
-    ]
+    shown = [element("label", element("input", type="checkbox", name=f"{key}-paths", checked=True), " Paths")]
     if replayed:
-        controls.insert(2, _choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot"))))
+        shown.append(element("label", element("input", type="checkbox", name=f"{key}-robot"), " Robot"))
+    shown.append(element("button", "Reset view", type="button", class_="reset"))
+    controls = [
+        _choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
+        _choice(key, "colour", "Colour", COLOURS),
+        *([_choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
+        element("fieldset", element("legend", "Show"), *shown),
+    ]
     return element(
         "div",
+        element("div", *(_view(part, place, key) for place in range(len(names))), class_="views"),
+        element("p", class_="pointed note", aria_hidden="true"),
+        element("div", class_="legend", aria_live="polite"),
+        _player(part.backends, key),
         element("div", *controls, class_="controls"),
-        element(
-            "div", still, plot, class_="stage",
-        ),
-        element("p", class_="legend note", aria_live="polite"),
+        element("p", part.machine.note, class_="note") if part.machine and part.machine.note else "",
         element(
             "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
             class_="status", role="status",
         ),
-        _player(part.backends, key),
         class_="scene", data_part=key,
+    )  # fmt: skip
+
+
+def _view(part: PartReport, place: int, key: str) -> Markup:
+    """Return the place of one backend's 3D view: its name and deciding figures above, the still picture behind."""
+    backend, best = part.backends[place], place == part.winner and len(part.backends) > 1
+    figures = [
+        element("span", f"{row.quantity} ", element("b", row.values[place])) for row in part.table if row.decides
+    ]
+    plot = element(
+        "div", class_="plot", id=f"{key}-plot{place}", tabindex=0, role="application",
+        aria_label=f"3D view of {part.name} by {backend.name}. Arrow keys turn it, plus and minus zoom, Home resets.",
+    )  # fmt: skip
+    return element(
+        "div",
+        element("p", element("strong", backend.name), element("em", "best", title=BEST) if best else "",
+                element("span", backend.title), class_="view-head"),
+        element("p", *figures, class_="view-head"),
+        element("div", element("div", _figure(backend.still), class_="still"), plot,
+                element("output", class_="moving"), class_="stage"),
+        class_="view best" if best else "view",
     )  # fmt: skip
 
 

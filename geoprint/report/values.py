@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, comparable, freeze_arrays, frozen
 
 # A replay is looked at, not measured: so many frames move smoothly and keep the page small.
 MOST_FRAMES = 600
@@ -18,7 +16,7 @@ COVERED, GAP, OVERLAP = 0, 1, 2
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Picture:
     """A still picture.
 
@@ -34,37 +32,72 @@ class Picture:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
+class Body:
+    """A solid of the cell, where it is when all joints are at zero.
+
+    Attributes:
+        kind: the arm, what it carries, what stands in the cell, or what the part lies on.
+        joint: the joint that moves it, from 1; 0 for what stands still.
+        surface: its outside, in the part's own (work) frame.
+    """
+
+    kind: Literal["arm", "tool", "cell", "body"]
+    joint: int
+    surface: Surface
+
+
+@final
+@frozen
+class Machine:
+    """What moves around the part: a point x of joint j's link goes to turn_1 ( ... turn_j (x)).
+
+    Attributes:
+        points: (j, 3) a point on the axis of each joint, all of them at zero, in the work frame [mm].
+        directions: (j, 3) unit vectors about which joints turn positively.
+        bodies: what is drawn.
+        note: what is drawn otherwise than wanted, or nothing.
+    """
+
+    points: FloatArray
+    directions: FloatArray
+    bodies: tuple[Body, ...]
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, points="float: j 3", directions="float: j 3")
+
+
+@final
+@frozen
 class Replay:
-    """The robot's motion along the path of one backend, in the part's own (work) frame.
+    """The robot's motion along the path of one backend.
 
     The frames show the arm; the bead carries its own, finer times, so that curves stay curves.
 
     Attributes:
         times: (f,) rising, of each frame, at most 600 [s].
-        joints: (f, j, 3) places of the arm's joints from base to flange [mm], drawn as its skeleton.
-        tips: (f, 3) tip of the nozzle [mm].
-        axes: (f, 3) unit vector out of the nozzle.
-        deposit: (f,) 1 where material is laid, else 0.
-        needle: length that is drawn straight along the axis, down to the tip [mm].
-        bead: (k, 3) deposited path in the order of printing [mm].
+        joints: (f, j) angles of the machine's joints [rad].
+        speeds: (f,) of the tip [mm/s].
+        valve: (d, 2) when the valve is open [s].
+        lamp: (l, 2) when the lamp is on [s].
+        bead: (k, 3) deposited path in the order of printing, in the work frame [mm].
         bead_offsets: (r + 1,) stretch i is `bead[bead_offsets[i]:bead_offsets[i + 1]]`.
         bead_times: (k,) when each point is laid [s], not falling.
     """
 
     times: FloatArray
     joints: FloatArray
-    tips: FloatArray
-    axes: FloatArray
-    deposit: IntArray
-    needle: float
+    speeds: FloatArray
+    valve: FloatArray
+    lamp: FloatArray
     bead: FloatArray
     bead_offsets: IntArray
     bead_times: FloatArray
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
-            self, times="float: f", joints="float: f j 3", tips="float: f 3", axes="float: f 3", deposit="int: f",
+            self, times="float: f", joints="float: f j", speeds="float: f", valve="float: d 2", lamp="float: l 2",
             bead="float: k 3", bead_offsets="int: o", bead_times="float: k",
         )  # fmt: skip
         if not 2 <= sizes["f"] <= MOST_FRAMES:
@@ -77,7 +110,7 @@ class Replay:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class BackendView:
     """What one backend planned, to be drawn on the view surface of its part (n vertices).
 
@@ -117,7 +150,7 @@ class BackendView:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Row:
     """A line of the table: one quantity, a value for each backend.
 
@@ -127,6 +160,7 @@ class Row:
         meaning: a few words for a reader who does not know the quantity; may be empty.
         values: one text a backend.
         best: columns of `values` that are set off as the best ones.
+        decides: whether it stands in the short table at the top, too.
     """
 
     group: str
@@ -134,10 +168,11 @@ class Row:
     meaning: str
     values: tuple[str, ...]
     best: tuple[int, ...] = ()
+    decides: bool = False
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PathDistances:
     """How far the paths of the backends lie apart.
 
@@ -158,7 +193,7 @@ class PathDistances:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PartReport:
     """Everything the page says of one part.
 
@@ -170,6 +205,8 @@ class PartReport:
         surface: to draw on, with no more faces than a page bears (`view_surface`).
         R_view_work: (3, 3) rotation to the view: z up, as the part stands in the cell or along its mean normal.
         spacing: wanted spacing [mm].
+        machine: the robot around it, or None where none was planned.
+        winner: which of the backends covers it best; what is shown where one is shown.
         backends: what was planned, in the order of the table.
         refused: (backend, reason) of those that planned nothing.
         table: one row a quantity, one column a backend that planned.
@@ -187,6 +224,8 @@ class PartReport:
     surface: Surface
     R_view_work: FloatArray
     spacing: float
+    machine: Machine | None
+    winner: int
     backends: tuple[BackendView, ...]
     refused: tuple[tuple[str, str], ...]
     table: tuple[Row, ...]
@@ -198,8 +237,10 @@ class PartReport:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, R_view_work="float: 3 3")
-        if not self.verdict or not self.backends:
-            raise InputError(f"the report on {self.name} needs a verdict and at least one backend that planned.")
+        if not self.verdict or not 0 <= self.winner < len(self.backends):
+            raise InputError(
+                f"the report on {self.name} needs a verdict, at least one backend that planned, and which is best."
+            )
         for backend in self.backends:
             if len(backend.distance) != len(self.surface.vertices):
                 raise InputError(

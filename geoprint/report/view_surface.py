@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces import boundary_half_edges, face_areas, half_edges
 
 # Faces per cell that clustering a flat piece leaves: two triangles a grid cell, more where the grid cuts slantwise.
@@ -20,7 +18,7 @@ GROWTH = 1.12
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ViewSurface:
     """A surface to look at.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
-from geoprint.model import Cell, FloatArray
+from geoprint.model import Cell, FloatArray, comparable, frozen
 from geoprint.motion.placing import FixtureCalibration, TipCalibration, Uncertainty
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Suggestion:
     """What to touch next.
 
@@ -32,7 +31,7 @@ class Suggestion:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class CalibratedFixture:
     """A cell whose fixture was touched.
 
@@ -60,7 +59,7 @@ class CalibratedFixture:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class CalibratedTool:
     """A cell whose tool centre point was found.
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.config import Job
+from geoprint.errors import FieldError
+from geoprint.model import comparable, frozen
 from geoprint.quality import Uniformity
 from geoprint.results.plan import Plan
 from geoprint.results.workpiece import Workpiece
@@ -15,22 +16,31 @@ PLANNING_STAGES = ("contours", "path")
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Planned:
     """A backend's outcome.
 
     Attributes:
         plan: with the robot where the part is printable, without it where it is not.
-        uniformity: how even its paths are.
         not_printable: why the robot cannot print it, or None where it can or was left out.
         lost: reason and share of the deposited length that the arm cannot reach for it, largest first; empty where
             reach is not what refuses.
     """
 
     plan: Plan
-    uniformity: Uniformity
     not_printable: str | None
     lost: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def uniformity(self) -> Uniformity:
+        """How even its paths are.
+
+        Raises:
+            FieldError: the plan holds strokes and poses alone, which nobody has measured.
+        """
+        if self.plan.uniformity is None:
+            raise FieldError("how even these paths are was not measured: compare what `plan` or `compare` returned.")
+        return self.plan.uniformity
 
     @property
     def planning_time(self) -> float:
@@ -39,7 +49,7 @@ class Planned:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Refused:
     """A backend that cannot plan on this part.
 
@@ -51,7 +61,7 @@ class Refused:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Comparison:
     """Several backends on one workpiece.
 
@@ -77,7 +87,7 @@ class Comparison:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FailedPart:
     """A part that could not be compared at all.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.backends import Shown
@@ -24,6 +23,7 @@ from geoprint.model import (
     Targets,
     Toolpath,
     Trajectory,
+    frozen,
 )
 from geoprint.quality import Thickness, Uniformity
 from geoprint.results.workpiece import Workpiece
@@ -31,7 +31,7 @@ from geoprint.surfaces import united
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Laid:
     """Both flows along the paths of a plan, and the layers that they leave.
 
@@ -51,7 +51,7 @@ class Laid:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Layer:
     """One skin of material.
 
@@ -67,7 +67,7 @@ class Layer:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class RobotPlan:
     """The robot's part of a plan for one placement of the part; it exists only where every check was passed.
 
@@ -97,7 +97,7 @@ class RobotPlan:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Plan:
     """Everything from the mesh to the program.
 
@@ -107,7 +107,7 @@ class Plan:
         contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
         poses: tool poses, in the work frame; with a robot as the robot is commanded.
-        uniformity: how even the paths are, or None where there is but one level.
+        uniformity: how even the paths are, or None where that was not measured.
         layers: skins of material that the paths make, from the part outwards.
         robot: the robot's parts, one a placement of the part; none where it was left out.
         timings: seconds each stage took, in order.

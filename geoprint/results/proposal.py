@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
+from geoprint.model import frozen
 from geoprint.motion.placing import Stand
 from geoprint.motion.reach import Margin, ReachMap
 from geoprint.results.plan import Plan, RobotPlan
@@ -14,7 +14,7 @@ STAND_DECIMALS = 1
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Proposal:
     """A placement that was planned through, beside the one that the cell file has.
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import Cell, FloatArray, Placement, Seed, Surface
+from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, frozen
 from geoprint.motion.placing import Uncertainty
 from geoprint.surfaces import Notes, mean_normal
 from geoprint.surfaces.repair import PreparationReport
@@ -15,7 +14,7 @@ from geoprint.transforms import smallest_rotation
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Side:
     """How the printed side was found.
 
@@ -34,7 +33,7 @@ class Side:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Patch:
     """A patch cut from a body.
 
@@ -56,7 +55,7 @@ class Patch:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Workpiece:
     """What every backend of a job starts from.
 

@@ -3,6 +3,9 @@
 What lies on it or is made of it is here too: seeds, lines, pieces, and how far two surfaces lie apart.
 """
 
+from typing import TYPE_CHECKING
+
+from geoprint.lazy import attached
 from geoprint.surfaces.clipping import (
     clipped as clipped,
     faces_within as faces_within,
@@ -71,3 +74,6 @@ from geoprint.surfaces.topology import (
     turned_over as turned_over,
     twins as twins,
 )
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = attached(__name__, modules="files remesh repair")

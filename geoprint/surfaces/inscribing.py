@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.clipping import faces_within
 from geoprint.surfaces.points import closest_in_triangles
 
@@ -19,7 +17,7 @@ NEAR_SHARE = 1e-3
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class SurfaceLine:
     """A line over a surface, straight in each triangle, as the vertices it passes and the edges it crosses in turn.
 

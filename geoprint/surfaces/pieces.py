@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, freeze_arrays, frozen
 from geoprint.surfaces.clipping import part_of
 from geoprint.surfaces.topology import component_labels, used_vertices
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Piece:
     """One edge-connected piece of a whole surface.
 

@@ -26,8 +26,7 @@ def positions(surface: Surface, points: SurfacePoints) -> FloatArray:
     Raises:
         InputError: a point names a face that the surface does not have.
     """
-    corners = surface.vertices[_corner_vertices(surface, points)]
-    return np.einsum("kc,kcx->kx", points.weights, corners)
+    return points.xyz(surface)
 
 
 def normals(surface: Surface, points: SurfacePoints) -> FloatArray:
@@ -39,7 +38,7 @@ def normals(surface: Surface, points: SurfacePoints) -> FloatArray:
         InputError: a point names a face that the surface does not have.
         MeshError: a vertex has no normal, or three vertex normals cancel out at a point.
     """
-    corners = vertex_normals(surface)[_corner_vertices(surface, points)]
+    corners = vertex_normals(surface)[points.corners(surface)]
     mean = np.einsum("kc,kcx->kx", points.weights, corners)
     lengths = np.linalg.norm(mean, axis=1)
     if lengths.min(initial=1.0) < SHORTEST_MEAN_NORMAL:
@@ -198,12 +197,3 @@ def _size_classes(surface: Surface) -> list[tuple[IntArray, FloatArray, FloatArr
     classes = np.floor(np.log(np.maximum(radii, floor)) / np.log(SIZE_CLASS_FACTOR)).astype(np.int64)
     groups = [np.flatnonzero(classes == size) for size in np.unique(classes)]
     return [(members, centres[members], radii[members]) for members in groups]
-
-
-def _corner_vertices(surface: Surface, points: SurfacePoints) -> IntArray:
-    if points.faces.max(initial=-1) >= len(surface.faces):
-        raise InputError(
-            f"{surface.name} has faces 0 to {len(surface.faces) - 1}, but a point lies in face {points.faces.max()}; "
-            "points belong to the surface they were made on."
-        )
-    return surface.faces[points.faces]

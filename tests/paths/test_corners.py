@@ -53,6 +53,18 @@ def turns(places: FloatArray) -> FloatArray:
     return np.arccos(np.clip(np.einsum("ij,ij->i", along[1:], along[:-1]), -1.0, 1.0))
 
 
+@pytest.mark.parametrize("leg", [0.27, 0.3, 0.4])
+def test_a_run_hardly_longer_than_its_arc_keeps_the_directions_of_its_ends(leg: float) -> None:
+    angle = 1.1 * CORNER_ANGLE
+    end = (10.0 + leg * np.cos(angle), 10.0 + leg * np.sin(angle))
+    found = rounded(line_through((10.0 - leg, 10.0), (10.0, 10.0), end))
+    places = places_of(found.pieces[0].points)
+    assert len(found.fillets) == 1
+    assert np.isfinite(places).all()
+    np.testing.assert_allclose(places[[0, -1], :2], [(10.0 - leg, 10.0), end], atol=1e-9)
+    assert turns(places).max() < CORNER_ANGLE
+
+
 def test_a_right_angle_becomes_an_arc_a_twentieth_of_the_spacing_away() -> None:
     found = rounded(bend(np.pi / 2.0))
     assert len(found.pieces) == 1

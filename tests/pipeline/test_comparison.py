@@ -23,7 +23,7 @@ from tests.meshes import plate, spherical_cap
 from tests.quality.deposits import deposited, straight_line
 from tests.report.browser import opened_browser
 
-SCHEMA_KEYS = {"part", "input", "settings", "surface", "verdict", "backends", "path_distances_mm"}
+SCHEMA_KEYS = {"part", "input", "settings", "surface", "verdict", "best", "backends", "path_distances_mm"}
 
 
 def said_of(comparison: Comparison) -> tuple[str, ...]:
@@ -91,7 +91,7 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
 ) -> None:
     save_comparisons(parts, tmp_path / "out")
     found = json.loads((tmp_path / "out" / "compare.json").read_text())
-    assert found["schema"] == 2
+    assert found["schema"] == 3
     assert [part["part"] for part in found["parts"]] == ["part.ply", "broken.ply", "part.ply"]
     assert set(found["parts"][0]) == SCHEMA_KEYS
     assert set(found["parts"][1]) == {"part", "failed"}
@@ -117,8 +117,8 @@ def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison |
     flat, _, curved = parts
     assert isinstance(flat, Comparison)
     assert isinstance(curved, Comparison)
-    assert "even enough to print" in said_of(flat)[0] or "equally evenly" in said_of(flat)[0]
-    assert said_of(curved)[0].startswith("heat covers part.ply most evenly")
+    assert "even enough to print" in said_of(flat)[0] or "equally well" in said_of(flat)[0]
+    assert said_of(curved)[0].startswith("heat covers part.ply best: ")
     assert "even enough" not in said_of(curved)[0]
     assert any("lscm leaves" in sentence for sentence in said_of(curved))
     assert any("number of levels differs" in sentence for sentence in said_of(curved))
@@ -129,7 +129,7 @@ def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparis
     flat = parts[0]
     assert isinstance(flat, Comparison)
     twice = replace(flat, outcomes=(("lscm", flat.planned[1][1]), ("heat", flat.planned[1][1])))
-    assert said_of(twice)[0].startswith("lscm and heat cover part.ply equally evenly: the spacing of lscm varies")
+    assert said_of(twice)[0].startswith("lscm and heat cover part.ply equally well: the spacing of lscm varies")
     alone = replace(flat, outcomes=flat.outcomes[1:])
     assert said_of(alone)[0].startswith("heat covers part.ply; its spacing varies")
     refused = replace(alone, outcomes=(("lscm", Refused("too curved.")), *alone.outcomes))

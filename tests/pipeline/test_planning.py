@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import numpy as np
 import pytest
 
 from geoprint.account import as_json, comparison_table, outcome_text, record_plan, summary, tell_comparison
+from geoprint.account.records.comparison import PartRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
-from geoprint.errors import ClearanceError, FieldError, InputError, ReachError, UsageError, VerificationError
+from geoprint.errors import ClearanceError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import Slowdown, Surface
 from geoprint.motion.arm import Arm
@@ -193,7 +195,8 @@ def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> No
     cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog))
     planned = plan(job_of(surface=path, unit="mm", spacing=7.0, robot=False, cell=cell))
     laid = planned.laid
-    assert planned.uniformity is None
+    assert planned.uniformity is not None
+    assert not planned.uniformity.spaced
     assert laid is not None
     # One rectangle 3.5 mm inside has to fill the whole plate, which is more than its length times the spacing.
     assert laid.constant.mean < 0.47
@@ -443,12 +446,23 @@ def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_
         compare(job, backends=["heat", "fast-marching"])
 
 
-def test_a_single_level_has_no_spacing_to_compare(tmp_path: Path) -> None:
+def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
-    job = job_of(surface=part, unit="mm", spacing=20.0, robot=False)
-    assert plan(job).uniformity is None
-    with pytest.raises(FieldError, match="but one level"):
-        compare(job)
+    compared = compare(job_of(surface=part, unit="mm", spacing=20.0, robot=False))
+    for _, planned in compared.planned:
+        assert not planned.uniformity.spaced
+        # One rectangle 10 mm inside the rim: 3.7 % of the plate, at its corners, is farther than 11 mm from it, and a
+        # little more where the path rounds them.
+        assert 0.037 < planned.uniformity.uncovered < 0.075
+    (found,) = tell_comparison([compared]).record.parts
+    assert isinstance(found, PartRecord)
+    assert [row.uniformity.spacing for row in found.planned] == [None, None]
+    assert found.verdict[0].startswith("No backend covers plate.ply: at best, with ")
+    assert found.verdict[1].startswith("What to do: a smaller spacing, such as `--spacing 10`,")
+    save_comparisons([compared], tmp_path / "out")
+    shown = (tmp_path / "out" / "report.html").read_text().split("<script", maxsplit=1)[0]
+    assert "one level of paths" in shown
+    assert "nan" not in re.sub(r"base64,[^\"]*|<[^>]*>", "", shown).lower()
 
 
 def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:

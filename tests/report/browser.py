@@ -7,6 +7,7 @@ import io
 import json
 import os
 import shutil
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -136,6 +137,32 @@ class Page:
                 "Input.dispatchKeyEvent",
                 {"type": kind, "key": key, "windowsVirtualKeyCode": code, **(text if kind == "keyDown" else {})},
             )
+
+    def turn(self, selector: str, *, by: float) -> None:
+        """Drag across an element with the mouse, from its middle, by a share of its width."""
+        box = self.run(
+            f"(() => {{ const b = document.querySelector({json.dumps(selector)}).getBoundingClientRect();"
+            f" return [b.x + b.width / 2, b.x + ({by} + 0.5) * b.width, b.y + b.height / 2] }})()"
+        )
+        assert isinstance(box, list)
+        first, last, y = (float(value) for value in box)  # pyright: ignore[reportUnknownVariableType, reportUnknownArgumentType]
+        for kind, x, pressed in (
+            ("mouseMoved", first, 0), ("mousePressed", first, 1), ("mouseMoved", 0.5 * (first + last), 1),
+            ("mouseMoved", last, 1), ("mouseReleased", last, 0),
+        ):  # fmt: skip
+            button = "none" if kind == "mouseMoved" and not pressed else "left"
+            self._devtools(
+                "Input.dispatchMouseEvent",
+                {"type": kind, "x": x, "y": y, "button": button, "buttons": pressed, "clickCount": 1},
+            )
+            time.sleep(0.1)
+
+    @contextmanager
+    def dark(self) -> Generator[None]:
+        """Show the page as where the system is dark."""
+        self._devtools("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
+        yield
+        self._devtools("Emulation.setEmulatedMedia", {"features": []})
 
     @contextmanager
     def printed(self) -> Generator[None]:

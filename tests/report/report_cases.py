@@ -7,12 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.report import GAP, OVERLAP, BackendView, PartReport, PathDistances, Picture, Replay, Row
+from geoprint.report import (
+    GAP,
+    OVERLAP,
+    BackendView,
+    Body,
+    Machine,
+    PartReport,
+    PathDistances,
+    Picture,
+    Replay,
+    Row,
+)
 
 RADIUS, HEIGHT = 20.0, 6.0
 SPACING = 2.0
-# Where the tip is before and after printing [mm], and how long the motion from there and to there takes [s].
-BEFORE, AFTER, APPROACH = np.array([-40.0, 0.0, 60.0]), np.array([20.0, 30.0, 40.0]), 2.0
+# Foot of the post that carries the arm [mm], and the share of the time before and after printing.
+POST, APPROACH_SHARE = (-60.0, 0.0, 0.0), 0.05
 # A whole PNG of one grey pixel.
 PIXEL = bytes.fromhex(
     "89504e470d0a1a0a0000000d49484452000000010000000108000000003a7e9b"
@@ -56,22 +67,45 @@ def circles(radii: Sequence[float], *, points: int = 120) -> tuple[FloatArray, I
     return np.vstack(lines), points * np.arange(len(lines) + 1)
 
 
+def box(low: Sequence[float], high: Sequence[float]) -> Surface:
+    corners = np.array([[(low, high)[(i >> axis) & 1][axis] for axis in range(3)] for i in range(8)], dtype=np.float64)
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    return Surface(corners, np.array([face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]))
+
+
+def machine() -> Machine:
+    """Return a post beside the dome that turns about its axis, an arm that it carries and that nods, and a table."""
+    return Machine(
+        points=np.array([POST, [POST[0], POST[1], 50.0]]),
+        directions=np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]),
+        bodies=(
+            Body("arm", 0, box([-70.0, -10.0, -20.0], [-50.0, 10.0, 40.0])),
+            Body("arm", 1, box([-66.0, -6.0, 40.0], [10.0, 6.0, 56.0])),
+            Body("tool", 2, box([-2.0, -2.0, 10.0], [2.0, 2.0, 40.0])),
+            Body("cell", 0, box([-100.0, -60.0, -30.0], [60.0, 60.0, -22.0])),
+        ),
+    )
+
+
 def replay(*, frames: int = 80, seconds: float = 40.0) -> Replay:
-    """Return an arm of four joints that comes to the dome, follows its circles and goes away again."""
+    """Return a motion from a quarter turn of the post to none, while circles are laid on the dome."""
     bead, offsets = circles([19.0, 15.0, 11.0, 7.0, 3.0])
     times: FloatArray = np.linspace(0.0, seconds, frames)
-    bead_times: FloatArray = np.linspace(APPROACH, seconds - APPROACH, len(bead))
-    tip_places, passing = np.vstack([BEFORE, bead, AFTER]), np.concatenate([[0.0], bead_times, [seconds]])
-    tips = np.column_stack([np.interp(times, passing, tip_places[:, axis]) for axis in range(3)])
-    base = np.array([-120.0, 0.0, -20.0])
-    above = np.array([[-80.0, 0.0, 90.0], [0.0, 0.0, 80.0], [0.0, 0.0, 45.0]])
-    joints = np.concatenate([np.broadcast_to(base, (frames, 1, 3)), tips[:, None] + above], axis=1)
-    down = np.broadcast_to([0.0, 0.0, -1.0], tips.shape)
-    laid = ((bead_times[0] <= times) & (times <= bead_times[-1])).astype(np.int64)
-    return Replay(times, joints, tips, down, laid, 25.0, bead, offsets, bead_times)
+    approach = seconds * APPROACH_SHARE
+    bead_times: FloatArray = np.linspace(approach, seconds - approach, len(bead))
+    return Replay(
+        times=times,
+        joints=np.column_stack([np.linspace(np.pi / 2, 0.0, frames), np.zeros(frames)]),
+        speeds=np.full(frames, 20.0),
+        valve=np.column_stack([bead_times[offsets[:-1]], bead_times[offsets[1:] - 1]]),
+        lamp=np.array([[approach, seconds - approach]]),
+        bead=bead,
+        bead_offsets=offsets,
+        bead_times=bead_times,
+    )
 
 
-def backend(name: str, *, surface: Surface, error: float, moving: bool = True) -> BackendView:
+def backend(name: str, *, surface: Surface, error: float, moving: bool = True, seconds: float = 40.0) -> BackendView:
     """Return a backend whose spacing is wrong by `error` in the middle of the dome and right at its rim."""
     radii = np.hypot(*surface.vertices[:, :2].T)
     places, offsets = circles([19.0, 17.0, 15.0, 13.0, 11.0, 9.0, 7.0, 5.0, 3.0, 1.0])
@@ -88,32 +122,44 @@ def backend(name: str, *, surface: Surface, error: float, moving: bool = True) -
         offsets=offsets,
         ratios=ratios,
         still=Picture(f"Paths of {name}", "png", PIXEL),
-        replay=replay() if moving else None,
+        replay=replay(seconds=seconds) if moving else None,
     )
 
 
 def part(
-    name: str = "dome.ply", *, surface: Surface | None = None, names: Sequence[str] = ("first", "second")
+    name: str = "dome.ply",
+    *,
+    surface: Surface | None = None,
+    names: Sequence[str] = ("first", "second"),
+    seconds: float = 40.0,
 ) -> PartReport:
     """Return a report on the dome; the last backend cannot be printed."""
     shown = surface or dome()
     views = tuple(
-        backend(each, surface=shown, error=0.3 / 4**place, moving=place < len(names) - 1 or len(names) == 1)
+        backend(
+            each,
+            surface=shown,
+            error=0.3 / 4**place,
+            moving=place < len(names) - 1 or len(names) == 1,
+            seconds=seconds,
+        )
         for place, each in enumerate(names)
     )
     apart = 0.1 * np.abs(np.subtract.outer(np.arange(len(names)), np.arange(len(names))))
     return PartReport(
         name=name,
-        verdict=(f"{names[-1]} covers {name} most evenly.", f"{names[0]} can be printed."),
+        verdict=(f"{names[0]} covers {name} best.", f"{names[0]} can be printed."),
         cautions=("PLACEMENT NOT KNOWN: programs run only dry.",),
-        overview=(("most even", names[-1]),),
+        overview=(("most even", names[0]),),
         surface=shown,
         R_view_work=np.eye(3),
         spacing=SPACING,
+        machine=machine(),
+        winner=0,
         backends=views,
         refused=(("third", "the surface has no border."),),
         table=(
-            Row("Evenness", "spacing CV", "0% is even", tuple("1.0%" for _ in names), (len(names) - 1,)),
+            Row("Evenness", "spacing CV", "0% is even", tuple("1.0%" for _ in names), (0,), decides=True),
             Row("Robot", "print time [s]", "", tuple("40" for _ in names)),
         ),
         path_distances=PathDistances(tuple(names), 2 * apart, apart),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,19 +12,25 @@ from numpy.typing import NDArray
 
 from geoprint.report import html_report
 from tests.report.browser import Page, opened_browser
-from tests.report.report_cases import dome, part
+from tests.report.report_cases import HEIGHT, RADIUS, dome, part
 
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
 # Share of pixels that differ when something else is drawn, and when nothing is.
 CHANGED, SAME = 0.004, 0.001
-STAGE, SLIDER, PLAY = ".stage", "#part0-time", ".play"
+STAGE, SECOND, SLIDER, PLAY = ".view:not([hidden]) .stage", ".view:nth-child(2) .stage", "#part0-time", ".play"
+# How long the replay of the cases takes [s].
+SECONDS = 6.0
 START_OVER = """(() => {
     document.activeElement.blur();
     const play = document.querySelector('.play');
     if (play.textContent === 'Pause') play.click();
     for (const input of document.querySelectorAll('.scene input')) {
-        if (input.type === 'range') input.value = input.defaultValue; else input.checked = input.defaultChecked;
+        if (input.type === 'range') {
+            input.value = input.max;
+            input.dispatchEvent(new Event('input'));
+        } else input.checked = input.defaultChecked;
     }
+    if (innerWidth < 640) document.querySelector('[name=part0-backend][value="0"]').checked = true;
     document.querySelector('.controls').dispatchEvent(new Event('change'));
     document.querySelector('.reset').click();
 })()"""
@@ -38,14 +45,17 @@ def browser() -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    path.write_bytes(html_report([part(surface=dome(rings=12), names=("first", "second", "last"))], title="Dome"))
+    path.write_bytes(
+        html_report([part(surface=dome(rings=12), names=("first", "second", "last"), seconds=SECONDS)], title="Dome")
+    )
     return path
 
 
-@pytest.fixture(scope="module", params=[1280, 390])
+@pytest.fixture(scope="module", params=[(1440, 900), (390, 844)])
 def loaded(request: pytest.FixtureRequest, browser: Page, report: Path) -> Page:
     """Load the page once for each width: the browser's time goes into reading plotly.js."""
-    browser.resize(width=int(request.param))
+    width, height = request.param
+    browser.resize(width=int(width), height=int(height))
     return opened(browser, report)
 
 
@@ -56,16 +66,25 @@ def page(loaded: Page) -> Page:
     return loaded
 
 
-wide_only = pytest.mark.parametrize("loaded", [1280], indirect=True)
-narrow_only = pytest.mark.parametrize("loaded", [390], indirect=True)
+wide_only = pytest.mark.parametrize("loaded", [(1440, 900)], indirect=True)
+narrow_only = pytest.mark.parametrize("loaded", [(390, 844)], indirect=True)
 
 
 def opened(browser: Page, path: Path) -> Page:
     browser.forget()
     browser.open(path)
-    browser.run("document.querySelector('.scene').scrollIntoView()")
     browser.wait_until("document.querySelector('.scene.live, .scene.failed') !== null")
     return browser
+
+
+def inside(page: Page, selector: str) -> bool:
+    """Return whether all of an element is on the screen, without scrolling."""
+    return bool(
+        page.run(
+            f"(() => {{ const b = document.querySelector({selector!r}).getBoundingClientRect(); return b.width > 100"
+            " && b.top >= 0 && b.bottom <= innerHeight && b.left >= 0 && b.right <= innerWidth; })()"
+        )
+    )
 
 
 def difference(first: NDArray[np.float32], second: NDArray[np.float32]) -> float:
@@ -104,9 +123,8 @@ def restored(page: Page, before: NDArray[np.float32]) -> None:
 
 
 def coloured(picture: NDArray[np.float32]) -> float:
-    """Return the share of pixels that are no grey; the colour bar below the scene does not count."""
-    scene = picture[: 4 * len(picture) // 5]
-    return float((np.ptp(scene, axis=2) > 0.1).mean())
+    """Return the share of pixels that are no grey."""
+    return float((np.ptp(picture, axis=2) > 0.1).mean())
 
 
 def test_the_page_draws_without_error_or_request_and_fits(page: Page, report: Path) -> None:
@@ -114,12 +132,37 @@ def test_the_page_draws_without_error_or_request_and_fits(page: Page, report: Pa
     assert page.errors() == []
     assert page.requests() == [report.as_uri()]
     assert page.run("document.documentElement.scrollWidth <= window.innerWidth")
-    assert page.run("document.querySelector('.scene').classList.contains('live')")
     # The plot fills its stage and no more.
     assert page.run(
-        "['.plot', '.plot .main-svg'].every(name => Math.abs("
-        "document.querySelector(name).clientHeight - document.querySelector('.stage').clientHeight) < 3)"
+        f"['.plot', '.plot .main-svg'].every(name => Math.abs(document.querySelector('{STAGE}').querySelector(name)"
+        f".clientHeight - document.querySelector('{STAGE}').clientHeight) < 3)"
     )
+
+
+@wide_only
+def test_verdict_and_all_backends_are_seen_without_scrolling(page: Page) -> None:
+    assert page.run("scrollY") == 0
+    for place in (1, 2, 3):
+        assert inside(page, f".view:nth-child({place}) .stage")
+    assert (
+        page.run("new Set([...document.querySelectorAll('.stage')].map((one) => one.getBoundingClientRect().y)).size")
+        == 1
+    )
+    assert inside(page, ".verdict")
+
+
+@narrow_only
+def test_where_there_is_room_for_one_it_is_the_best(loaded: Page) -> None:
+    assert inside(loaded, ".verdict")
+    assert inside(loaded, ".view.best .stage")
+    assert loaded.run("document.querySelectorAll('.view:not([hidden])').length") == 1
+
+
+@wide_only
+def test_what_decides_stands_above_what_else_is_known(page: Page) -> None:
+    order = "[...document.querySelectorAll('.verdict, .stage, .deciding, .cautions, .comparison:not(.deciding)')]"
+    found = page.run(f"{order}.map((one) => one.className)")
+    assert found == ["verdict", *3 * ["stage"], "comparison deciding", "cautions", "comparison"]
 
 
 @wide_only
@@ -130,11 +173,11 @@ def test_colours_and_backends_switch_by_mouse(page: Page) -> None:
     assert "Orange" in str(page.run("document.querySelector('.legend').textContent"))
     page.click("[name=part0-colour][value=distance]")
     assert difference(changed(page, coverage), spacing) > CHANGED
-    page.click("[name=part0-colour][value=spacing]")
     page.click("[name=part0-backend][value='1']")
-    assert difference(changed(page, coverage), spacing) > CHANGED
+    assert page.run("document.querySelectorAll('.view:not([hidden])').length") == 1
     page.click("[name=part0-paths]")
-    assert not page.run("document.querySelector('[name=part0-paths]').checked")
+    page.click("[name=part0-backend][value=all]")
+    page.wait_until("document.querySelectorAll('.view.live').length === 3")
     assert page.errors() == []
 
 
@@ -144,7 +187,7 @@ def test_colours_and_backends_switch_by_keyboard(page: Page) -> None:
     page.press("ArrowRight")
     assert page.run("document.activeElement.value") == "coverage"
     second = changed(page, first)
-    page.focus("[name=part0-backend]")
+    page.focus("[name=part0-backend]:checked")
     page.press("ArrowRight")
     changed(page, second)
     page.focus("[name=part0-paths]")
@@ -157,18 +200,23 @@ def test_colours_and_backends_switch_by_keyboard(page: Page) -> None:
 @wide_only
 def test_pointing_at_the_part_shows_value_and_place_in_the_file(page: Page) -> None:
     settled(page)
-    page.point_at(".plot", across=0.5, down=0.45)
-    page.wait_until("document.querySelector('.hovertext') !== null")
-    said = str(page.run("document.querySelector('.hovertext').textContent"))
-    assert "of the wanted one" in said
+    page.point_at(".plot", across=0.5, down=0.5)
+    page.wait_until("document.querySelector('.pointed').textContent !== ''")
+    said = str(page.run("document.querySelector('.pointed').textContent"))
+    assert "of the wanted one; x " in said
     assert "mm in the file" in said
+    # The middle of the dome is under the middle of its plot.
+    places = [float(word.split()[1]) for word in said.split("; ")[1].removesuffix(" mm in the file").split(", ")]
+    radius = float(np.hypot(places[0], places[1]))
+    assert radius < RADIUS / 2
+    assert places[2] == pytest.approx(HEIGHT * (1 - radius**2 / RADIUS**2), abs=0.02)
 
 
 @wide_only
 def test_every_control_is_reached_by_the_tabulator(page: Page) -> None:
-    page.focus("[name=part0-backend]")
+    page.focus(".plot")
     reached: list[str] = []
-    for _ in range(12):
+    for _ in range(13):
         reached.append(str(page.run("document.activeElement.name || document.activeElement.className")))
         page.press("Tab")
     text = " ".join(reached)
@@ -177,43 +225,23 @@ def test_every_control_is_reached_by_the_tabulator(page: Page) -> None:
 
 
 @wide_only
-def test_arrow_keys_turn_the_part_and_home_brings_it_back(page: Page) -> None:
-    straight = settled(page)
+def test_views_turn_together_by_keys_and_mouse(page: Page) -> None:
+    straight, other = settled(page), page.picture(SECOND)
     page.focus(".plot")
     for _ in range(3):
         page.press("ArrowUp")
     turned = changed(page, straight)
+    assert difference(page.picture(SECOND), other) > CHANGED
     page.press("Home")
     assert difference(changed(page, turned), straight) < CHANGED
-
-
-@narrow_only
-def test_the_slider_moves_the_robot_and_the_deposit(page: Page) -> None:
-    still = settled(page)
-    page.focus("#part0-time")
-    page.press("PageDown")
-    moved = changed(page, still)
-    assert "of 40.0 s, depositing" in str(page.run("document.querySelector('.player output').textContent"))
-    for _ in range(5):
-        page.press("PageDown")
-    changed(page, moved)
-    page.click("[name=part0-frame][value=robot]")
-    changed(page, moved)
-    assert page.errors() == []
-
-
-@narrow_only
-def test_play_runs_and_pauses_and_a_backend_without_a_robot_has_none(page: Page) -> None:
-    settled(page)
-    page.run("document.querySelector('.player select').value = '1'")
-    page.focus(".play")
-    page.press("Enter")
-    page.wait_until("0 < Number(document.querySelector('#part0-time').value)")
-    assert page.run("document.querySelector('.play').textContent") == "Pause"
-    page.press("Enter")
-    page.wait_until("document.querySelector('.play').textContent === 'Play'")
-    page.click("[name=part0-backend][value='2']")
-    assert page.run("document.querySelector('#part0-time').disabled")
+    page.turn(".view:nth-child(2) .plot", by=0.3)
+    changed(page, straight)
+    page.wait_until(
+        "(() => { const [a, b] = [...document.querySelectorAll('.plot')].map((one) => one._fullLayout.scene._scene"
+        ".getCamera().eye); return Math.hypot(a.x - b.x, a.y - b.y, a.z - b.z) < 1e-3 })()"
+    )
+    page.click(".reset")
+    restored(page, straight)
     assert page.errors() == []
 
 
@@ -223,39 +251,83 @@ def seconds(page: Page) -> tuple[float, float]:
     return float(time), float(end)
 
 
-def played(page: Page, still: NDArray[np.float32]) -> None:
-    """Play from the first moment to the last, with a pause between in which the stage is not the still one."""
-    page.run("document.querySelector('.player select').value = '1'")
+@narrow_only
+def test_the_robot_is_where_its_joints_say_and_its_speed_and_valve_are_shown(page: Page) -> None:
+    still = settled(page)
+    page.click("[name=part0-frame][value=robot]")
+    last = changed(page, still)
+    # The tool hangs below the end of the arm, over the middle of the dome.
+    middle = "(() => { const t = document.querySelector('.plot').data[7]; return [t.x, t.y, t.z].map("
+    middle += "(row) => row.reduce((sum, each) => sum + each, 0) / row.length) })()"
+    height = 25.0 - 3.0
+    np.testing.assert_allclose(np.array(page.run(middle)), [0.0, 0.0, height], atol=0.01)
+    page.drag(SLIDER, to=-0.1)
+    changed(page, last)
+    # A quarter turn about the post's axis, 60 mm away.
+    np.testing.assert_allclose(np.array(page.run(middle)), [-60.0, 60.0, height], atol=0.01)
+    assert page.run("document.querySelector('.moving').textContent") == "run 0 of 5 · 20 mm/s · valve shut"
+    page.drag(SLIDER, to=0.5)
+    assert seconds(page)[0] == pytest.approx(0.5 * SECONDS, abs=0.1)
+    assert page.run("document.querySelector('.moving').textContent") == "run 3 of 5 · 20 mm/s · valve open · lamp on"
+    assert page.errors() == []
+
+
+@narrow_only
+def test_a_backend_without_a_robot_plays_nothing(page: Page) -> None:
+    page.click("[name=part0-backend][value='2']")
+    assert page.run(f"document.querySelector('{SLIDER}').disabled")
+    assert page.run("document.querySelector('.player output').textContent") == "not printable"
+    assert page.errors() == []
+
+
+def played(page: Page, *, speed: int) -> None:
+    """Play from the first moment to the last; at real speed with a pause, and while what is shown changes."""
+    page.run(f"document.querySelector('.player select').value = '{speed}'")
     page.focus(PLAY)
     page.press("Enter")
-    page.wait_until(f"25 < Number(document.querySelector('{SLIDER}').value)")
-    page.press("Enter")
-    time, end = seconds(page)
-    assert 0.0 < time < end
-    changed(page, still)
-    page.run("document.querySelector('.player select').value = '60'")
-    page.press("Enter")
+    if speed == 1:
+        page.wait_until(f"20 < Number(document.querySelector('{SLIDER}').value)")
+        page.press("Enter")
+        assert page.run(f"document.querySelector('{PLAY}').textContent") == "Play"
+        assert 0.0 < seconds(page)[0] < SECONDS
+        page.press("Enter")
+        seen = [page.picture(STAGE)]
+        for control in ("colour][value=coverage", "paths", "colour][value=spacing", "paths"):
+            page.run(f"document.querySelector('[name=part0-{control}]').click()")
+            seen.append(page.picture(STAGE))
+        assert all(difference(one, other) > SAME for one, other in pairwise(seen))
     page.wait_until(f"document.querySelector('{PLAY}').textContent === 'Play'")
+    assert seconds(page) == (SECONDS, SECONDS)
+
+
+@wide_only
+def test_side_by_side_the_replays_run_together(page: Page) -> None:
+    page.run("document.querySelector('[name=part0-robot]').click()")
+    page.drag(SLIDER, to=0.3)
+    before, other = settled(page), page.picture(SECOND)
+    said = "[...document.querySelectorAll('.moving')].map((one) => one.textContent)"
+    assert page.run(said) == [*2 * ["run 2 of 5 · 20 mm/s · valve open · lamp on"], "not printable"]
+    page.run(f"document.querySelector('{PLAY}').click()")
+    page.wait_until(f"document.querySelector('{PLAY}').textContent === 'Play'")
+    assert seconds(page) == (SECONDS, SECONDS)
+    changed(page, before)
+    assert difference(page.picture(SECOND), other) > CHANGED
+    assert page.errors() == []
 
 
 @narrow_only
 @pytest.mark.parametrize("frame", ["part", "robot"])
-@pytest.mark.parametrize("backend", [0, 1])
-def test_the_replay_plays_twice_and_can_be_dragged_to_both_ends(page: Page, frame: str, backend: int) -> None:
-    page.click(f"[name=part0-backend][value='{backend}']")
-    page.click(f"[name=part0-frame][value={frame}]")
-    if frame == "part":
-        page.click("[name=part0-robot]")
+def test_the_replay_plays_through_at_every_speed_and_again_while_controls_change(page: Page, frame: str) -> None:
+    page.run(f"document.querySelector('[name=part0-frame][value={frame}]').click()")
+    page.run("(() => { const box = document.querySelector('[name=part0-robot]'); if (!box.checked) box.click() })()")
     last = settled(page)
-    for _ in range(2):
-        played(page, last)
-        assert seconds(page) == (40.0, 40.0)
+    for speed in (1, 5, 50):
+        played(page, speed=speed)
         restored(page, last)
     page.drag(SLIDER, to=-0.1)
-    assert seconds(page) == (0.0, 40.0)
+    assert seconds(page) == (0.0, SECONDS)
     changed(page, last)
     page.drag(SLIDER, to=1.1)
-    assert seconds(page) == (40.0, 40.0)
     restored(page, last)
     assert page.errors() == []
 
@@ -267,12 +339,26 @@ def test_the_robot_stays_where_it_is_when_the_window_changes_its_size(page: Page
     page.drag(SLIDER, to=0.5)
     half = changed(page, last)
     for width in (600, 390):
-        page.resize(width=width)
+        page.resize(width=width, height=844)
         page.wait_until(
             f"innerWidth === {width} && Math.abs(document.querySelector('.plot .main-svg').clientWidth"
             " - document.querySelector('.stage').clientWidth) < 3"
         )
     restored(page, half)
+    assert page.errors() == []
+
+
+@wide_only
+def test_in_the_dark_page_and_scenes_are_dark_and_paper_stays_light(page: Page) -> None:
+    light = settled(page)
+    assert np.median(light) > 0.9
+    with page.dark():
+        dark = changed(page, light)
+        assert np.median(dark) < 0.2
+        assert page.run("getComputedStyle(document.body).backgroundColor") == "rgb(18, 23, 28)"
+        # The part keeps the colours of its scale.
+        assert coloured(dark) > 0.5 * coloured(light)
+    restored(page, light)
     assert page.errors() == []
 
 
@@ -289,7 +375,7 @@ def test_a_part_far_down_the_page_answers_before_it_is_drawn(browser: Page, tmp_
     browser.run(f"{scene}.querySelector('.play').click()")
     browser.wait_until(f"0 < {time} && {time} < 1000")
     assert not browser.run(f"{scene}.classList.contains('live')")
-    browser.run(f"{scene}.querySelector('select').value = '60'")
+    browser.run(f"{scene}.querySelector('select').value = '50'")
     browser.run(f"{scene}.scrollIntoView()")
     browser.wait_until(f"{scene}.classList.contains('live') && {time} === 1000")
     assert browser.errors() == []

@@ -14,11 +14,13 @@ from geoprint.report import CoveragePanel, coverage_figure
 from geoprint.report.figures import add_title
 from tests.meshes import plate
 
+NO_GAPS: FloatArray = np.empty((0, 3))
+
 
 def drawn(ratio: float) -> tuple[FloatArray, bytes]:
     x = np.linspace(2.0, 38.0, 200)
     places = np.concatenate([np.column_stack([x, np.full(200, y), np.zeros(200)]) for y in (8.0, 15.0, 22.0)])
-    panel = CoveragePanel("one", "caption", places, np.array([0, 200, 400, 600]), np.full(600, ratio))
+    panel = CoveragePanel("one", "caption", places, np.array([0, 200, 400, 600]), np.full(600, ratio), NO_GAPS)
     png = coverage_figure(plate(), [panel, panel], R_view_work=np.eye(3), spacing=6.0, title="test")
     return np.asarray(imread(io.BytesIO(png)), dtype=np.float64), png
 

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from geoprint.model import FloatArray
 from geoprint.report import Picture, html_report
 from geoprint.report.histogram import BINS, spacing_shares
 from geoprint.report.markup import Markup, element, joined, script_data
-from geoprint.report.scene import MOST_SAMPLES, scene_data
+from geoprint.report.scene import MOST_SAMPLES, NOT_A_NUMBER, scene_data
 from tests.report.report_cases import backend, circles, dome, part, replay
 
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
@@ -129,7 +130,19 @@ def test_the_same_input_gives_the_same_bytes(page: bytes) -> None:
     assert html_report([part()], title="A title") == page
 
 
-def test_the_largest_part_with_three_backends_stays_below_15_megabytes() -> None:
+def test_the_page_itself_takes_less_than_two_megabytes_and_names_the_licence_of_its_library(page: bytes) -> None:
+    assert len(page) < 2e6
+    assert b"Licensed under the MIT license" in page
+
+
+def test_what_decides_is_said_of_each_backend_where_it_is_seen(read: Reader) -> None:
+    assert read.values("class").count("view") == 1
+    assert read.values("class").count("view best") == 1
+    assert read.text.count("spacing CV") == 2 + 2
+    assert read.text.count("print time [s]") == 1
+
+
+def test_the_largest_part_with_three_backends_stays_below_10_megabytes() -> None:
     surface = dome(rings=129)
     assert 99_000 < len(surface.faces) <= 100_000
     places, offsets = circles(list(np.linspace(1.0, 19.0, 99)), points=MOST_SAMPLES // 99)
@@ -147,12 +160,15 @@ def test_the_largest_part_with_three_backends_stays_below_15_megabytes() -> None
         for name in ("one", "two", "three")
     )  # fmt: skip
     whole = replace(part(surface=surface, names=("one", "two", "three")), backends=views)
-    assert len(html_report([whole], title="Large")) < 15e6
+    assert len(html_report([whole], title="Large")) < 10e6
 
 
-def decoded(array: object) -> np.ndarray[tuple[int], np.dtype[np.float32]]:
+def decoded(array: object) -> FloatArray:
     assert isinstance(array, dict)
-    return np.frombuffer(base64.b64decode(str(array["bdata"])), dtype=str(array["dtype"]))  # pyright: ignore[reportUnknownArgumentType]
+    values = np.frombuffer(base64.b64decode(str(array["bdata"])), dtype=str(array["dtype"]))  # pyright: ignore[reportUnknownArgumentType]
+    if "step" not in array:
+        return values
+    return np.where(values == NOT_A_NUMBER, np.nan, float(array["low"]) + values * float(array["step"]))  # pyright: ignore[reportUnknownArgumentType]
 
 
 def test_the_scene_is_upright_and_around_its_middle_wherever_the_part_lies() -> None:
@@ -167,8 +183,8 @@ def test_the_scene_is_upright_and_around_its_middle_wherever_the_part_lies() -> 
     assert isinstance(here, dict)
     assert isinstance(there, dict)
     vertices = decoded(here["vertices"]).reshape(3, -1)
-    np.testing.assert_allclose(vertices.max(axis=1) + vertices.min(axis=1), 0.0, atol=1e-5)
-    np.testing.assert_allclose(decoded(there["vertices"]), decoded(here["vertices"]), atol=1e-3)
+    np.testing.assert_allclose(vertices.max(axis=1) + vertices.min(axis=1), 0.0, atol=2e-3)
+    np.testing.assert_allclose(decoded(there["vertices"]), decoded(here["vertices"]), atol=2e-3)
 
 
 def test_paths_break_off_between_stretches_and_long_ones_are_thinned() -> None:
@@ -185,7 +201,7 @@ def test_paths_break_off_between_stretches_and_long_ones_are_thinned() -> None:
     assert MOST_SAMPLES / 3 < path.shape[1] <= MOST_SAMPLES + 100
     # Every circle is still closed.
     breaks = np.flatnonzero(np.isnan(path[0]))
-    np.testing.assert_allclose(path[:, breaks[:-1] + 1], path[:, breaks[1:] - 1], atol=1e-4)
+    np.testing.assert_allclose(path[:, breaks[:-1] + 1], path[:, breaks[1:] - 1], atol=2e-3)
 
 
 def test_shares_of_a_histogram_count_what_lies_beyond_its_ends() -> None:

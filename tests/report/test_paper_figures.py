@@ -10,17 +10,21 @@ import pytest
 from matplotlib.image import imread
 
 from geoprint.model import FloatArray
-from geoprint.report import CoveragePanel, paper_figures
+from geoprint.report import CoveragePanel
+from geoprint.report.paper_figures import paper_figures
 from tests.meshes import plate
 
 NAMES = {"spacing-map.png", "spacing-map.svg", "spacing-histogram.png", "spacing-histogram.svg"}
+
+
+NO_GAPS: FloatArray = np.empty((0, 3))
 
 
 def panel(ratios: tuple[float, float, float], *, title: str = "one") -> CoveragePanel:
     """Return three straight runs, each with one ratio."""
     x = np.linspace(2.0, 38.0, 50)
     places = np.concatenate([np.column_stack([x, np.full(50, y), np.zeros(50)]) for y in (8.0, 15.0, 22.0)])
-    return CoveragePanel(title, "caption", places, np.array([0, 50, 100, 150]), np.repeat(ratios, 50))
+    return CoveragePanel(title, "caption", places, np.array([0, 50, 100, 150]), np.repeat(ratios, 50), NO_GAPS)
 
 
 def drawn(*panels: CoveragePanel) -> dict[str, bytes]:
@@ -59,9 +63,9 @@ def test_an_svg_has_the_width_of_a_column_or_page_and_neither_date_nor_letters_t
 def test_a_run_of_one_shade_is_one_line_of_the_svg_and_a_change_of_shade_cuts_it() -> None:
     def lines(ratios: FloatArray) -> int:
         one = panel((1.0, 1.0, 1.0))
-        changed = CoveragePanel(one.title, one.caption, one.places, one.offsets, ratios)
+        changed = CoveragePanel(one.title, one.caption, one.places, one.offsets, ratios, NO_GAPS)
         text = drawn(changed)["spacing-map.svg"].decode()
-        return text.split('id="LineCollection_1"')[1].split("</g>")[0].count("<path ")
+        return text.split('id="PolyCollection_1"')[1].split("</g>")[0].count("<path ")
 
     even = np.ones(150)
     assert lines(even) == 3
@@ -86,7 +90,7 @@ def test_the_map_shows_paths_too_close_red_too_far_blue_and_unmeasured_ones_grey
 def test_the_histogram_of_even_paths_stands_in_one_bin_and_that_of_uneven_ones_does_not() -> None:
     def columns(ratios: FloatArray) -> int:
         one = panel((1.0, 1.0, 1.0))
-        changed = CoveragePanel(one.title, one.caption, one.places, one.offsets, ratios)
+        changed = CoveragePanel(one.title, one.caption, one.places, one.offsets, ratios, NO_GAPS)
         pixels = image(drawn(changed)["spacing-histogram.png"])[250:, 250:, :3]
         line = (pixels[..., 0] > 0.7) & (pixels[..., 1] < 0.5) & (pixels[..., 2] < 0.3)
         return int(np.ptp(np.flatnonzero(line.any(axis=0))))

@@ -64,6 +64,8 @@ def test_a_part_needs_a_verdict_a_backend_and_values_that_fit() -> None:
         replace(whole, verdict=())
     with pytest.raises(InputError, match="at least one backend"):
         replace(whole, backends=())
+    with pytest.raises(InputError, match="at least one backend"):
+        replace(whole, winner=2)
     with pytest.raises(InputError, match="vertices of the view surface"):
         replace(whole, surface=dome(rings=3))
     with pytest.raises(InputError, match="'spacing CV' has 2 values for 1"):

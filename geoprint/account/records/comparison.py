@@ -6,7 +6,6 @@ Units and counting are those of plan.json. `schemas/compare.schema.json` says th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal, final
 
 from pydantic import Field
@@ -22,6 +21,7 @@ from geoprint.account.records.plan import (
     SurfaceRecord,
 )
 from geoprint.account.records.rounding import Record, Rounded, Thousandths
+from geoprint.model import frozen
 
 
 class PlannedRecord(Record):
@@ -65,6 +65,7 @@ class PartRecord(Record):
     settings: SettingsRecord = Field(description="as in plan.json, without the backend")
     surface: SurfaceRecord = Field(description="as in plan.json")
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
+    best: str = Field(description="the backend that covers the part best: coverage counts first, then spacing")
     backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
     path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
 
@@ -89,13 +90,13 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    layout: Literal[3] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ToldComparison:
     """All figures of a comparison, each made once.
 

@@ -117,6 +117,7 @@ class PathsRecord(Record):
     corners_rounded_mm: tuple[Place, ...] = Field(description="where [mm]")
     corners_split: Count = Field(description="too sharp to be rounded at speed")
     corners_split_mm: tuple[Place, ...] = Field(description="where [mm]")
+    fragments: Count = Field(description="runs shorter than five spacings, little more than a start and a stop")
     dropped_runs: Count = Field(description="closed ones shorter than one spacing")
     dropped_mm: Rounded = Field(description="their length in all [mm]")
     largest_distance_mm: Rounded = Field(description="from the seed [mm]")
@@ -249,8 +250,8 @@ class EvennessRecord(Record):
     """How evenly the paths cover the part, measured over its surface."""
 
     method: str = Field(description="how the spacing was measured")
-    spacing: SpacingRecord = Field(description="over the wanted one")
-    straight: StraightRecord = Field(description="the same through the air")
+    spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
+    straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
     samples: Count = Field(description="along the runs")
     samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
     largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
@@ -303,7 +304,7 @@ class DepositionRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; only `timings_s` and `peak_memory_mb` vary from run to run."""
 
-    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    layout: Literal[3] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")
@@ -313,7 +314,7 @@ class PlanRecord(Record):
     field: FieldRecord = Field(description="of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
-    uniformity: EvennessRecord | None = Field(default=None, description="left out with a single level")
+    uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")
     robot: tuple[RobotRecord, ...] = Field(description="one a placement of the part; none without a robot")
     timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")

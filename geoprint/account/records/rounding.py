@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from geoprint.config.strict import describe
 from geoprint.errors import VerificationError
 from geoprint.export import Json
+from geoprint.model import described
 
 # Decimals of lengths [mm] and angles [degrees]: finer than any machine, short enough to read.
 DECIMALS = 6
@@ -50,6 +51,7 @@ class Record(BaseModel):
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    __repr__ = __str__ = described
 
 
 def place_of(values: Iterable[float | np.floating]) -> tuple[float, float, float]:
@@ -63,12 +65,13 @@ def as_json(record: Record) -> dict[str, Json]:
     return cast("dict[str, Json]", record.model_dump(mode="json", by_alias=True, exclude_defaults=True))
 
 
-def read_record(path: Path, kind: type[_R]) -> _R:
+def read_record(path: Path | str, kind: type[_R]) -> _R:
     """Return the record that a JSON file holds.
 
     Raises:
         VerificationError: it cannot be read, or a key is unknown, missing or wrong; the sentence says which.
     """
+    path = Path(path)
     try:
         # Parsed first: the sentence on what is no JSON at all names its line.
         json.loads(content := path.read_bytes())

@@ -134,12 +134,12 @@ def _cells(part: PartRecord | FailedRecord) -> Iterator[Cells]:
 
 
 def _row(row: PlannedRecord) -> Cells:
-    measured = row.uniformity
+    measured, spacing = row.uniformity, row.uniformity.spacing
     return {
         "backend": row.backend,
-        "mean": f"{measured.spacing.mean:.3f}",
-        "CV": f"{measured.spacing.cv:.2%}",
-        "p95": f"{measured.spacing.p95:.3f}",
+        "mean": _NONE if spacing is None else f"{spacing.mean:.3f}",
+        "CV": _NONE if spacing is None else f"{spacing.cv:.2%}",
+        "p95": _NONE if spacing is None else f"{spacing.p95:.3f}",
         "gap": f"{measured.gap:.2%}",
         "overlap": f"{measured.overlap:.2%}",
         "runs": str(row.paths.runs),

@@ -24,8 +24,10 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         )
     ]
     if told.uniformity is not None:
+        spacing = told.uniformity.spacing
+        varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing.cv:.2%} (CV)"
         lines.append(
-            f"evenness: spacing varies by {told.uniformity.spacing.cv:.2%} (CV), uncovered {told.uniformity.gap:.2%}"
+            f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
         )
     if len(told.patches) > 1:
         lines += [

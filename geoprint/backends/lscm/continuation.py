@@ -7,18 +7,16 @@ chart turns far enough, other parts of its copies lie on top of it without being
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.backends.lscm.segment_distance import point_distances
-from geoprint.model import BoolArray, FloatArray, Surface
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Continuation:
     """The two sides of a cut in the plane, and the motion that carries the right one into the left one.
 
@@ -122,7 +120,7 @@ UNCUT = Continuation(np.empty((0, 2)), np.empty((0, 2)), 0.0, np.zeros(2))
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Chart:
     """A surface in the plane, and how it goes on where it was cut to lie there.
 

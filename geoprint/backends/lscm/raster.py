@@ -8,7 +8,6 @@ pixel^2 / (8 r); elsewhere the distance is linear and its curves are exact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import contourpy
@@ -17,15 +16,14 @@ from scipy.ndimage import binary_dilation, map_coordinates
 
 from geoprint.backends.lscm.continuation import UNCUT, Continuation
 from geoprint.backends.lscm.segment_distance import grid_distances
-from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 
 # Pixels measured around the region: level curves are followed beyond its border before they are cut there.
 MARGIN = 2
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class DistanceImage:
     """Distances at the centres of square pixels; the centre of (row, column) is at origin + pixel * (column, row).
 

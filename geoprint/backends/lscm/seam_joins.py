@@ -11,7 +11,6 @@ side alone closes its own little gap. In both cases larger values stay on its le
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeAlias, final
 
 import numpy as np
@@ -20,7 +19,7 @@ from scipy.optimize import linear_sum_assignment
 from geoprint.backends.lscm.continuation import Continuation
 from geoprint.backends.lscm.segment_distance import point_distances
 from geoprint.errors import FieldError
-from geoprint.model import BoolArray, FloatArray
+from geoprint.model import BoolArray, FloatArray, frozen
 from geoprint.surfaces import arc_lengths
 
 # Pixels from the cut within which curves are looked at: what is traced beyond it lies nearer.
@@ -33,7 +32,7 @@ Holds: TypeAlias = Callable[[FloatArray], BoolArray]
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ChartStretch:
     """A stretch of a level curve in a chart.
 

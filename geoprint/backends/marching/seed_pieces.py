@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, Seed, Surface, SurfacePoints
+from geoprint.model import BoolArray, FloatArray, IntArray, Seed, Surface, SurfacePoints, frozen
 from geoprint.surfaces import closest, positions
 
 # Barycentric weights below this are rounding: the point lies on the opposite side, or at the corner that is left.
@@ -18,7 +17,7 @@ HALVINGS = 14
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class SeedPieces:
     """A seed cut into what one vertex, one border edge or one triangle holds.
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.deposition.fitting.recommendation import Recommendation, RelativeSetting
-from geoprint.model import Process
+from geoprint.model import Process, comparable
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Advice:
     """A recommendation for a known material, for a part if one was given.
 
@@ -32,7 +31,7 @@ class Advice:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Beside:
     """Pressure and rounds beside those of a print that worked.
 

@@ -10,7 +10,6 @@ the model is bent so much that they are somewhat too narrow and hold it about ni
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal, final
 
@@ -21,7 +20,7 @@ from scipy.stats import t as student
 from geoprint.deposition.fitting.measured import MeasuredFlow
 from geoprint.deposition.rheology import Bore, flow_through, starting_pressure
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, Fluid
+from geoprint.model import FloatArray, Fluid, frozen
 
 FluidModel = Literal["newtonian", "power-law", "herschel-bulkley"]
 PARAMETERS: Mapping[FluidModel, tuple[str, ...]] = MappingProxyType(
@@ -50,7 +49,7 @@ SMALLEST = 1e-100
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FittedFluid:
     """A fluid and how well the data determine it.
 

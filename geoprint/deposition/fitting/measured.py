@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import final
@@ -21,8 +20,7 @@ import numpy as np
 
 from geoprint.deposition.bead import segment_area
 from geoprint.errors import InputError
-from geoprint.model import PASCAL_PER_KPA, FloatArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import PASCAL_PER_KPA, FloatArray, freeze_arrays, frozen
 
 WEIGHED = ("pressure_kpa", "duration_s", "mass_g")
 GAUGED = ("pressure_kpa", "speed_mm_s", "width_mm", "height_mm")
@@ -32,7 +30,7 @@ MILLIGRAMS_PER_GRAM = 1000.0
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class MeasuredFlow:
     """Flow at several pressures.
 
@@ -48,7 +46,7 @@ class MeasuredFlow:
         freeze_arrays(self, pressures="float: k", flows="float: k")
 
 
-def read_measured_flow(path: Path, *, density: float) -> MeasuredFlow:
+def read_measured_flow(path: Path | str, *, density: float) -> MeasuredFlow:
     """Read a table of measured lines.
 
     Args:
@@ -59,6 +57,7 @@ def read_measured_flow(path: Path, *, density: float) -> MeasuredFlow:
         InputError: the file cannot be read, or has another heading or a value that is not a number above 0; the
             sentence names row and column.
     """
+    path = Path(path)
     try:
         # Reading a pipe or a device might never end.
         if path.exists() and not path.is_file():

@@ -8,7 +8,6 @@ that does not thicken flows at least as much faster as the pressure rises.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -17,14 +16,14 @@ from geoprint.deposition.bead import bead, strand_diameter
 from geoprint.deposition.curing import Exposure, exposure
 from geoprint.deposition.rheology import Bore, bore_of, flow_through, pressure_for, starting_pressure
 from geoprint.errors import InputError
-from geoprint.model import PASCAL_PER_KPA, Flood, Fluid, Material, Process, Tool
+from geoprint.model import PASCAL_PER_KPA, Flood, Fluid, Material, Process, Tool, comparable
 
 # A layer that gets this share more or less than it needs still fits.
 FITTING_SHARE = 0.1
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Recommendation:
     """What flows at a pressure, and the settings that fit it.
 
@@ -176,7 +175,7 @@ def _standoff_warnings(strand: float, process: Process, *, tool: Tool, spacing: 
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class RelativeSetting:
     """A setting beside one that printed well, with the same part, material, nozzle and speed; ratios to the good one.
 

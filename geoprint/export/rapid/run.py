@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.export.rapid.text import (
@@ -17,13 +16,14 @@ from geoprint.export.rapid.text import (
     SwitchAt,
     refuse,
 )
+from geoprint.model import comparable
 
 # What the guard's routines are called; `rapid_guard` checks what they do.
 _BEGIN, _ENTER, _END, _FORGET = "geobegin", "geoenter", "geoend", "geoforget"
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Step:
     """A move, the run in which it is made (from 1), and the triggers that it pulls, as they were defined last."""
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import final
 
 from geoprint.export.rapid.compare import declared
 from geoprint.export.rapid.text import Place, RapidText, refuse
+from geoprint.model import comparable
 
 CELL_MODULE = "GeoCell.mod"
 _CELL = Place(CELL_MODULE, 1)
@@ -25,7 +25,7 @@ _NEW: Mapping[str, tuple[str, str]] = {
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Settings:
     """How a program is set.
 

@@ -8,7 +8,6 @@ targets and the motion.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -18,8 +17,7 @@ from geoprint.export.orders import Orders
 from geoprint.export.rapid.run import Step
 from geoprint.export.rapid.text import Place, SwitchAt, refuse
 from geoprint.export.switching import TipsAt
-from geoprint.model import FloatArray, Signals
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, Signals, freeze_arrays, frozen
 
 # How far from the ends of a deposit the material may begin and end [mm].
 LARGEST_ERROR = 0.5
@@ -32,7 +30,7 @@ _STEP = 0.001
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Timeline:
     """What flows and shines when: d deposits, l times that the lamp is on.
 

@@ -212,23 +212,6 @@ class Arm:
         poses[:, -1] = poses[:, -2] @ self._T_link_flange @ self.T_flange_tool
         return poses
 
-    def joint_places(self, joints: FloatArray) -> FloatArray:
-        """Return where the arm's joints are: its skeleton, to be drawn.
-
-        Args:
-            joints: (k, 6) joint angles [rad]; limits are not applied.
-
-        Returns:
-            (k, 8, 3) places of the base, the six joints and the flange in the base frame [mm].
-        """
-        data = self._model.createData()
-        places = np.zeros((len(joints), JOINTS + 2, 3))
-        for row, angles in enumerate(np.ascontiguousarray(joints, dtype=np.float64)):
-            self._pinocchio.framesForwardKinematics(self._model, data, angles)
-            places[row, 1:-1] = [data.oMi[joint].translation for joint in range(1, JOINTS + 1)]
-            places[row, -1] = data.oMf[self._flange].translation
-        return places * MILLIMETRES_PER_METRE
-
     def tool_poses(self, joints: FloatArray) -> FloatArray:
         """Return where the tool is.
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, freeze_arrays, frozen
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Screws:
     """Six axes of rotation and the flange, all joints at zero, in the base frame.
 

@@ -6,7 +6,6 @@ entities. Lengths in it are metres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import final
@@ -15,7 +14,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from geoprint.errors import UsageError
-from geoprint.model import Robot
+from geoprint.model import Robot, comparable
 
 JOINTS = 6
 FLANGE_FRAME = "tool0"
@@ -25,7 +24,7 @@ FORBIDDEN = ("<!DOCTYPE", "<!ENTITY")
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Chain:
     """What a URDF says about the joints from the base to the flange.
 
@@ -52,7 +51,7 @@ def read_urdf(model: str) -> str:
     return entry.read_text(encoding="utf-8")
 
 
-def read_urdf_file(path: Path, *, flange: str) -> str:
+def read_urdf_file(path: Path | str, *, flange: str) -> str:
     """Return the text of a URDF file that describes an arm geoprint can move.
 
     Args:
@@ -63,7 +62,7 @@ def read_urdf_file(path: Path, *, flange: str) -> str:
         UsageError: it cannot be read, is too large, holds a document type or entities, or describes no such arm.
     """
     try:
-        with path.open("rb") as file:
+        with (path := Path(path)).open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
         text = content.decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:

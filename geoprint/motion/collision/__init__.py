@@ -8,6 +8,7 @@ from geoprint.motion.collision.contact import (
     InflatedSolids as InflatedSolids,
     collision_control as collision_control,
 )
+from geoprint.motion.collision.link_solids import link_solids as link_solids
 from geoprint.motion.collision.surroundings import (
     box_target as box_target,
     mesh_target as mesh_target,
@@ -16,4 +17,7 @@ from geoprint.motion.collision.tip_zone import (
     SMALLEST_ROOM as SMALLEST_ROOM,
     tip_rooms as tip_rooms,
 )
-from geoprint.motion.collision.tool_solids import tool_solids as tool_solids
+from geoprint.motion.collision.tool_solids import (
+    polytope as polytope,
+    tool_solids as tool_solids,
+)

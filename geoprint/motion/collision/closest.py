@@ -7,7 +7,6 @@ that a number found here is true for its placement, and the smallest of the whol
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from math import inf
 from typing import TypeAlias, final
@@ -15,7 +14,7 @@ from typing import TypeAlias, final
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray, frozen
 from geoprint.motion.collision.contact import CollisionWorld
 from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import Hits, Placements
@@ -62,7 +61,7 @@ Trees: TypeAlias = Mapping[Target, KDTree]
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Closest:
     """A measured distance between tool and target.
 
@@ -89,7 +88,7 @@ class Closest:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Case:
     """A solid of a link at a placement, and a target that is not nearer to it than the bound [mm]."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import fcl
@@ -10,7 +9,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import Box, FloatArray, IntArray, Surface
+from geoprint.model import Box, FloatArray, IntArray, Surface, frozen
 from geoprint.motion.collision.sides import is_closed
 from geoprint.motion.collision.tool_distance import circumscribed
 from geoprint.motion.collision.tool_solids import Solid, polytope
@@ -23,7 +22,7 @@ _BOX_FACES = np.array(
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Target:
     """Something that a solid must not touch, in the frame in which it does not move: mostly the work frame.
 

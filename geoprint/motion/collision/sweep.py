@@ -19,7 +19,6 @@ and therefore stands for its whole steps, so that the lower placement covers the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import final
 
@@ -27,8 +26,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.motion.collision.contact import NOT_TESTED, REACH_STEP, CollisionWorld
 from geoprint.motion.collision.tool_solids import EXCESS, Solid, movements, movements_between
 
@@ -52,7 +50,7 @@ LARGEST_ARM_STEP = 4.0
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Placements:
     """The motion of the tool past the part, so fine that no point of it moves more than LARGEST_STEP at once.
 
@@ -102,7 +100,7 @@ class Placements:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Hits:
     """Where the tool is too close.
 
@@ -118,7 +116,7 @@ class Hits:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Steps:
     """Steps that have to be looked at more closely.
 
@@ -246,7 +244,7 @@ def _settle(
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Fan:
     """Placements side by side across the paths of d others, from edge to edge of where a corner is rounded.
 

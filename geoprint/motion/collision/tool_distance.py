@@ -9,13 +9,12 @@ what is left is quartered until the answer is known to RESOLUTION: branch and bo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray
+from geoprint.model import FloatArray, frozen
 from geoprint.motion.collision.tool_solids import Solid
 
 # Distances are found to this [mm].
@@ -26,7 +25,7 @@ MOST_FRAGMENTS = 5_000
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Revolution:
     """Solids on a common axis that touch each other in turn, as one convex solid of revolution.
 
@@ -57,7 +56,7 @@ class Revolution:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class NearestPoint:
     """The point of some triangles that is nearest to a solid of revolution, or deepest inside it.
 

@@ -23,7 +23,6 @@ by its stand-off; what lies below the tip plane is the subject of `tip_zone`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import atan2, ceil, inf, pi, sqrt
 from typing import final
 
@@ -31,7 +30,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Lamp, Tool
+from geoprint.model import FloatArray, IntArray, Lamp, Tool, frozen
 
 # The end of the needle that is left out of the check for clearance [mm]: a whole needle at its stand-off alarms always.
 TIP_ZONE = 1.0
@@ -47,7 +46,7 @@ ARC_ALLOWANCE = 1.01
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Solid:
     """A part of the tool or of a link: a cylinder or a cone between two circles, in the frame that moves with it.
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Never, final
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError
-from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets
+from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets, frozen
 from geoprint.motion.arm import JOINTS, Arm, configuration_data
 from geoprint.motion.controller.targets import required_poses
 from geoprint.motion.controller.zones import triangle_middles
@@ -84,7 +83,7 @@ def there_and_back(joints: FloatArray, arm: Arm, *, step: float) -> ControllerPa
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Lines:
     """Samples of the straight moves.
 

@@ -11,15 +11,13 @@ Places and directions are in the robot's base frame.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
-from geoprint.model import FloatArray, Placement, TouchedPoints
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, Placement, TouchedPoints, comparable, freeze_arrays, frozen
 from geoprint.motion.placing.placement import fit_touched_points
 from geoprint.motion.placing.touch_statistics import Noise, TouchStatistics, touch_statistics
 
@@ -29,7 +27,7 @@ NOTABLE_SHARE = 1.0 / 3.0
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class FixtureCalibration:
     """A fitted fixture frame and how well its points determine it.
 
@@ -56,7 +54,7 @@ class FixtureCalibration:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Uncertainty:
     """How far the fit may be off at one place; of a turn all lengths are angles [rad].
 
@@ -78,7 +76,7 @@ class Uncertainty:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class NextTouch:
     """The candidate that a further touch should take.
 

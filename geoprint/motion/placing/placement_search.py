@@ -10,7 +10,7 @@ stands, and only the climb moves it aside.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from typing import final
 
@@ -19,8 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import Box, FloatArray, IntArray, PoseStream
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import Box, FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 from geoprint.motion.arm import BRANCHES, JOINTS, Arm, about_nozzle
 from geoprint.motion.reach import PoseSamples, angle_margins, keyframes, sample_poses
 
@@ -49,7 +48,7 @@ OUT_OF_REACH = -2.0 * np.pi
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Stand:
     """A place for the fixture's frame, in which the part has its centroid at the origin and its mean normal up.
 
@@ -71,7 +70,7 @@ class Stand:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Room:
     """Where a part and what it lies on may stand.
 
@@ -117,7 +116,7 @@ class Room:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Candidate:
     """A stand, the motion that reaches the part there, and what it is worth.
 

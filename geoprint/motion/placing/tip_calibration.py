@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, freeze_arrays, frozen
 from geoprint.motion.placing.touch_statistics import TouchStatistics, touch_statistics
 
 FEWEST_POSES = 4
@@ -23,7 +21,7 @@ LARGEST_MISS = 2.0
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class TipCalibration:
     """A fitted tool centre point.
 

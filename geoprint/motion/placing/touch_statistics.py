@@ -8,14 +8,12 @@ distributions, which know how little four points say about their own noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
-from geoprint.model import FloatArray, IntArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, comparable, freeze_arrays, frozen
 
 # Unknowns of a fit: three lengths and three more lengths or angles.
 UNKNOWNS = 6
@@ -38,7 +36,7 @@ OWN_SHARE = 1e-6
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Noise:
     """How far a touch strays.
 
@@ -97,7 +95,7 @@ class Noise:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class TouchStatistics:
     """What k residuals of a fit say.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
-from geoprint.model import FloatArray, IntArray, Robot
+from geoprint.model import FloatArray, IntArray, Robot, frozen
 from geoprint.motion.arm import JOINTS, Arm, wrist_angles
 from geoprint.motion.reach.margins import limit_margins
 from geoprint.motion.reach.pose_samples import PoseSamples
@@ -20,7 +19,7 @@ LARGEST_JUMP = float(np.radians(20.0))
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Followed:
     """A motion along all samples of a stream.
 

@@ -8,13 +8,12 @@ keyframes around a place. What all four keep (a cone) is kept everywhere between
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
-from geoprint.model import BoolArray, FloatArray, PoseStream
+from geoprint.model import BoolArray, FloatArray, PoseStream, frozen
 from geoprint.motion.reach.pose_samples import STEP, TURN_STEP, tip_lengths, tool_poses, turns
 
 # Turning counts as path too, so that a tool that turns on the spot gets keyframes: a radian is as long as this [mm].
@@ -24,7 +23,7 @@ SAMPLES_PER_KEYFRAME = 10
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Keyframes:
     """k keyframes of p poses.
 

@@ -7,14 +7,13 @@ only chooses the lean; the proof is `clearance`, which looks at all of the tool 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.model import BoolArray, Box, FloatArray, IntArray, PoseStream, Process, Surface, Tool
+from geoprint.model import BoolArray, Box, FloatArray, IntArray, PoseStream, Process, Surface, Tool, frozen
 from geoprint.motion.collision import (
     NOT_TESTED,
     SMALLEST_ROOM,
@@ -103,7 +102,7 @@ class NozzleRoom:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Leaning:
     """How far the nozzle may lean, and what it must not touch.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
-from geoprint.model import BoolArray, FloatArray, Robot
+from geoprint.model import BoolArray, FloatArray, Robot, comparable
 from geoprint.motion.arm import JOINTS, Arm, singularity_distances, wrist_angles
 
 # Below this angle of joint 5, a turn of the tool needs more than 11 times that turn of joints 4 and 6 (1 / sin): it is
@@ -20,7 +19,7 @@ LIMITING = (*(f"joint {joint + 1}" for joint in range(JOINTS)), "the wrist singu
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Margin:
     """How much nearer any pose of a stream may come to what is refused.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, frozen
 
 # Between poses farther apart than this [mm, rad] the straight move is sampled in between.
 STEP = 2.0
@@ -16,7 +15,7 @@ TURN_STEP = float(np.radians(1.0))
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class PoseSamples:
     """Poses and places on the straight moves between them: s samples of p poses.
 

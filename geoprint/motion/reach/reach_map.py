@@ -5,7 +5,6 @@ A motion is a branch of the inverse kinematics with a turn about the nozzle and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import final
 
@@ -13,8 +12,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, PlanError, ReachError
-from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.motion.arm import Arm
 from geoprint.motion.reach.pose_samples import PoseSamples
 
@@ -37,7 +35,7 @@ class Reason(IntEnum):
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class ReachMap:
     """Which poses of a stream a motion serves, and why not the others.
 
@@ -166,7 +164,7 @@ class ReachMap:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Failures:
     """What fails at s samples of a motion.
 

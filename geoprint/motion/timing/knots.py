@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import LimitError
-from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process
+from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process, frozen
 from geoprint.motion.reach import tip_lengths, turns
 
 METRES_PER_MILLIMETRE = 1e-3
@@ -29,7 +28,7 @@ COINCIDENT_JOINTS = 1e-8
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Knots:
     """The poses without those that coincide with the one before, and the steps between them.
 

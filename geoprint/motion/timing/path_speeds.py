@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import logging
 import warnings
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, final
 
@@ -20,7 +19,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError, UsageError
-from geoprint.model import BoolArray, FloatArray, IntArray, Robot
+from geoprint.model import BoolArray, FloatArray, IntArray, Robot, frozen
 from geoprint.motion.timing.strain import excess
 
 if TYPE_CHECKING:
@@ -213,7 +212,7 @@ def _rows(grid: FloatArray, slopes: FloatArray, bends: FloatArray) -> tuple[Floa
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Interval:
     """What TOPP-RA asks of a path when the coefficients are already there."""
 
@@ -221,7 +220,7 @@ class _Interval:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class _Constraint:
     """All limits of one leg in the form that TOPP-RA asks for: pull * u + square * x <= bounds, x <= highest."""
 

@@ -7,13 +7,12 @@ keeps the joint speeds, the joint accelerations and a ceiling on v itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from geoprint.model import BoolArray, FloatArray, Robot
+from geoprint.model import BoolArray, FloatArray, Robot, frozen
 from geoprint.motion.timing.path_speeds import largest_speeds
 from geoprint.motion.timing.strain import path_accelerations
 
@@ -38,7 +37,7 @@ SMALLEST_STEP_SHARE = 0.02
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Motion:
     """One leg of the path in time, from rest to rest.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import final
 
@@ -10,7 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.kernels import njit
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, empty_horizon
 from geoprint.quality.oracle.tracing import SurfacePath
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places
@@ -25,7 +24,7 @@ NO_AIMS = np.zeros((0, 3))
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Nearest:
     """What lies nearest to each of k points, over the surface.
 
@@ -47,7 +46,7 @@ class Nearest:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Ask:
     """Which segments of the path count for each of k points, and how far to look.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import final
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.kernels import njit
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import Goal, Horizon, Segments, cross, empty_horizon
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places, spatial
 from geoprint.quality.oracle.unfolding import search
@@ -25,7 +24,7 @@ SHORTEST_SEGMENT = 1e-12
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class SurfacePath:
     """Runs on a mesh as straight segments, each in one face, end to end.
 

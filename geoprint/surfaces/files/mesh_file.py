@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.files.regions import Regions
 
@@ -19,7 +19,7 @@ UNITS: Mapping[str, float] = MappingProxyType({"mm": 1.0, "m": 1000.0, "in": 25.
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class MeshFile:
     """A mesh as a file holds it, or as it was made of what a file holds.
 
@@ -30,6 +30,8 @@ class MeshFile:
         notes: how the mesh was made, where the file holds something else.
         regions: groups, objects, solids and labels that the file gives to faces.
         name: of the file.
+        step: between neighbouring numbers that the file can hold where the mesh lies, in its unit; 0 where these are of
+            double precision.
     """
 
     vertices: FloatArray
@@ -38,6 +40,7 @@ class MeshFile:
     notes: Notes = ()
     regions: Regions = field(default_factory=dict[str, IntArray])
     name: str = "surface"
+    step: float = 0.0
 
     @property
     def surface(self) -> Surface:

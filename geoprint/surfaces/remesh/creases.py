@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
 from geoprint.surfaces.operators import face_normals
 from geoprint.surfaces.topology import boundary_loops, connected_nodes, half_edges, twins, used_vertices
 
@@ -21,7 +20,7 @@ INSIDE, ON_CREASE, ON_RIM, CORNER = 0, 1, 2, 3
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Creases:
     """Rim and creases of a surface.
 

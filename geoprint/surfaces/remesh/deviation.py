@@ -7,13 +7,12 @@ the largest distance found so far are cut into four until no bound does by more 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import MeshError
-from geoprint.model import FloatArray, Surface
+from geoprint.model import FloatArray, Surface, comparable
 from geoprint.surfaces.operators import edge_lengths, face_areas
 from geoprint.surfaces.places import triple
 from geoprint.surfaces.points import closest, closest_in_triangles
@@ -30,7 +29,7 @@ AT_A_TIME, MOST_LOOKED_AT = 50_000, 1_000_000
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Distances:
     """How far the points of one surface lie from another [mm].
 
@@ -50,7 +49,7 @@ class Distances:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Deviation:
     """How far two surfaces lie apart.
 

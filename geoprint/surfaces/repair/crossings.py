@@ -11,13 +11,12 @@ much, on most meshes of up to 20,000 faces 0.3 to 0.9 and 0.2 to 1.2 (`python -m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.kernels import njit
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 
 # Pairs of triangles whose boxes overlap that are looked at, per triangle: a good mesh has about 10, one on which they
 # are many more is made of needles that all pass by each other.
@@ -31,7 +30,7 @@ MORTON_BITS = 20
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Crossings:
     """Where a surface passes through itself.
 

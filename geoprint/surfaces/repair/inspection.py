@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import MeshError
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, IntArray, Surface, comparable, frozen
 from geoprint.surfaces.halfedges import next_halves
 from geoprint.surfaces.operators import face_areas
 from geoprint.surfaces.places import triple
@@ -24,7 +23,7 @@ MOST_PLACES = 5
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Defect:
     """How many there are of something, and where the first of them are.
 
@@ -38,7 +37,7 @@ class Defect:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Rim:
     """A connected piece of the border.
 
@@ -54,7 +53,7 @@ class Rim:
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Inspection:
     """What `inspect` finds. Places and lengths are mm.
 

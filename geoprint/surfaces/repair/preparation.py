@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, NamedTuple, final
 
 import numpy as np
 
 from geoprint.errors import MeshError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, comparable, frozen
 from geoprint.surfaces.operators import doubled_area_vectors, face_areas, signed_volume
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.repair.crossings import crossings
@@ -34,7 +34,7 @@ DEBRIS_SHARE = 1e-3
 
 
 @final
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen
 class Joined:
     """A mesh whose coincident rim vertices are one, without faces that have no area or are there twice.
 
@@ -50,7 +50,7 @@ class Joined:
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class PreparationReport:
     """What `prepare` changed, and what it found; `topology.describe` names the topology."""
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Annotated, Any, final, get_args, get_origin, get_type_hints
 
+from geoprint.model import comparable
 from geoprint.surfaces.places import in_words
 
 
 @final
-@dataclass(frozen=True, slots=True)
+@comparable
 class Repairs:
     """How often each kind of repair was made, and where that matters the place.
 

@@ -107,7 +107,7 @@ def test_tool_frame_of_an_arm_cannot_be_changed_from_outside() -> None:
 def test_the_skeleton_goes_from_the_base_to_the_flange_in_links_of_constant_length() -> None:
     arm = Arm(straight_cell().robot, T_flange_tool=np.eye(4))
     joints = np.random.default_rng(1).uniform(-1.0, 1.0, size=(20, 6))
-    places = arm.joint_places(joints)
+    places = arm.link_poses(joints)[:, :, :3, 3]
     np.testing.assert_array_equal(places[:, 0], 0.0)
     np.testing.assert_allclose(places[:, -1], arm.flange_poses(joints)[:, :3, 3], atol=1e-9)
     lengths = np.linalg.norm(np.diff(places, axis=1), axis=2)

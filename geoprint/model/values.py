@@ -1,0 +1,131 @@
+"""Frozen values: the decorators that make them, and the few lines in which they print."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Any, TypeVar, cast, dataclass_transform
+
+import numpy as np
+from numpy.typing import NDArray
+
+_C = TypeVar("_C")
+
+# A line that a value prints is at most this wide, so that most terminals hold it.
+WIDTH = 100
+# What suffices to know a number again; the value itself has all its figures.
+_FIGURES = ".5g"
+# A unit as a docstring writes it, as in `speed: of the tip [mm/s].`
+_UNIT = re.compile(r"(?<![\w`])\[([A-Za-z][\w/]*)\]")
+
+
+@dataclass_transform(frozen_default=True, eq_default=False)
+def frozen(cls: type[_C]) -> type[_C]:
+    """Make a class a frozen, slotted dataclass that is equal only to itself and prints as `described`."""
+    return _printing(dataclass(frozen=True, slots=True, eq=False, repr=False)(cls))
+
+
+@dataclass_transform(frozen_default=True)
+def comparable(cls: type[_C]) -> type[_C]:
+    """Make a class a frozen, slotted dataclass that is equal to what holds the same and prints as `described`."""
+    return _printing(dataclass(frozen=True, slots=True, repr=False)(cls))
+
+
+def described(self: object) -> str:
+    """Return what a value holds, a line a field or all in one: shape, kind and range of arrays, and units.
+
+    Units are those that the docstring of the value's class gives its attributes. A value within it takes one line.
+
+    Args:
+        self: a frozen dataclass, or a model of pydantic; this is their `__repr__`.
+
+    Examples:
+        >>> @frozen
+        ... class Line:
+        ...     '''A line.
+        ...
+        ...     Attributes:
+        ...         corners: (k, 3) in their order [mm].
+        ...         closed: whether the last is joined to the first.
+        ...     '''
+        ...
+        ...     corners: NDArray[np.float64]
+        ...     closed: bool
+        >>> Line(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]), closed=False)
+        Line
+          corners  (2, 3) float, 0 to 4 mm
+          closed   False
+    """
+    names, doc = _names(self), type(self).__doc__ or ""
+    lines = {name: _line(getattr(self, name), unit=_unit(doc, name)) for name in names}
+    short = f"{type(self).__name__}({', '.join(f'{name}={line}' for name, line in lines.items())})"
+    if len(short) <= WIDTH and not any(isinstance(getattr(self, name), np.ndarray) for name in names):
+        return short
+    widest = max(map(len, names))
+    told = (f"  {name:{widest}}  {line}" for name, line in lines.items())
+    return "\n".join(
+        [type(self).__name__, *(line if len(line) <= WIDTH else f"{line[: WIDTH - 3]}..." for line in told)]
+    )
+
+
+def _printing(cls: type[_C]) -> type[_C]:
+    cls.__repr__ = described
+    return cls
+
+
+def _names(value: object) -> tuple[str, ...]:
+    """Return the names of a value's fields; none of what is no value."""
+    kind = type(value)
+    held: Iterable[str] = getattr(kind, "__dataclass_fields__", None) or getattr(kind, "model_fields", None) or ()
+    return tuple(held)
+
+
+class _Words(reprlib.Repr):
+    """Says in a word what stands among others: of what is large its size or its kind alone."""
+
+    def repr_instance(self, x: object, level: int) -> str:
+        if isinstance(x, np.ndarray):
+            return str(cast("NDArray[Any]", x).shape)
+        if _names(x):
+            return type(x).__name__
+        return super().repr_instance(str(x) if isinstance(x, PurePath) else x, level)
+
+    def repr_float(self, x: float, _level: int) -> str:
+        return f"{x:{_FIGURES}}"
+
+
+_word = _Words().repr
+
+
+def _line(value: object, *, unit: str) -> str:
+    """Return a field in one line: a value with what it holds, an array with its range."""
+    if isinstance(value, np.ndarray):
+        return _array(cast("NDArray[Any]", value), unit=unit)
+    if names := _names(value):
+        return f"{type(value).__name__}: {', '.join(f'{name} {_word(getattr(value, name))}' for name in names)}"
+    held = cast("Sequence[object]", value) if isinstance(value, tuple | list) else ()
+    if any(map(_names, held)):
+        return f"{len(held)} of {' or '.join(dict.fromkeys(type(one).__name__ for one in held))}"
+    said = repr(value) if isinstance(value, str) else _word(cast("object", value))
+    return f"{said}{unit}" if isinstance(value, float) else said
+
+
+def _array(array: NDArray[Any], *, unit: str) -> str:
+    """Return shape, kind and range of an array."""
+    kind = array.dtype.name.rstrip("0123456789_")
+    if array.size == 0:
+        return f"{array.shape} {kind}"
+    if kind == "bool":
+        return f"{array.shape} {kind}, {array.mean():.0%} true"
+    ends = dict.fromkeys(f"{end:{_FIGURES}}" for end in (array.min(), array.max()))
+    return f"{array.shape} {kind}, {' to '.join(ends)}{unit}"
+
+
+def _unit(doc: str, name: str) -> str:
+    """Return the unit that a docstring gives an attribute, with a space before it, or nothing."""
+    entry = re.search(rf"^ {{8}}{name}: .*(?:\n {{12}}.*)*", doc, re.MULTILINE)
+    found = _UNIT.findall(entry[0]) if entry else []
+    return f" {found[-1]}" if found else ""

@@ -1,0 +1,81 @@
+"""The robot of the report page is the one that the collision check knows, and stands where its joints put it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.account.replaying import machine
+from geoprint.config import load_cell
+from geoprint.model import FloatArray, Surface
+from geoprint.motion.arm import Arm
+from geoprint.report import Machine
+from geoprint.results import RobotPlan, Workpiece
+from tests.meshes import plate
+
+JOINTS = np.radians([[30.0, 20.0, -10.0, 40.0, 60.0, -70.0]])
+T_BASE_WORK = transforms.rigid(Rotation.from_euler("xyz", [0.2, 0.1, 0.7]).as_matrix(), np.array([300.0, 40.0, 80.0]))
+
+
+@pytest.fixture(scope="module")
+def arm() -> Arm:
+    cell = load_cell(None)
+    return Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+
+
+@pytest.fixture(scope="module")
+def shown() -> Machine:
+    workpiece = SimpleNamespace(cell=load_cell(None), body=plate())
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    return machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None)
+
+
+def test_a_body_that_is_folded_onto_itself_is_drawn_all_the_same() -> None:
+    folded = Surface(np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]]))
+    workpiece = SimpleNamespace(cell=load_cell(None), body=folded)
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    bodies = machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None).bodies
+    assert np.isfinite(bodies[-1].surface.vertices).all()
+
+
+def moved(shown: Machine, joints: FloatArray, *, joint: int, places: FloatArray) -> FloatArray:
+    """Return places on the link of a joint as the page moves them: one turn about an axis after the other."""
+    for point, direction, angle in reversed(list(zip(shown.points, shown.directions, joints, strict=True))[:joint]):
+        places = point + Rotation.from_rotvec(angle * direction).apply(places - point)
+    return places
+
+
+def test_tool_and_links_are_where_the_arm_has_them(arm: Arm, shown: Machine) -> None:
+    T_work_base = transforms.inverse(T_BASE_WORK)
+    at_rest = T_work_base @ arm.link_poses(np.zeros((1, 6)))[0]
+    now = T_work_base @ arm.link_poses(JOINTS)[0]
+    for body in shown.bodies:
+        if body.kind not in {"arm", "tool"}:
+            continue
+        frame = len(now) - 1 if body.kind == "tool" else body.joint
+        there = moved(shown, JOINTS[0], joint=body.joint, places=body.surface.vertices)
+        own = transforms.apply(transforms.inverse(at_rest[frame]), body.surface.vertices)
+        np.testing.assert_allclose(there, transforms.apply(now[frame], own), atol=1e-6)
+
+
+def test_the_needle_ends_at_the_tip(arm: Arm, shown: Machine) -> None:
+    tip = (transforms.inverse(T_BASE_WORK) @ arm.tool_poses(np.zeros((1, 6))))[0, :3, 3]
+    tool = np.concatenate([body.surface.vertices for body in shown.bodies if body.kind == "tool"])
+    assert np.linalg.norm(tool - tip, axis=1).min() < 0.7
+
+
+def test_all_that_stands_in_the_cell_is_drawn_and_the_body_a_little_below_its_surface(shown: Machine) -> None:
+    kinds = [body.kind for body in shown.bodies]
+    assert {kind: kinds.count(kind) for kind in ("arm", "tool", "cell", "body")} == {
+        "arm": 12, "tool": 5, "cell": 1, "body": 1,
+    }  # fmt: skip
+    table = next(body.surface for body in shown.bodies if body.kind == "cell")
+    in_base = transforms.apply(T_BASE_WORK, table.vertices)
+    np.testing.assert_allclose(in_base.max(axis=0), [700.0, 600.0, 0.0], atol=1e-9)
+    body = next(body.surface for body in shown.bodies if body.kind == "body")
+    np.testing.assert_allclose(body.vertices[:, 2], -0.006 * 50.0, atol=1e-9)

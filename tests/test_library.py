@@ -1,0 +1,298 @@
+"""As a library: everything public is found and described, paths are text too, values print short, tables read back."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import importlib
+import inspect
+import io
+import json
+import pkgutil
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+import geoprint
+from geoprint import account, config, export, pipeline
+from geoprint.account.records.plan import PlanRecord
+from geoprint.deposition.fitting import read_measured_flow
+from geoprint.errors import ExportError, GeoprintError, InputError
+from geoprint.model.values import WIDTH
+from geoprint.motion.arm import read_urdf_file
+from geoprint.results import Comparison, Plan, Planned
+from geoprint.surfaces.files import load_file, suggested_unit
+
+ROOT = Path(__file__).parents[1]
+PLATE = str(ROOT / "data" / "plate.ply")
+# Imported first, as a script does it; what it took and brought along is printed as JSON, then what help says.
+NEWCOMER = """
+import json, sys, time
+before = time.perf_counter()
+import geoprint
+took = time.perf_counter() - before
+brought = sorted({"numpy", "scipy", "pydantic", "numba"} & set(sys.modules))
+print(json.dumps({"took": took, "brought": brought, "dir": dir(geoprint), "files": dir(geoprint.surfaces.files)}))
+help(geoprint)
+"""
+
+
+@pytest.fixture(scope="module")
+def newcomer() -> tuple[Mapping[str, Any], str]:
+    """Return what a fresh interpreter finds, and what it prints as help."""
+    done = subprocess.run([sys.executable, "-c", NEWCOMER], cwd=ROOT, capture_output=True, text=True, check=True)
+    first, _, text = done.stdout.partition("\n")
+    return json.loads(first), text
+
+
+@pytest.fixture(scope="module")
+def planned() -> Plan:
+    job = geoprint.job_of(surface=PLATE, unit="mm", spacing=2.5, place="demo", patch={"at": [0, 0, 0], "radius": 7.0})
+    return geoprint.plan(job)
+
+
+@pytest.fixture(scope="module")
+def told(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanRecord, str]:
+    """Return what plan.json says, and the bundle's folder as text."""
+    folder = str(tmp_path_factory.mktemp("bundle") / "plan")
+    return geoprint.save_plan(planned, folder), folder
+
+
+def test_importing_takes_less_than_a_tenth_of_a_second_and_brings_nothing_along(
+    newcomer: tuple[Mapping[str, Any], str],
+) -> None:
+    found, _ = newcomer
+    assert found["took"] < 0.1
+    assert found["brought"] == []
+
+
+def test_dir_lists_what_is_public_and_the_rooms_and_nothing_else(newcomer: tuple[Mapping[str, Any], str]) -> None:
+    found, _ = newcomer
+    named = {name for name in found["dir"] if not name.startswith("__")}
+    rooms = {"account", "backends", "config", "errors", "export", "model", "motion", "pipeline", "quality", "surfaces"}
+    assert {"plan", "compare", "load", "reach", "retime", "clearance", "uniformity", "BACKENDS", *rooms} < named
+    assert named == {*geoprint.__all__, *(name for name in named if isinstance(getattr(geoprint, name), ModuleType))}
+    assert {"load", "save_ply"} < set(found["files"])
+
+
+def test_help_shows_every_public_function_with_its_arguments_and_its_first_line(
+    newcomer: tuple[Mapping[str, Any], str],
+) -> None:
+    _, text = newcomer
+    functions = {name: getattr(geoprint, name) for name in geoprint.__all__}
+    shown = {name: each for name, each in functions.items() if isinstance(each, FunctionType)}
+    assert len(shown) > 40
+    for name, each in shown.items():
+        first = (each.__doc__ or "").partition("\n")[0]
+        assert first
+        assert first.endswith(".")
+        assert re.search(rf"^    {name}(?: = \w+)?\(\S", text, re.MULTILINE), name
+        assert first in text
+    for name in ("BACKENDS", "PATTERNS", "class Surface", "class GeoprintError"):
+        assert name in text
+
+
+def test_every_public_name_is_typed_and_imported_from_where_type_checkers_see_it() -> None:
+    tree = ast.parse(Path(str(geoprint.__file__)).read_text(encoding="utf-8"))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    typed = {
+        name.asname: f"{node.module}.{name.name}"
+        for node in block.body
+        if isinstance(node, ast.ImportFrom) and node.module != "geoprint"
+        for name in node.names
+    }
+    assert set(typed) == set(geoprint.__all__)
+    for name, source in typed.items():
+        module, _, attribute = source.rpartition(".")
+        assert getattr(geoprint, str(name)) is getattr(importlib.import_module(module), attribute)
+
+
+def test_wings_are_attributes_of_their_rooms_and_other_names_are_not() -> None:
+    for wing in ("surfaces.files", "surfaces.repair", "motion.reach", "export.rapid", "deposition.fitting"):
+        room, _, name = wing.partition(".")
+        assert getattr(getattr(geoprint, room), name) is importlib.import_module(f"geoprint.{wing}")
+    with pytest.raises(AttributeError, match="module 'geoprint' has no attribute 'plann'"):
+        _ = vars(geoprint)["__getattr__"]("plann")
+    with pytest.raises(ImportError, match=r"cannot import name 'file' from 'geoprint\.surfaces'"):
+        exec("from geoprint.surfaces import file")  # noqa: S102  (our own text)
+
+
+def doors() -> Iterator[ModuleType]:
+    """Yield the package and its rooms and wings, the command line left out."""
+    yield geoprint
+    for found in pkgutil.walk_packages(geoprint.__path__, "geoprint."):
+        if found.ispkg and not found.name.startswith("geoprint.cli"):
+            yield importlib.import_module(found.name)
+
+
+def path_parameters() -> dict[str, list[str]]:
+    """Return the annotations of paths that public functions take, by the function's name."""
+    found: dict[str, list[str]] = {}
+    for door in doors():
+        for name, each in vars(door).items() if door is not geoprint else [(n, getattr(door, n)) for n in door.__all__]:
+            if isinstance(each, FunctionType) and not name.startswith("_"):
+                kinds = [str(one.annotation) for one in inspect.signature(each).parameters.values()]
+                paths = [kind for kind in kinds if re.search(r"\bPath\b", kind) and "Callable" not in kind]
+                if paths:
+                    found[each.__name__] = paths
+    return found
+
+
+def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
+    """Return calls that write below a file, or where no folder is."""
+    below = f"{PLATE}/below"
+    compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),))
+    calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
+    return {
+        "save_plan": lambda: geoprint.save_plan(planned, below),
+        "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
+        "save_table": lambda: geoprint.save_table(geoprint.runs_table(planned), below),
+        "save_ply": lambda: geoprint.save_ply(planned.workpiece.part, below),
+        "save_calibrated": lambda: geoprint.save_calibrated(calibrated, gone, overwrite=False),
+        "write_bundle": lambda: export.write_bundle(below, {}, overwrite=False, verify=lambda _: None),
+        "check_writable": lambda: export.check_writable(below, overwrite=False),
+        "check_cell_writable": lambda: pipeline.check_cell_writable(gone, overwrite=False),
+    }
+
+
+def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
+    """Return calls that read what is not there."""
+    robot = planned.robot[0]
+    table, joints = cast("Any", None), np.zeros(6)
+    return {
+        "load": lambda: geoprint.load(gone, unit="mm"),
+        "load_file": lambda: load_file(gone, unit="mm"),
+        "suggested_unit": lambda: suggested_unit(gone),
+        "inspect_file": lambda: geoprint.inspect_file(gone),
+        "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
+        "read_curve": lambda: config.read_curve(gone),
+        "check_bundle": lambda: geoprint.check_bundle(gone),
+        "load_cell": lambda: geoprint.load_cell(gone),
+        "cell_of": lambda: config.cell_of('[robot]\nurdf = "a.urdf"', name="a cell", folder=gone),
+        "calibrate": lambda: pipeline.calibrate(
+            gone, model=gone, tcp=None, cell=gone, part=gone, unit="mm", noise=None
+        ),
+        "calibrate_cell": lambda: geoprint.calibrate_cell(
+            gone, model=gone, cell=gone, part=gone, unit="mm", noise=None
+        ),
+        "calibrate_tool": lambda: geoprint.calibrate_tool(gone, cell=None, noise=None),
+        "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
+        "read_measured_flow": lambda: read_measured_flow(gone, density=1.0),
+        "read_record": lambda: account.read_record(gone, PlanRecord),
+        "read_setup": lambda: export.read_setup(gone),
+        "read_poses_table": lambda: geoprint.read_poses_table(gone),
+        "read_trajectory_table": lambda: geoprint.read_trajectory_table(gone),
+        "verify_poses_table": lambda: export.verify_poses_table(gone, planned.poses),
+        "verify_trajectory_table": lambda: export.verify_trajectory_table(gone, robot.trajectory),
+        "read_orders": lambda: export.read_orders(
+            gone, table, standoff=0.3, start=joints, aloft=joints, extent=np.zeros((2, 3)), duration=1.0
+        ),
+    }
+
+
+def test_every_path_may_be_text_and_what_is_not_there_is_refused_in_a_sentence(planned: Plan, tmp_path: Path) -> None:
+    gone = str(tmp_path / "nowhere" / "part.ply")
+    calls = readers(gone, planned) | writers(gone, planned)
+    taken = path_parameters()
+    assert set(taken) == set(calls)
+    assert {kind for kinds in taken.values() for kind in kinds} <= {"Path | str", "Path | str | None"}
+    for name, call in calls.items():
+        with pytest.raises(GeoprintError) as refused:
+            call()
+        assert str(refused.value).endswith("."), f"{name}: {refused.value}"
+
+
+def values(value: object) -> Iterator[object]:
+    """Yield a value and all that it holds."""
+    for each in cast("tuple[object, ...]", value) if isinstance(value, tuple) else ():
+        yield from values(each)
+    names = [field.name for field in fields(cast("Any", value))] if is_dataclass(cast("object", value)) else []
+    if names:
+        yield cast("object", value)
+    for name in names:
+        yield from values(getattr(cast("object", value), name))
+
+
+def test_every_value_in_a_plan_prints_a_line_a_field(planned: Plan) -> None:
+    kinds: set[str] = set()
+    for value in values(planned):
+        lines = repr(value).splitlines()
+        kinds.add(type(value).__name__)
+        assert len(lines) <= len(fields(cast("Any", value))) + 1
+        assert max(map(len, lines)) <= WIDTH
+        assert lines[0].startswith(type(value).__name__)
+    assert {"Plan", "Workpiece", "Cell", "PoseStream", "Trajectory", "Uniformity", "Clearance", "Program"} < kinds
+
+
+def test_what_save_plan_returns_and_a_job_print_short_too(planned: Plan, told: tuple[PlanRecord, str]) -> None:
+    for value in (told[0], planned.job):
+        lines = str(value).splitlines()
+        assert len(lines) <= len(type(value).model_fields) + 1
+        assert max(map(len, lines)) <= WIDTH
+
+
+def test_the_runs_of_a_plan_are_a_table_whose_lengths_are_those_of_plan_json(
+    planned: Plan, told: tuple[PlanRecord, str]
+) -> None:
+    runs, curves = geoprint.runs_table(planned), planned.toolpath.curves
+    assert runs["run"].tolist() == list(range(curves.count))
+    assert runs["level"].tolist() == planned.toolpath.levels.tolist()
+    assert runs["length"].sum() == pytest.approx(told[0].paths.deposit_mm, abs=1e-5)
+    # Circles about the patch's middle, each a spacing inside the other; a closed run ends where it starts.
+    radii = np.hypot(runs["x"], runs["y"])
+    np.testing.assert_allclose(np.diff(radii), -2.5, atol=0.02)
+    np.testing.assert_allclose(runs["length"][:2], 2.0 * np.pi * radii[:2], rtol=0.01)
+    assert runs["closed"].all()
+    # The layer is half a millimetre thick: what is laid for each millimetre fills a strip a spacing wide.
+    np.testing.assert_allclose(runs["volume"], runs["length"] * 2.5 * 0.5, rtol=1e-9)
+    starts = geoprint.read_poses_table(f"{told[1]}/poses.csv")
+    first = np.flatnonzero(np.diff(np.where(starts.deposit, starts.runs, -1), prepend=-1) > 0)
+    np.testing.assert_allclose(np.column_stack([runs["x"], runs["y"], runs["z"]]), starts.points[first], atol=1e-5)
+
+
+def test_levels_and_samples_are_tables_that_agree_with_the_measurement(planned: Plan) -> None:
+    measured = planned.uniformity
+    assert measured is not None
+    samples, levels = geoprint.samples_table(measured), geoprint.levels_table(measured)
+    assert levels["samples"].sum() == len(samples) == measured.ratios.size
+    for row in levels:
+        own = samples[samples["level"] == row["level"]]["ratio"]
+        assert row["mean"] == pytest.approx(own.mean())
+        assert row["cv"] == pytest.approx(own.std() / own.mean())
+        assert row["worst"] in own
+
+
+def test_a_table_is_written_as_csv_and_reads_back(planned: Plan, tmp_path: Path) -> None:
+    runs = geoprint.runs_table(planned)
+    file = str(tmp_path / "runs.csv")
+    geoprint.save_table(runs, file)
+    text = Path(file).read_text(encoding="ascii")
+    assert text == geoprint.csv_text(runs)
+    rows = [*csv.DictReader(io.StringIO(text))]
+    assert tuple(rows[0]) == runs.dtype.names
+    assert [row["closed"] for row in rows] == ["1"] * len(runs)
+    np.testing.assert_allclose([float(row["length"]) for row in rows], runs["length"], atol=5e-7)
+    with pytest.raises(ExportError, match="cannot be written"):
+        geoprint.save_table(runs, tmp_path / "no" / "runs.csv")
+
+
+def test_one_curve_has_its_own_points_in_order(planned: Plan) -> None:
+    curves, surface = planned.toolpath.curves, planned.workpiece.surface
+    whole = geoprint.positions(surface, curves.points)
+    lines = [curves.xyz(surface, i) for i in range(curves.count)]
+    np.testing.assert_array_equal(np.vstack(lines), whole)
+    assert [len(line) for line in lines] == np.diff(curves.offsets).tolist()
+    np.testing.assert_allclose(lines[0][0], lines[0][-1], atol=1e-12)
+    for wrong in (-1, curves.count):
+        with pytest.raises(InputError, match=rf"there are {curves.count} curves, numbered from 0; found {wrong}\."):
+            curves.xyz(surface, wrong)
+    with pytest.raises(InputError, match="points belong to the surface they were made on"):
+        curves.xyz(geoprint.Surface(np.eye(3), np.array([[0, 1, 2]])), 0)
