@@ -74,7 +74,6 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         ReachError: the part has no demonstration placement.
         ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
-    factories = [backend(name).factory for name in backends]
     with stage("reading"):
         # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
@@ -89,11 +88,11 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         # Only now: the readers refuse what would never end, as a pipe or a device.
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         asked = turned_over(prepared.surface) if job.flip else prepared.surface
-        filed = loaded.surface if named is None else named.surface
-        part, side = printed_side(asked, body, flip=job.flip, filed=filed)
+        part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
-        surface, edge_length = _refined(part, factories, spacing=_wanted_spacing(job, part))
+        wanted, factories = _wanted_spacing(job, part), [backend(name).factory for name in backends]
+        surface, edge_length = _refined(part, factories, spacing=wanted)
         seed = _seed(job, surface)
     return Workpiece(
         cell=cell,
