@@ -31,6 +31,7 @@ app = typer.Typer(
 # As help lists them, each in a line of its own, by the modules of this folder; these are read once a command is asked
 # for, because its options come from `Job`.
 COMMANDS = {
+    "guide": {"guide": "Show the guide: pages with examples, here or as HTML."},
     "planning": {
         "plan": "Plan a part and write the checked program for the robot.",
         "compare": "Compare how evenly backends cover parts, and what prints.",
