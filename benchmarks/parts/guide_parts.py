@@ -35,13 +35,13 @@ from geoprint.surfaces.repair import inspect
 TIP = [1.5, 0.0, -57.5]
 SECOND = [9.0, -10.0, -54.0]
 BELOW = view_from(np.array([0.35, -0.55, -0.8]), up=np.array([0.0, 0.0, 1.0]))
-SIDE = view_from(np.array([0.3, -1.0, -0.75]), up=np.array([0.0, 0.0, 1.0]))
+SIDE = view_from(np.array([0.2, -0.7, -1.0]), up=np.array([0.0, 0.0, 1.0]))
 
 
 def first_comparison(data: Path) -> bytes:
     """Draw what `geoprint compare` writes as compare.png."""
     job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, robot=False)
-    return smaller(comparison_picture(compare(job)), width=1000)
+    return smaller(comparison_picture(compare(job)), width=820)
 
 
 def your_part(data: Path) -> bytes:
@@ -135,7 +135,7 @@ def evenness(planned: Plan) -> bytes:
     view = planned.workpiece.upright
     draw_surface(axis, planned.workpiece.surface, view)
     x, y, _ = view @ even.places.T
-    drawn = axis.scatter(x, y, c=even.ratios, s=7, vmin=0.98, vmax=1.02, cmap="viridis")
+    drawn = axis.scatter(x, y, c=even.ratios, s=7, vmin=0.98, vmax=1.02)
     figure.colorbar(drawn, label="distance to the next path, over the spacing", shrink=0.8)
     return small_png(figure)
 
@@ -146,7 +146,7 @@ def _draw_body(axis: Axes, body: Surface, view: FloatArray) -> None:
 
 def _draw_patch(axis: Axes, planned: Plan, view: FloatArray) -> None:
     part = planned.workpiece.surface
-    draw_surface(axis, part, view, colours=np.tile(to_rgb("#f5c242"), (len(part.faces), 1)))
+    draw_surface(axis, part, view, colours=np.tile(to_rgb("#ffc20a"), (len(part.faces), 1)))
 
 
 def _draw_paths(axis: Axes, planned: Plan, view: FloatArray, *, colour: str) -> None:

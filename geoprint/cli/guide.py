@@ -49,7 +49,7 @@ def _list() -> None:
     from geoprint.guide import pages
 
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True, style="bold")
     table.add_column()
     for page in pages():
         table.add_row(page.name, f"{page.title}: {page.summary[0].lower()}{page.summary[1:]}")

@@ -10,8 +10,9 @@ from types import MappingProxyType, ModuleType
 from typing import cast
 
 # Doors in the order in which data passes them, with what one looks for there.
+_TOP = "geoprint"
 STAGES = {
-    "geoprint": "The whole at once",
+    _TOP: "The whole at once",
     "geoprint.config": "Jobs and cells",
     "geoprint.surfaces.files": "Files",
     "geoprint.surfaces.repair": "Defects and repair",
@@ -54,15 +55,20 @@ def names_text() -> str:
         door = import_module(name)
         first = inspect.getdoc(door) or ""
         parts.append(f"## {heading}: `{name}`\n\n{first.partition(chr(10) * 2)[0]}\n")
-        parts += [_entry(each, getattr(door, each)) for each in public_names(door)]
+        whole = name != _TOP
+        parts += [_entry(each, getattr(door, each), whole=whole) for each in public_names(door)]
     return "\n".join(parts)
 
 
 def public_names(door: ModuleType) -> Sequence[str]:
-    """Return what a door passes on, from a to z: functions, classes, and tables of what is chosen by name."""
+    """Return what a door passes on: functions, classes, and tables of what is chosen by name.
+
+    They stand in the door's own order where it has one, else from a to z.
+    """
+    named: Sequence[str] | None = getattr(door, "__all__", None)
     return [
         name
-        for name in sorted(getattr(door, "__all__", None) or vars(door), key=str.lower)
+        for name in named or sorted(vars(door), key=str.lower)
         if not name.startswith("_") and _is_shown(getattr(door, name), door.__name__)
     ]
 
@@ -71,21 +77,22 @@ def _is_shown(value: object, door: str) -> bool:
     """Return whether a name is a function, a class or a table of geoprint, at home at or below its door."""
     if isinstance(value, MappingProxyType):
         return True
-    return (inspect.isfunction(value) or inspect.isclass(value)) and (
-        door == "geoprint" or value.__module__.startswith(door)
-    )
+    return (inspect.isfunction(value) or inspect.isclass(value)) and (door == _TOP or value.__module__.startswith(door))
 
 
-def _entry(name: str, value: object) -> str:
-    """Return what is said of one name."""
+def _entry(name: str, value: object, *, whole: bool) -> str:
+    """Return what is said of one name; of those at the top, which stand below again, the first sentence alone."""
     if isinstance(value, MappingProxyType):
         return f"### `{name}`\n\n{''.join(_known(cast('Mapping[str, type]', value)))}"
     sections = _sections(inspect.getdoc(value) or "")
+    first = f"### `{name}{_signature(value)}`\n\n{' '.join(sections[''])}\n"
+    if not whole:
+        return first
     lines = [f"- {before}{each}\n" for title, before in _SECTIONS.items() for each in _items(sections.get(title, []))]
     raised = re.findall(r"^    (\w+): ", "\n".join(sections.get("Raises", [])), re.MULTILINE)
     if raised:
         lines.append(f"- raises: {', '.join(f'`{each}`' for each in raised)}\n")
-    return f"### `{name}{_signature(value)}`\n\n{' '.join(sections[''])}\n\n{''.join(lines)}"
+    return f"{first}\n{''.join(lines)}"
 
 
 def _known(entries: Mapping[str, type]) -> Iterator[str]:
