@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from geoprint.cli.options import Overwrite
-from geoprint.cli.terminal import say
+from geoprint.cli.terminal import columns, say, show, tell
 from geoprint.errors import ExportError, UsageError
+
+if TYPE_CHECKING:
+    from geoprint.guide import Page
+
+# Longer lines are hard to read.
+WIDEST = 100
 
 
 def guide(
@@ -33,42 +39,30 @@ def guide(
         _write(html, html_guide(shown), overwrite=overwrite)
         say(f"written: {html}")
     elif topic is None:
-        _list()
-    elif sys.stdout.isatty():
-        _render(topic)
+        names = max(len(page.name) for page in shown)
+        lines = [f"{page.name:<{names}}  {page.title}: {page.summary[0].lower()}{page.summary[1:]}" for page in shown]
+        show("\n".join([*lines, "", "`geoprint guide NAME` shows a page, `geoprint guide --html FILE` writes all."]))
     else:
         page = page_named(topic)
-        typer.echo(f"# {page.title}\n\n{page.summary}\n\n{page.in_words}", nl=False)
+        width = columns(sys.stdout)
+        tell(_plain(page) if width is None else rendered(page, width=width))
 
 
-def _list() -> None:
-    """Print a line for each page, as wide as the terminal."""
-    from rich.console import Console
-    from rich.table import Table
-
-    from geoprint.guide import pages
-
-    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True, style="bold")
-    table.add_column()
-    for page in pages():
-        table.add_row(page.name, f"{page.title}: {page.summary[0].lower()}{page.summary[1:]}")
-    console = Console(highlight=False)
-    console.print(table)
-    console.print("\n`geoprint guide NAME` shows a page, `geoprint guide --html guide.html` writes all of them.")
+def _plain(page: Page) -> str:
+    """Return a page for whoever reads it through a pipe: as it is written."""
+    return f"# {page.title}\n\n{page.summary}\n\n{page.in_words.rstrip()}"
 
 
-def _render(topic: str) -> None:
-    """Print a page on a terminal, with headings, tables and blocks laid out in its width."""
+def rendered(page: Page, *, width: int) -> str:
+    """Return a page as a terminal of some width shows it, with headings, tables and blocks laid out."""
     from rich.console import Console
     from rich.markdown import Markdown
 
-    from geoprint.guide import page_named
-
-    page = page_named(topic)
-    text = f"# {page.title}\n\n*{page.summary}*\n\n{page.in_words}"
-    console = Console()
-    console.print(Markdown(text, code_theme="ansi_dark", hyperlinks=False), width=min(console.width, 100))
+    console = Console(width=min(width, WIDEST))
+    with console.capture() as captured:
+        text = f"# {page.title}\n\n*{page.summary}*\n\n{page.in_words}"
+        console.print(Markdown(text, code_theme="ansi_dark", hyperlinks=False))
+    return captured.get().rstrip("\n")
 
 
 def _write(path: Path, data: bytes, *, overwrite: bool) -> None:
