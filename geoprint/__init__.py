@@ -35,7 +35,7 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
 
-    cli -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
+    cli -> guide -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
         -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
         -> {errors, lazy}
 

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from geoprint import cli
+from geoprint.guide import pages
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -92,13 +93,17 @@ def test_linked_files_exist() -> None:
         assert (ROOT / link).is_file(), link
 
 
+def test_it_lists_every_page_of_the_guide() -> None:
+    for page in pages():
+        assert f"{page.title}" in README
+        assert f"| {page.summary} |" in README
+
+
 def test_the_examples_run_one_after_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lines = [line for line in "\n".join(blocks("sh")).splitlines() if line.startswith("geoprint ")]
-    assert [line.split()[1] for line in lines] == [
-        "init", "plan", "plan", "compare", "check", "inspect", "patch", "remesh", "doctor",
-    ]  # fmt: skip
+    assert [line.split()[1] for line in lines] == ["guide", "guide", "inspect", "plan", "check"]
     (tmp_path / "data").symlink_to(ROOT / "data")
     monkeypatch.chdir(tmp_path)
     for line in lines:
@@ -107,4 +112,4 @@ def test_the_examples_run_one_after_the_other(
             cli.main()
         assert not ended.value.code, f"{line}: {capsys.readouterr().err}"
     written = {path.name for path in tmp_path.iterdir()} - {"data"}
-    assert written == {"cells", "compared", "even.ply", "patch.ply", "plan", "plan20"}
+    assert written == {"guide.html", "plan"}

@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperCommand
 
 from geoprint.cli.ending import STOPPED_BY_USER
+from geoprint.cli.repeated import refuse_repeated
 from geoprint.errors import UsageError
 
 NAME = "geoprint"
@@ -31,6 +32,7 @@ app = typer.Typer(
 # As help lists them, each in a line of its own, by the modules of this folder; these are read once a command is asked
 # for, because its options come from `Job`.
 COMMANDS = {
+    "guide": {"guide": "Show the guide: pages with examples, here or as HTML."},
     "planning": {
         "plan": "Plan a part and write the checked program for the robot.",
         "compare": "Compare how evenly backends cover parts, and what prints.",
@@ -60,8 +62,9 @@ class _Later(TyperCommand):
     """A command that is read when it is called; its callback returns it."""
 
     def make_context(self, *arguments: Any, **extra: Any) -> Any:
-        read = cast("Callable[[], TyperCommand]", self.callback)
-        return read().make_context(*arguments, **extra)
+        command = cast("Callable[[], TyperCommand]", self.callback)()
+        refuse_repeated(command, arguments[1])
+        return command.make_context(*arguments, **extra)
 
 
 def _reader(module: str, name: str) -> Callable[[], Any]:

@@ -128,12 +128,12 @@ class Job(Table):
     ] = "contours"
     spacing: Annotated[
         Spacing | None,
-        Key("Distance between neighbouring paths in mm.", "1.0", group="spacing", told="spacing_mm", shown=True),
+        Key("Distance of neighbouring paths (stepover) in mm.", "1.0", group="spacing", told="spacing_mm", shown=True),
     ] = None
     resolution: Annotated[
         PositiveInt | None,
         Key(
-            "Pixels along the longer side of lscm's raster; by default 16 a spacing.",
+            "Pixels along the longer side of lscm's raster of its conformal map; by default 16 a spacing.",
             "500 # pixels along the longer side of the raster of lscm",
             group="paths",
         ),
@@ -141,7 +141,7 @@ class Job(Table):
     rounds: Annotated[
         Rounds | None,
         Key(
-            "Number of rounds from the seed inwards.",
+            "Number of rounds (contour-parallel passes) from the seed inwards.",
             "20 # from the border to the farthest point; of several patches, to that of the deepest",
             group="spacing",
         ),
@@ -149,7 +149,7 @@ class Job(Table):
     seed: Annotated[
         Triple | None,
         Key(
-            "Point X Y Z (mm) from which distance is measured, instead of the border.",
+            "Point X Y Z (mm) from which distance is measured (source), instead of the border.",
             "[0.0, 0.0, 0.0] # point from which distance is measured, instead of the border",
             group="paths",
         ),

@@ -169,7 +169,7 @@ def _chosen_label(volume: LabelVolume, label: int | None, *, name: str) -> int:
     if label is None:
         raise UsageError(f"`{name}` holds the labels {shown}; choose one with `--label N`.")
     if label not in found:
-        raise UsageError(f"`{name}` has no label {label}; it holds {shown}.")
+        raise UsageError(f"`{name}` has no label {label}; it holds {shown}: choose one with `--label N`.")
     return label
 
 

@@ -1,0 +1,44 @@
+"""Draws the pictures of the guide and writes it as one HTML page.
+
+    python -m benchmarks.guide [--draw [NAME ...]] [--html FILE] [--smoke]
+
+With --draw all pictures in `geoprint/guide/pictures` are drawn anew, or those that are named; `report.png` needs
+Chromium with its driver. With --html the guide is written, as `geoprint guide --html` does. --smoke draws one picture
+and throws it away.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import geoprint
+from benchmarks.parts.guide_pictures import PICTURES
+from geoprint.guide import html_guide, pages
+
+ROOT = Path(__file__).parents[1]
+FOLDER = Path(geoprint.__file__).parent / "guide" / "pictures"
+
+
+def main() -> None:
+    """Draw and write what is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--draw", nargs="*", metavar="NAME", help="draw all pictures, or these")
+    parser.add_argument("--html", type=Path, metavar="FILE", help="write the guide as one page")
+    parser.add_argument("--smoke", action="store_true", help="draw one picture, write nothing")
+    arguments = parser.parse_args()
+    if arguments.smoke:
+        print(f"fine-lines.png: {len(PICTURES['fine-lines.png'](ROOT / 'data'))} bytes")
+        print(f"the guide: {len(html_guide(pages()))} bytes")
+    if arguments.draw is not None:
+        for name in arguments.draw or PICTURES:
+            data = PICTURES[name](ROOT / "data")
+            (FOLDER / name).write_bytes(data)
+            print(f"{name}: {len(data)} bytes")
+    if arguments.html is not None:
+        arguments.html.write_bytes(html_guide(pages()))
+        print(f"written: {arguments.html}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,13 @@
+"""The guide: pages of Markdown in `pages/`, each found by itself, and the whole as one HTML page that opens offline.
+
+A new page is one file there and its picture in `pictures/`, which `python -m benchmarks.guide` draws.
+"""
+
+from geoprint.guide.html_page import html_guide as html_guide
+from geoprint.guide.pages import (
+    Block as Block,
+    Page as Page,
+    page_named as page_named,
+    pages as pages,
+    picture_bytes as picture_bytes,
+)

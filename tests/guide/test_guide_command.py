@@ -1,0 +1,119 @@
+"""`geoprint guide` lists the pages, shows one in the width of a terminal, and writes all of them as one page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from geoprint import cli
+from geoprint.cli.guide import WIDEST, rendered
+from geoprint.errors import UsageError
+from geoprint.guide import html_guide, page_named, pages
+from tests.report.browser import opened_browser
+
+Run = Callable[..., tuple[int, str, str]]
+NAMES = [page.name for page in pages()]
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    def call(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr("sys.argv", ["geoprint", "guide", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        captured = capsys.readouterr()
+        return int(ended.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+def test_it_lists_every_page_with_its_title(run: Run) -> None:
+    status, stdout, _ = run()
+
+    assert status == 0
+    lines = stdout.splitlines()
+    assert [line.split()[0] for line in lines[: len(NAMES)]] == NAMES
+    for page, line in zip(pages(), lines, strict=False):
+        assert page.title in line
+
+
+def test_the_pages_stand_in_the_order_in_which_they_are_needed() -> None:
+    first = ["first-comparison", "your-part", "your-cell", "calibrate", "fine-lines", "several-patches"]
+    assert NAMES[: len(first)] == first
+    assert NAMES[-1] == "names"
+    assert {"report", "checked", "scripting", "own-backend", "refused", "words"} < set(NAMES)
+
+
+def test_a_page_that_is_piped_is_plain(run: Run) -> None:
+    status, stdout, _ = run("calibrate")
+
+    assert status == 0
+    assert stdout.startswith("# Calibrate and place\n")
+    assert "\x1b" not in stdout
+    assert "*Picture: Four touched points" in stdout
+    assert "(`geoprint guide controller`)" in stdout
+    assert ".md)" not in stdout
+
+
+@pytest.mark.parametrize("width", [60, 80, 200])
+@pytest.mark.parametrize("name", ["calibrate", "refused", "words"])
+def test_a_page_fits_the_terminal(name: str, width: int) -> None:
+    lines = rendered(page_named(name), width=width).splitlines()
+
+    assert 0.8 * min(width, WIDEST) < max(map(len, lines)) <= min(width, WIDEST)
+
+
+def test_a_page_that_is_not_there_is_refused_with_those_that_are(run: Run) -> None:
+    with pytest.raises(UsageError, match="no page `flying`; choose one of: first-comparison, your-part"):
+        page_named("flying")
+    assert run("flying")[0] == 2
+
+
+def test_the_whole_is_one_file_that_fetches_and_runs_nothing(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "guide.html"
+
+    assert run("--html", out)[0] == 0
+
+    text = out.read_text(encoding="utf-8")
+    assert len(text) < 2_000_000
+    assert "default-src 'none'" in text
+    assert "<script" not in text
+    assert set(re.findall(r'src="([a-z]+):', text)) == {"data"}
+    assert not re.search(r'(?:src|href)="(?!data:|#)', text)
+    for page in pages():
+        assert f'<section id="{page.name}">' in text
+    assert set(re.findall(r'href="#([\w-]+)"', text)) == set(NAMES)
+    status, _, stderr = run("--html", out)
+    assert status == 2
+    assert "--overwrite" in stderr
+    assert run("words", "--html", out, "--overwrite")[0] == 0
+    assert len(out.read_bytes()) < len(text) / 2
+
+
+def test_what_a_docstring_or_a_page_says_is_no_markup() -> None:
+    text = html_guide(pages()).decode("utf-8")
+    assert set(re.findall(r"<(\w+)", text.partition("<body>")[2])) <= {
+        "a", "code", "details", "div", "em", "h1", "h2", "h3", "h4", "img", "li", "main", "nav", "ol", "p", "pre",
+        "section", "strong", "summary", "table", "tbody", "td", "th", "thead", "tr", "ul",
+    }  # fmt: skip
+
+
+def test_it_fits_a_telephone_and_follows_the_dark_mode_of_the_system(tmp_path: Path) -> None:
+    path = tmp_path / "guide.html"
+    path.write_bytes(html_guide(pages()))
+    with opened_browser() as page:
+        for width in (1440, 390):
+            page.resize(width=width)
+            page.open(path)
+            assert page.run("document.documentElement.scrollWidth") == width
+            assert page.run("[...document.images].every(image => image.complete && image.naturalWidth > 300)") is True
+        shades: list[object] = []
+        for scheme in ("light", "dark"):
+            page.driver.execute_cdp_cmd(  # pyright: ignore[reportUnknownMemberType]
+                "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+            )
+            shades.append(page.run("getComputedStyle(document.body).backgroundColor"))
+        assert shades == ["rgb(255, 255, 255)", "rgb(20, 25, 29)"]

@@ -1,0 +1,52 @@
+"""The page of the public names has every name of every door, with shapes and units from its docstring."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+
+import pytest
+
+from benchmarks.parts.house_tree import House
+from geoprint.guide import page_named
+from geoprint.guide.names import STAGES, public_names
+
+TEXT = page_named("names").text
+# Rooms that are not for scripts: the command line, this guide, figures of plain values, and what holds no names.
+ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.report", "geoprint.motion", "geoprint.robots"}
+
+
+def test_every_room_with_names_is_a_stage() -> None:
+    house = House()
+    rooms = {name for name in house.rooms if house.is_room(name) and name.count(".") == 1}
+    assert rooms - ASIDE <= STAGES.keys()
+
+
+@pytest.mark.parametrize("door", STAGES)
+def test_a_door_is_listed_with_all_of_its_names(door: str) -> None:
+    (section,) = re.findall(rf"^## [^\n]*`{re.escape(door)}`\n(.*?)(?=^## |\Z)", TEXT, flags=re.DOTALL | re.MULTILINE)
+    names = public_names(import_module(door))
+    assert len(names) >= 1
+    assert re.findall(r"^### `(\w+)", section, flags=re.MULTILINE) == list(names)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "- `vertices`: (n, 3) positions [mm] in the part's own (work) frame.",
+        "### `boundary_seed(surface: Surface) -> Seed`",
+        "Return (k,) length along a polyline of (k, 3) points from its start [mm].",
+        (
+            "- `lscm`: Flattens the surface by a conformal map and takes straight distances in the plane. "
+            "Options: `lscm.resolution`."
+        ),
+        "- raises: `FieldError`, `MeshError`",
+    ],
+)
+def test_signatures_shapes_units_and_options_are_told(line: str) -> None:
+    assert line in TEXT
+
+
+def test_no_default_is_an_address_in_memory() -> None:
+    assert " object at 0x" not in TEXT
+    assert "<function" not in TEXT

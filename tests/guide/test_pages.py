@@ -1,0 +1,88 @@
+"""Every page of the guide says what a page has to say, and what it tells people to run runs."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from benchmarks.parts.guide_pictures import PICTURES
+from geoprint import cli
+from geoprint.guide import Page, pages, picture_bytes
+
+ROOT = Path(__file__).parents[2]
+PAGES = [page for page in pages() if page.name != "names"]
+# Largest picture [bytes], and most lines of a page: two screens and its tables.
+LARGEST, LONGEST = 120_000, 120
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where all pages run, one after another, as somebody does who reads them in a clone."""
+    found = tmp_path_factory.mktemp("guide")
+    (found / "data").symlink_to(ROOT / "data")
+    return found
+
+
+def commands(text: str) -> list[str]:
+    """Return the lines of a block; what ends in a backslash goes on in the next."""
+    return text.replace("\\\n", " ").splitlines()
+
+
+def run(line: str, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Run a line of a page and return its status."""
+    if not line.startswith("geoprint "):
+        return subprocess.run(["/bin/bash", "-c", line], check=False).returncode
+    monkeypatch.setattr("sys.argv", shlex.split(line))
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    return int(ended.value.code or 0)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_its_blocks_run_in_order(
+    page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    names: dict[str, object] = {"__name__": "__main__"}
+    for block in page.blocks:
+        if block.word and block.word != "refused":
+            (folder / block.word).write_text(block.text, encoding="utf-8")
+        if block.language == "python":
+            exec(compile(block.text, f"{page.name}.md", "exec"), names)  # noqa: S102  (our own text)
+        for line in commands(block.text) if block.language == "sh" else []:
+            status = run(line, monkeypatch)
+            expected = (2, 3, 4) if block.word == "refused" else (0,)
+            assert status in expected, f"{page.name}: {line}\n{capsys.readouterr().err}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_it_has_a_title_a_summary_a_picture_and_a_command_that_is_run(page: Page) -> None:
+    assert 3 <= len(page.title) <= 50
+    assert re.fullmatch(r"[A-Z][^\n]{20,110}\.", page.summary)
+    assert any(
+        line.startswith("geoprint ") for block in page.blocks if block.language == "sh" for line in commands(block.text)
+    )
+    assert page.pictures, "a page shows what it is about"
+    for words, picture in page.pictures:
+        assert len(words) > 30, "who cannot see the picture reads what it shows"
+        assert picture in PICTURES, f"benchmarks.guide draws no {picture}"
+        assert 0 < len(picture_bytes(picture)) <= LARGEST
+    assert len(page.text.splitlines()) <= LONGEST
+    # Fits a terminal of 80 columns where it is read as it stands; tables and commands are as long as they are.
+    prose = re.sub(r"^```.*?^```$|!\[.*?\)", "", page.text, flags=re.DOTALL | re.MULTILINE)
+    assert [line for line in prose.splitlines() if len(line) > 82 and not line.startswith("|")] == []
+
+
+def test_every_picture_stands_on_a_page() -> None:
+    assert set(PICTURES) == {picture for page in PAGES for _, picture in page.pictures}
+
+
+def test_names_orders_and_links_fit_together() -> None:
+    assert len({page.order for page in PAGES}) == len(PAGES)
+    names = {page.name for page in pages()}
+    for page in PAGES:
+        assert set(re.findall(r"\]\(([\w-]+)\.md\)", page.text)) <= names, page.name
