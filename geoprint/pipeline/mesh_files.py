@@ -95,8 +95,8 @@ def remesh_file(
     if edge_length is not None and faces is not None:
         raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
     before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin).surface)
-    usual = DEVIATION_SHARE * float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
-    allowed = usual if max_deviation is None else max_deviation
+    diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
+    allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
     after, steps = before, list[str]()
     if wavelength is not None:
         after = smooth(after, wavelength=wavelength)
