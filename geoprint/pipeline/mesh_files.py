@@ -81,8 +81,7 @@ def remesh_file(
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
         edge_length: as for `surfaces.remesh` [mm].
         faces: as for `surfaces.decimate`, instead.
-        max_deviation: how far old and new surface, and their rims, may lie apart [mm]; by default DEVIATION_SHARE of
-            the part's diagonal.
+        max_deviation: how far the surfaces, and their rims, may lie apart [mm]; None for DEVIATION_SHARE of the part.
 
     Raises:
         UsageError: nothing is asked for, or edge length and faces both.
