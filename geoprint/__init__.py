@@ -37,7 +37,7 @@ and imports run to the right alone (braces: mutually independent; `lint-imports`
 
     cli -> guide -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
         -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
-        -> {errors, lazy}
+        -> {errors, kernels, lazy}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """

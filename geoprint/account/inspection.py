@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import final
 
-from geoprint.account.records.plan import PreparationRecord
 from geoprint.account.records.rounding import as_json, rounded
+from geoprint.account.summary import record_preparation
 from geoprint.export import Json
 from geoprint.results import FileInspection
 from geoprint.surfaces import in_words
 from geoprint.surfaces.files import LONGEST_NAME
 from geoprint.surfaces.remesh import TERRACE_SHARE, TERRACE_WAVELENGTH
-from geoprint.surfaces.repair import Defect, PreparationReport
+from geoprint.surfaces.repair import Defect
 
 # Regions and rims that a person reads; more are in the JSON.
 MOST_REGIONS = 30
@@ -153,12 +153,6 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         terraces_mm=None if seen.terraces is None else rounded(seen.terraces),
         backends=dict(seen.backends),
     )
-
-
-def record_preparation(found: PreparationReport) -> PreparationRecord:
-    """Return what preparing changed and found: its repairs, then what is left."""
-    told = asdict(found)
-    return PreparationRecord(**told.pop("repairs"), **told)
 
 
 def _lines(record: InspectionRecord) -> Iterator[str]:

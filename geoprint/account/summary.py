@@ -9,7 +9,6 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.account.cautions import notes_of, warnings_of
-from geoprint.account.inspection import record_preparation
 from geoprint.account.patches import record_cut
 from geoprint.account.records.plan import (
     AreaScaleRecord,
@@ -29,6 +28,7 @@ from geoprint.account.records.plan import (
     PatchSpacingRecord,
     PathsRecord,
     PlanRecord,
+    PreparationRecord,
     RefinementRecord,
     SettingsRecord,
     SideRecord,
@@ -47,6 +47,7 @@ from geoprint.paths import largest_lean, mean_lean
 from geoprint.quality import Thickness, Uniformity
 from geoprint.results import Laid, Layer, Plan
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
+from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
 PLAN_SCHEMA = 3
@@ -274,3 +275,9 @@ def _patches(plan: Plan) -> tuple[PatchRecord, ...]:
             )
         )
     return tuple(found)
+
+
+def record_preparation(found: PreparationReport) -> PreparationRecord:
+    """Return what preparing changed and found: its repairs, then what is left."""
+    told = asdict(found)
+    return PreparationRecord(**told.pop("repairs"), **told)

@@ -81,7 +81,7 @@ def remesh_file(
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
         edge_length: as for `surfaces.remesh` [mm].
         faces: as for `surfaces.decimate`, instead.
-        max_deviation: how far both surfaces, and their rims, may lie apart [mm]; None: DEVIATION_SHARE of the diagonal.
+        max_deviation: how far the surfaces, and their rims, may lie apart [mm]; None for DEVIATION_SHARE of the part.
 
     Raises:
         UsageError: nothing is asked for, or edge length and faces both.

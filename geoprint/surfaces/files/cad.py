@@ -14,9 +14,8 @@ from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files import cad_worker
-from geoprint.surfaces.files.mesh_file import MeshFile
+from geoprint.surfaces.files.mesh_file import MeshFile, single_step
 from geoprint.surfaces.files.native import run_worker
-from geoprint.surfaces.files.precision import single_step
 
 # Largest distance between a face and its triangles [mm], and as a share of the part's size: the smaller counts.
 CHORD = 0.01

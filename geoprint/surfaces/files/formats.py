@@ -107,7 +107,7 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
         # Of other kinds the words are a name or a number without its place.
-        found = f" ({str(error)[:200]!r})" if isinstance(error, ValueError) else ""
+        found = f" ({str(error)[:200]!r})" if isinstance(error, ValueError | ImportError) else ""
         raise InputError(
             f"`{path.name}` cannot be read as {suffix}{found}; it is damaged or not what its suffix says, so export "
             "it again."

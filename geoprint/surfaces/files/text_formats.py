@@ -16,8 +16,7 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
-from geoprint.surfaces.files.mesh_file import MeshFile, check_indices
-from geoprint.surfaces.files.precision import written_step
+from geoprint.surfaces.files.mesh_file import MeshFile, check_indices, written_step
 from geoprint.surfaces.files.regions import Regions, named, together
 from geoprint.surfaces.operators import doubled_area_vectors
 

@@ -17,9 +17,8 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import IntArray
-from geoprint.surfaces.files.mesh_file import MeshFile
+from geoprint.surfaces.files.mesh_file import MeshFile, resolves, single_step, written_step
 from geoprint.surfaces.files.optional_readers import read_cloud_ply
-from geoprint.surfaces.files.precision import resolves, single_step, written_step
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
 
 STL_HEADER_BYTES = 84
