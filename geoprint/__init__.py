@@ -1,16 +1,5 @@
 """Plan evenly spaced print paths on curved surfaces and write the robot program that prints them.
 
-Data flows in one direction, through frozen values (`geoprint.model`) that print what they hold in a few lines:
-
-    file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
-         -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> told
-
-and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
-
-    cli -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
-        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
-        -> {errors, lazy}
-
 `job_of` says what to plan, `plan` runs every stage for one backend, `compare` for several on the same part; `save_plan`
 and `save_comparisons` write the result, `check_bundle` reads it back. The stages themselves are functions too:
 
@@ -35,8 +24,20 @@ Examples:
       name      'plate.ply'
     >>> heat = geoprint.BACKENDS["heat"](plate)
     >>> contours = heat.contours(geoprint.boundary_seed(plate), spacing=2.0)
-    >>> contours.curves.xyz(plate, 0).shape[1]
-    3
+    >>> outermost = contours.curves.xyz(plate, 0)
+    >>> outermost.max(axis=0).round(1)
+    array([19., 14., 0.])
+
+Data flows in one direction, through frozen values (`geoprint.model`) that print what they hold in a few lines:
+
+    file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
+         -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> told
+
+and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
+
+    cli -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
+        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
+        -> {errors, lazy}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """

@@ -35,7 +35,7 @@ def attached(package: str, *, modules: str, names: Mapping[str, str] = MappingPr
         return getattr(import_module(f"{package}.{module}"), there)
 
     def listed() -> list[str]:
-        bound = vars(sys.modules[package])
+        bound = vars(sys.modules[package]).keys() - {"__getattr__", "__dir__"}
         return sorted({*own, *others, *(name for name in bound if "__all__" not in bound or name.startswith("__"))})
 
     return get, listed

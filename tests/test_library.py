@@ -173,7 +173,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "suggested_unit": lambda: suggested_unit(gone),
         "inspect_file": lambda: geoprint.inspect_file(gone),
         "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
-        "read_curve": lambda: pipeline.read_curve(gone),
+        "read_curve": lambda: config.read_curve(gone),
         "check_bundle": lambda: geoprint.check_bundle(gone),
         "load_cell": lambda: geoprint.load_cell(gone),
         "cell_of": lambda: config.cell_of('[robot]\nurdf = "a.urdf"', name="a cell", folder=gone),

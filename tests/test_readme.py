@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 
 from geoprint import cli
@@ -19,11 +24,47 @@ def blocks(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", README, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize("code", blocks("python"))
-def test_python_blocks_run(code: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.chdir(ROOT)
-    exec(compile(code, "README.md", "exec"), {})  # noqa: S102  (our own text)
-    assert re.fullmatch(r"\d+ runs, \d+ s\n", capsys.readouterr().out)
+@pytest.fixture(scope="module")
+def scripted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Return the folder in which the Python blocks ran as one script, and what they printed."""
+    folder = tmp_path_factory.mktemp("script")
+    (folder / "data").symlink_to(ROOT / "data")
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "MPLBACKEND": "agg"}
+    command = [sys.executable, "-W", "error", "-c", "\n".join(blocks("python"))]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder, done.stdout
+
+
+def test_the_python_blocks_run_one_after_the_other_as_a_script(scripted: tuple[Path, str]) -> None:
+    folder, said = scripted
+    runs, length, volume, seconds, targets, lost = re.fullmatch(
+        r"(\d+) runs of (\d+) mm, (\d+) mm3\n(\d+) s, (\d+) targets, 0 findings\nslices leave (\d+)% uncovered\n", said
+    ).groups()  # pyright: ignore[reportOptionalMemberAccess]
+    assert int(runs) == 10
+    # A layer of half a millimetre, paths two apart, laid with 20 mm/s.
+    assert int(volume) == pytest.approx(int(length), abs=1)
+    assert int(seconds) > int(length) / 20.0
+    assert int(targets) > 100
+    assert 25 <= int(lost) <= 45
+    assert {path.name for path in folder.iterdir()} == {"data", "apex", "evenness.png", "runs.csv", "levels.csv"}
+    table = np.genfromtxt(folder / "runs.csv", delimiter=",", names=True)
+    assert table["length"].sum() == pytest.approx(int(length), abs=0.5)
+
+
+def test_the_figure_shows_where_lscm_is_uneven_and_fast_marching_is_not(scripted: tuple[Path, str]) -> None:
+    pixels = plt.imread(scripted[0] / "evenness.png")[..., :3]
+    coloured = np.ptp(pixels, axis=2) > 0.25
+    left, right = np.array_split(coloured, 2, axis=1)
+    assert left.mean() > 0.005
+    assert right.mean() < 0.1 * left.mean()
+
+
+def test_a_figure_and_a_program_take_twelve_lines_each() -> None:
+    figure, program, _ = ([line for line in block.splitlines() if line.strip()] for block in blocks("python"))
+    assert len(figure) <= 12
+    assert len(program) <= 12
+    assert max(map(len, figure + program)) <= 120
 
 
 @pytest.mark.parametrize("mark", ["main", "tests"])

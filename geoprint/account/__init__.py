@@ -1,18 +1,17 @@
 """What is said of a result: plan.json and compare.json, tables, verdict, run sheet, report and pictures."""
 
-from geoprint.account.calibration import (
-    calibration_summary as calibration_summary,
-    calibration_text as calibration_text,
+from geoprint.account.calibration import calibration_summary as calibration_summary
+from geoprint.account.checked import (
+    Checked as Checked,
+    Finding as Finding,
 )
 from geoprint.account.comparison_summary import (
     comparison_picture as comparison_picture,
     comparison_report as comparison_report,
     tell_comparison as tell_comparison,
 )
-from geoprint.account.comparison_text import comparison_table as comparison_table
 from geoprint.account.inspection import inspection_summary as inspection_summary, inspection_text as inspection_text
 from geoprint.account.patches import patch_summary as patch_summary, patch_text as patch_text
-from geoprint.account.plan_text import outcome_text as outcome_text
 from geoprint.account.proposal import proposal_summary as proposal_summary, proposal_text as proposal_text
 from geoprint.account.records.comparison import (
     ComparisonRecord as ComparisonRecord,
@@ -25,8 +24,6 @@ from geoprint.account.records.rounding import (
 )
 from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
 from geoprint.account.run_sheet import (
-    Checked as Checked,
-    Finding as Finding,
     check_summary as check_summary,
     run_sheet as run_sheet,
 )
@@ -41,4 +38,7 @@ from geoprint.account.summary import (
     record_plan as record_plan,
     summary as summary,
 )
+from geoprint.account.texts.calibration import calibration_text as calibration_text
+from geoprint.account.texts.comparison import comparison_table as comparison_table
+from geoprint.account.texts.plan import outcome_text as outcome_text
 from geoprint.account.verdict import verdict as verdict

@@ -1,13 +1,12 @@
-"""What is said of a calibration: the lines that a person reads, and the object for programs."""
+"""What is said of a calibration as figures: the object for programs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint.account.records.rounding import DECIMALS, rounded
 from geoprint.export import Json
@@ -136,20 +135,16 @@ class ToolRecord:
     fixture_outdated: bool
 
 
-def calibration_text(found: CalibratedFixture | CalibratedTool) -> str:
-    """Return the lines that a person reads of a calibration."""
-    return "\n".join(_fixture_lines(found) if isinstance(found, CalibratedFixture) else _tool_lines(found))
-
-
 def calibration_summary(found: CalibratedFixture | CalibratedTool) -> dict[str, Json]:
     """Return a calibration as `--json` prints it."""
-    told = asdict(_fixture_record(found) if isinstance(found, CalibratedFixture) else _tool_record(found))
+    told = asdict(fixture_record(found) if isinstance(found, CalibratedFixture) else tool_record(found))
     # The figures of the touches stand beside the others.
     parts = (value if key == "touches" else {key: value} for key, value in told.items())
     return {key: value for part in parts for key, value in part.items()}
 
 
-def _fixture_record(found: CalibratedFixture) -> FixtureRecord:
+def fixture_record(found: CalibratedFixture) -> FixtureRecord:
+    """Return what is said of a touched fixture."""
     calibration, following = found.calibration, found.suggestion
     placement = calibration.placement
     return FixtureRecord(
@@ -191,14 +186,15 @@ def _surface_record(surface: Uncertainty | None, *, standoff: float) -> SurfaceU
     )
 
 
-def _tool_record(found: CalibratedTool) -> ToolRecord:
+def tool_record(found: CalibratedTool) -> ToolRecord:
+    """Return what is said of a touched tool."""
     calibration = found.calibration
     return ToolRecord(
         cell=found.cell.name,
         tcp_mm=_numbers(calibration.tip),
         before_mm=_numbers(found.before),
         touched_mm=_numbers(calibration.touched),
-        touches=_touches_record(calibration.statistics, _pose_names(calibration.statistics)),
+        touches=_touches_record(calibration.statistics, pose_names(calibration.statistics)),
         deviation_mm=rounded(calibration.deviation),
         along=_numbers(calibration.direction),
         within_mm=rounded(calibration.bound),
@@ -227,103 +223,8 @@ def _touches_record(statistics: TouchStatistics, names: tuple[str, ...]) -> Touc
     )
 
 
-def _fixture_lines(found: CalibratedFixture) -> Iterator[str]:
-    record = _fixture_record(found)
-    # Angles from the matrix itself: six decimals of it are too few for three of a degree.
-    rpy = Rotation.from_matrix(found.calibration.placement.T_base_fixture[:3, :3]).as_euler("xyz", degrees=True)
-    position, turn, following = record.position, record.attitude, record.touch_next
-    yield (
-        f"fixture: at ({_listed((row[3] for row in record.T_base_fixture[:3]), 3)}) mm, roll, pitch, yaw "
-        f"({_listed(rpy.tolist(), 3)}) degrees in the base frame, from {len(found.names)} touched points"
-    )
-    yield _noise_line(record.touches)
-    yield "point: residual x, y, z, its length, and distance from where the others put it, mm"
-    yield from _touch_lines(record.touches)
-    where = record.part or "the fixture's points"
-    yield (
-        f"position: at the corners of the box about {where} at worst "
-        f"{position.deviation_mm:.3f} mm (standard deviation) along ({_listed(position.along, 2)}) at "
-        f"({_listed(position.at_mm, 1)}); within {position.within_mm:.3f} mm in 95 of 100 calibrations"
-    )
-    yield (
-        f"attitude: at worst {turn.deviation_deg:.3f} degrees about ({_listed(turn.about, 2)}); within "
-        f"{turn.within_deg:.3f} degrees in 95 of 100"
-    )
-    if record.surface is not None:
-        yield _surface_line(record.surface)
-    yield (
-        f"touch next: {following.name}{' again' if following.again else ''}, at ({_listed(following.fixture_mm, 1)}) "
-        f"mm in the fixture's frame, ({_listed(following.base_mm, 1)}) in the base frame; it leaves "
-        f"{following.deviation_mm:.3f} mm at worst, within {following.within_mm:.3f} mm"
-    )
-    if not record.part_stated:
-        yield (
-            f"note: {record.cell} does not state where the part stands on the fixture: write part_mm under [work] "
-            "(and part_rpy_deg where the part's axes are turned). Until then programs run only dry, with the part's "
-            "origin at the fixture's."
-        )
-    yield from _notes(found.calibration.statistics, found.names)
-
-
-def _tool_lines(found: CalibratedTool) -> Iterator[str]:
-    record, calibration = _tool_record(found), found.calibration
-    yield (
-        f"tool centre point: ({_listed(record.tcp_mm, 3)}) mm in the flange frame, from {len(record.touches.points)} "
-        f"poses; {np.linalg.norm(calibration.tip - found.before):.3f} mm from where the cell had it"
-    )
-    yield _noise_line(record.touches)
-    yield "pose: residual x, y, z, its length, and distance from where the others put it, mm"
-    yield from _touch_lines(record.touches)
-    yield (
-        f"uncertainty: at worst {record.deviation_mm:.3f} mm (standard deviation) along ({_listed(record.along, 2)}) "
-        f"of the flange; within {record.within_mm:.3f} mm in 95 of 100 calibrations"
-    )
-    if record.fixture_outdated:
-        yield "note: the cell's touched points were read with the old tool centre point: touch them again."
-    yield from _notes(calibration.statistics, _pose_names(calibration.statistics))
-
-
-def _noise_line(touches: TouchesRecord) -> str:
-    low, high = touches.noise_between_mm
-    told = "as given" if touches.noise_given else f"estimated; between {low:.3f} and {high:.3f} in 95 of 100"
-    return f"RMS: {touches.rms_mm:.3f} mm; noise of a touch in each direction: {touches.noise_mm:.3f} mm ({told})"
-
-
-def _touch_lines(touches: TouchesRecord) -> Iterator[str]:
-    width = max(len(touch.name) for touch in touches.points)
-    for touch in touches.points:
-        x, y, z = touch.residual_mm
-        length = float(np.linalg.norm(touch.residual_mm))
-        odd = "  ODD" if touch.odd else ""
-        yield f"  {touch.name:<{width}}  {x:7.3f} {y:7.3f} {z:7.3f}  {length:6.3f}  {touch.miss_mm:6.3f}{odd}"
-
-
-def _surface_line(surface: SurfaceUncertaintyRecord) -> str:
-    verdict = "a plan will warn" if surface.warned else "good enough"
-    if surface.refused:
-        verdict = "too much: no plan will be made"
-    return (
-        f"surface: along its normal within {surface.within_mm:.3f} mm in 95 of 100, at worst at "
-        f"({_listed(surface.at_mm, 1)}); the stand-off is {surface.standoff_mm:g} mm: {verdict}"
-    )
-
-
-def _notes(statistics: TouchStatistics, names: tuple[str, ...]) -> Iterator[str]:
-    if statistics.odd:
-        odd = ", ".join(names[k] for k in statistics.odd)
-        which = "one of these" if len(statistics.odd) > 1 else "this"
-        yield (
-            f"note: {odd}: by chance a good touch looks this odd in fewer than 1 of 100 calibrations; touch {which} "
-            "again."
-        )
-    if statistics.excess is not None and not statistics.noise.given:
-        yield (
-            "note: the residuals are larger than the noise given explains (by chance in fewer than 1 of 100 "
-            "calibrations), so the noise was estimated from them instead."
-        )
-
-
-def _pose_names(statistics: TouchStatistics) -> tuple[str, ...]:
+def pose_names(statistics: TouchStatistics) -> tuple[str, ...]:
+    """Return what the poses of a touched tool are called: their numbers."""
     return tuple(str(number) for number in range(1, len(statistics.residuals) + 1))
 
 
@@ -338,7 +239,3 @@ def _rows(matrix: FloatArray) -> tuple[Numbers, ...]:
 
 def _numbers(values: Iterable[float]) -> Numbers:
     return tuple(map(rounded, values))
-
-
-def _listed(values: Iterable[float], decimals: int) -> str:
-    return ", ".join(f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values)

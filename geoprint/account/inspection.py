@@ -12,6 +12,7 @@ from geoprint.export import Json
 from geoprint.results import FileInspection
 from geoprint.surfaces import in_words
 from geoprint.surfaces.files import LONGEST_NAME
+from geoprint.surfaces.remesh import TERRACE_SHARE, TERRACE_WAVELENGTH
 from geoprint.surfaces.repair import Defect, PreparationReport
 
 # Regions and rims that a person reads; more are in the JSON.
@@ -84,6 +85,8 @@ class InspectionRecord:
         changes: the changes in words, or None.
         refusal: why preparing refuses, or None.
         regions: in the order of the file.
+        outside: what tells which side of it is outside.
+        terraces_mm: height of the steps where the surface is a staircase around voxels, else None.
         backends: by name, 'yes', or why one cannot plan on it or was not tried.
     """
 
@@ -107,6 +110,8 @@ class InspectionRecord:
     changes: tuple[str, ...] | None
     refusal: str | None
     regions: tuple[RegionRecord, ...]
+    outside: str
+    terraces_mm: float | None
     backends: dict[str, str]
 
 
@@ -144,6 +149,8 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         changes=None if done is None else done.repairs.changes(),
         refusal=found.refusal,
         regions=tuple(RegionRecord(name, faces, rounded(area)) for name, faces, area in seen.regions),
+        outside=seen.side,
+        terraces_mm=None if seen.terraces is None else rounded(seen.terraces),
         backends=dict(seen.backends),
     )
 
@@ -159,12 +166,19 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
     spans = " x ".join(f"{extent:.4g}" for extent in record.size_mm)
     yield f"{record.name}: {record.faces} faces, {spans} mm, read in {record.unit}{guessed}"
     if record.unit_hint:
-        yield f"note: {record.unit_hint}"
+        yield f"warning: {record.unit_hint}"
     yield f"pieces: {len(record.components)}; genus: {'unknown' if record.genus is None else record.genus}"
     yield _border_line(record)
+    yield f"outside: {record.outside}"
     yield from _flaw_lines(record)
+    if record.terraces_mm is not None:
+        wavelength, deviation = TERRACE_WAVELENGTH * record.terraces_mm, TERRACE_SHARE * record.terraces_mm
+        yield (
+            f"staircase: steps of {record.terraces_mm:.3g} mm, as around voxels; `geoprint remesh {record.name} "
+            f"--smooth {wavelength:.3g} --max-deviation {deviation:.2g} --out part.ply` takes them off"
+        )
     if not record.crossings_complete:
-        yield "crossings: not all pairs of faces were looked at"
+        yield "not checked: crossings between all pairs of faces"
     if record.refusal is not None:
         yield f"refused: {record.refusal}"
     elif record.changes is not None:
@@ -174,7 +188,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
     if len(record.regions) > MOST_REGIONS:
         yield f"and {len(record.regions) - MOST_REGIONS} more regions: `--json` lists all"
     for name, answer in record.backends.items():
-        yield f"{name:<14}{answer}"
+        yield f"{name:<15}{answer}"
 
 
 def _border_line(record: InspectionRecord) -> str:

@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
-from geoprint.account.plan_text import patch_evenness, placement_warnings
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
@@ -62,7 +62,7 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
     return PartReport(
         name=told.part,
         verdict=told.verdict,
-        cautions=_cautions(first, plans),
+        cautions=_cautions(plans),
         overview=_overview(told),
         surface=view.surface,
         R_view_work=workpiece.upright,
@@ -128,15 +128,16 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
     )
 
 
-def _cautions(first: Plan, plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
-    """Say what nobody may overlook; what cannot be printed and why stands in the verdict."""
+def _cautions(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
+    """Say what nobody may overlook, by weight; what cannot be printed and why stands in the verdict."""
     robots = next((plan.robot for plan in plans.values() if plan.robot), ())
-    if not robots:
-        return ()
-    cautions, light = placement_warnings(robots), None if first.laid is None else first.laid.light
-    if light is not None and light.lacking is not None:
-        cautions.append(f"{light.lacking[0].upper()}{light.lacking[1:]}")
-    return (*cautions, f"Not checked: {'; '.join(robots[0].clearance.not_checked)}.")
+    warnings = said_once({name: plan.warnings for name, plan in plans.items()})
+    notes = said_once({name: plan.notes for name, plan in plans.items()})
+    return (
+        *(f"Warning: {text}" for text in warnings),
+        *(f"Note: {text}" for text in notes),
+        *(f"Not checked: {'; '.join(robot.clearance.not_checked)}." for robot in robots[:1]),
+    )
 
 
 def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:

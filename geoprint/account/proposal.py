@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from geoprint.account.records.rounding import rounded
+from geoprint.account.texts.marks import marked_lines
 from geoprint.export import Json
 from geoprint.motion.placing import Stand
 from geoprint.motion.reach import Margin
@@ -81,9 +82,15 @@ def proposal_summary(proposal: Proposal) -> dict[str, Json]:
     return asdict(_record(proposal))
 
 
-def proposal_text(proposal: Proposal) -> str:
-    """Return the lines that a person reads of a proposal."""
-    return "\n".join(_lines(proposal, _record(proposal)))
+def proposal_text(proposal: Proposal, *, verbose: bool = False) -> str:
+    """Return the lines that a person reads of a proposal.
+
+    Args:
+        proposal: where the part should stand.
+        verbose: whether to list all that was not checked.
+    """
+    record = _record(proposal)
+    return "\n".join([*_lines(proposal, record), *_mind(proposal, record, verbose=verbose)])
 
 
 def proposal_lines(stand: Stand) -> tuple[str, str]:
@@ -132,31 +139,38 @@ def _lines(proposal: Proposal, record: ProposalRecord) -> Iterator[str]:
     before = _margin(record.before) + ("" if record.before.reached else ", refused")
     yield f"{record.part}: centroid at ({_listed(record.position_mm)}) mm, mean normal up, then {turned} degrees"
     yield f"margin: {_margin(record)}; where the cell file puts it: {before}"
-    if not record.better:
-        yield "note: nothing better was found than where the cell file puts it: leave that as it is."
     if record.lowest_point_above_mm is not None:
         yield f"fixture: the lowest point is {record.lowest_point_above_mm:.0f} mm above what stands below it"
     yield (
         f"verified on all {proposal.plan.poses.count} poses: joints, time and clearance "
-        f"({record.smallest_clearance_mm:.2f} mm at the closest); not checked: {', '.join(record.not_checked)}"
+        f"({record.smallest_clearance_mm:.2f} mm at the closest)"
     )
     for reason in record.refused:
         yield f"a better one fell: {reason}"
-    yield _next_step(record.cell, touched=proposal.plan.workpiece.cell.fixture is not None)
+    yield f"to plan it there with `--place demo`, put under [work] in {record.cell}:"
     for line in record.work:
         yield f"    {line}"
 
 
-def _next_step(cell: str, *, touched: bool) -> str:
+def _mind(proposal: Proposal, record: ProposalRecord, *, verbose: bool) -> list[str]:
+    """Return what to mind, the weightiest first."""
+    return marked_lines(
+        warnings=[_uncalibrated(touched=proposal.plan.workpiece.cell.fixture is not None)],
+        notes=[]
+        if record.better
+        else ["nothing better was found than where the cell file puts it: leave that as it is."],
+        not_checked=record.not_checked,
+        verbose=verbose,
+    )
+
+
+def _uncalibrated(*, touched: bool) -> str:
     if touched:
         return (
             "NOT CALIBRATED: the touched points of the cell say where the part stands now. Move its fixture there, "
-            f"touch the points again and list them; to try it before with `--place demo`, put under [work] in {cell}:"
+            "touch the points again and list them."
         )
-    return (
-        "NOT CALIBRATED: nobody has measured that the part stands there, and a program runs only dry. To plan it "
-        f"there with `--place demo`, put under [work] in {cell}:"
-    )
+    return "NOT CALIBRATED: nobody has measured that the part stands there, and a program runs only dry."
 
 
 def _margin(found: ProposalRecord | BeforeRecord) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import final
 
+from geoprint.account.texts.marks import marked_lines
 from geoprint.deposition.fitting import Advice, Beside, FittedFluid
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA
@@ -124,8 +125,7 @@ def _advice_lines(advice: Advice) -> Iterator[str]:
         yield (
             f"light: one pass gives {found.light.one_pass:.3g} mJ/cm2, all passes together {found.light.all_passes:.3g}"
         )
-    for warning in found.warnings:
-        yield f"note: {warning}"
+    yield from marked_lines(warnings=found.warnings)
     yield "assumed: no slip at the wall, no losses but in needle and taper, a taper as thick-walled as the needle."
 
 

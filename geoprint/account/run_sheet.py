@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -13,51 +12,18 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.records.plan import DepositionRecord, PatchRecord, PlanRecord
+from geoprint.account.checked import Checked
+from geoprint.account.records.plan import DepositionRecord, PatchRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord, SwitchingRecord
 from geoprint.account.records.rounding import Record, as_json
 from geoprint.account.robot_summary import record_switching
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
-from geoprint.model import PASCAL_PER_KPA, FloatArray, comparable, frozen
+from geoprint.model import PASCAL_PER_KPA, FloatArray
 from geoprint.surfaces import in_words
 
-WIDTH = 100
+WIDTH, NARROW = 100, 60
 _LABEL = 18
-
-
-@final
-@comparable
-class Finding:
-    """Something that is wrong: in which file and line (from 1), and why."""
-
-    file: str
-    line: int
-    reason: str
-
-
-@final
-@frozen
-class Checked:
-    """A bundle that was checked.
-
-    Attributes:
-        folder: where it stands.
-        findings: what is wrong; empty where it is as it was planned.
-        told: the content of plan.json, or None where it cannot be read.
-        setup: the cell, or None where it cannot be read.
-        orders: the targets, or None where they cannot be read.
-        settings: how the program is set to run, or None where the program is not the plan's.
-        switching: what flows when, or None where the program is not the plan's.
-    """
-
-    folder: Path
-    findings: tuple[Finding, ...]
-    told: PlanRecord | None
-    setup: Setup | None
-    orders: Orders | None
-    settings: Settings | None
-    switching: Timeline | None
 
 
 @final
@@ -108,11 +74,12 @@ def check_summary(checked: Checked) -> dict[str, Json]:
     )
 
 
-def run_sheet(checked: Checked) -> str:
+def run_sheet(checked: Checked, *, width: int | None = None) -> str:
     """Return the page; where something was found, only that.
 
     Args:
         checked: a bundle.
+        width: letters in a line, where they are counted; the page is never wider than 100.
     """
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
     told = checked.told
@@ -133,12 +100,22 @@ def run_sheet(checked: Checked) -> str:
         ("before start", _steps(setup, orders)),
         ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
     ):
-        lines += _entry(label, texts) if texts else []
+        lines += _entry(label, texts, width=min(width or WIDTH, WIDTH)) if texts else []
     return "\n".join(lines)
 
 
-def _entry(label: str, texts: Sequence[str]) -> list[str]:
-    wrapped = [line for text in texts for line in textwrap.wrap(text, WIDTH - _LABEL)]
+def _entry(label: str, texts: Sequence[str], *, width: int) -> list[str]:
+    """Return a label with its texts beside it, or below it where a line is short."""
+    if width < NARROW:
+        return [
+            label,
+            *(
+                line
+                for text in texts
+                for line in textwrap.wrap(text, width, initial_indent="  ", subsequent_indent="    ")
+            ),
+        ]
+    wrapped = [line for text in texts for line in textwrap.wrap(text, width - _LABEL)]
     return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * len(wrapped)], wrapped, strict=False)]
 
 

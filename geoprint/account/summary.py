@@ -8,9 +8,9 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.cautions import notes_of, warnings_of
 from geoprint.account.inspection import record_preparation
 from geoprint.account.patches import record_cut
-from geoprint.account.plan_text import warnings_of
 from geoprint.account.records.plan import (
     AreaScaleRecord,
     ChartLevelRecord,
@@ -76,7 +76,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         peak_memory_mb=round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
         warnings=(),
     )
-    return told.model_copy(update={"warnings": warnings_of(plan, told)})
+    return told.model_copy(update={"warnings": warnings_of(plan, told), "notes": notes_of(plan, told)})
 
 
 def summary(plan: Plan) -> dict[str, Json]:

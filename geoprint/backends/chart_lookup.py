@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.surfaces import closest
 

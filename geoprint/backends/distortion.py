@@ -7,8 +7,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import FieldError, InputError
-from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints, freeze_arrays, frozen
 from geoprint.surfaces import face_areas, in_words, sum_around_vertices
 
 

@@ -15,8 +15,7 @@ from collections.abc import Callable
 from enum import IntEnum
 from typing import Any, Protocol, final, runtime_checkable
 
-from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface, freeze_arrays, frozen
 
 
 class Backend(Protocol):

@@ -13,11 +13,10 @@ from math import cos, pi, sin, sqrt
 from typing import final
 
 import numpy as np
-from numba import njit
 
 from geoprint.errors import InputError, MeshError, UsageError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.kernels import njit
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
 
 # By how much opposite angles must exceed a half turn [rad] before an edge is flipped: rounding does not decide.

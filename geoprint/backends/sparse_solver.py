@@ -12,13 +12,13 @@ from contextlib import AbstractContextManager
 from typing import Protocol, TypeAlias, TypeVar, final, overload
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
 
 # Blocks of this many unknowns are no longer cut: nothing is left to save.

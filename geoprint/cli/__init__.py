@@ -3,4 +3,4 @@
 A person reads stderr; stdout carries results only (`--json`). Every refusal is one sentence and an exit status.
 """
 
-from geoprint.cli.application import main as main
+from geoprint.cli.ending import main as main

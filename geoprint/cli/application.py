@@ -1,21 +1,27 @@
-"""The application that commands are registered with, and how it ends."""
+"""The application that commands are registered with."""
 
 from __future__ import annotations
 
-import sys
-import traceback
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperCommand
 
-from geoprint.cli.terminal import say
-from geoprint.errors import GeoprintError, ResourceError
+from geoprint.cli.ending import STOPPED_BY_USER
+from geoprint.errors import UsageError
+
+NAME = "geoprint"
+# Where a shell writes what it wants to be completed.
+COMPLETION = "_GEOPRINT_COMPLETE"
+# What typer raises of its own: where it comes from has changed with its releases.
+_Refused: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
 
 app = typer.Typer(
-    name="geoprint",
+    name=NAME,
+    context_settings={"help_option_names": ["-h", "--help"]},
     help="Plan evenly spaced print paths on a curved surface and write the robot program that prints them.",
     no_args_is_help=True,
     add_completion=False,
@@ -43,6 +49,10 @@ COMMANDS = {
         "fit_flow": "Fit how the material flows to a few measured lines.",
         "doctor": "Show versions and prove that the checks work here.",
     },
+    "assistance": {
+        "help": "Show the help of a command, as its option -h does.",
+        "completion": "Print what makes a shell complete commands and options.",
+    },
 }
 
 
@@ -69,27 +79,34 @@ for module, commands in COMMANDS.items():
     for name, summary in commands.items():
         app.command(name.replace("_", "-"), cls=_Later, short_help=summary)(_reader(module, name))
 
-STOPPED_BY_USER = 130
+
+if COMPLETION in os.environ:
+    # A shell asks what may follow: typer learns here how shells ask.
+    from typer.completion import get_completion_inspect_parameters
+
+    get_completion_inspect_parameters()
 
 
-def main() -> None:
-    """Run the command line and end the process with the exit status of the outcome."""
+def run(arguments: Sequence[str]) -> int:
+    """Run the command that a command line names, and return its exit status.
+
+    Raises:
+        GeoprintError: as the command, and where the command line itself is wrong.
+        KeyboardInterrupt: the user stopped it; typer makes an exit status of that.
+    """
     try:
-        app()
-    except GeoprintError as error:
-        say(f"geoprint: {error}")
-        sys.exit(error.exit_status)
-    except SystemExit as end:
-        if end.code == STOPPED_BY_USER:
-            say("geoprint: stopped; nothing was written.")
-        raise
-    except MemoryError:
-        say("geoprint: out of memory; choose a larger spacing or a smaller part.")
-        sys.exit(ResourceError.exit_status)
-    except Exception:  # the one place where a defect may end: with its traceback
-        traceback.print_exc()
-        say("geoprint: this is a defect of geoprint; please report it with the lines above.")
-        sys.exit(GeoprintError.exit_status)
+        status = app(args=[*arguments], prog_name=NAME, standalone_mode=False)
+    except _Refused as error:
+        context = getattr(error, "ctx", None)
+        if not arguments:
+            error.show()
+            return error.exit_code
+        command = NAME if context is None else context.command_path
+        said = error.format_message().rstrip(".").replace("Input should be", "it must be")
+        raise UsageError(f"{said[0].lower()}{said[1:]}; `{command} --help` shows what it takes.") from error
+    if status == STOPPED_BY_USER:
+        raise KeyboardInterrupt
+    return status if isinstance(status, int) else 0
 
 
 def _show_version(wanted: bool) -> None:  # noqa: FBT001  (the form that typer calls)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,7 @@ import typer
 
 from geoprint.cli.keys import takes
 from geoprint.cli.options import AsJson, Overwrite
-from geoprint.cli.terminal import say
+from geoprint.cli.terminal import columns, say, show, tell, tell_json
 from geoprint.errors import ExportError, UsageError
 
 
@@ -67,8 +66,8 @@ def calibrate(
         check_cell_writable(out, overwrite=overwrite)
     found = run(touched, model=model, tcp=tcp, cell=cell, part=part, unit=unit, noise=noise_mm)
     if as_json:
-        typer.echo(json.dumps(calibration_summary(found), indent=2))
-    say(calibration_text(found))
+        tell_json(calibration_summary(found))
+    say(calibration_text(found, width=columns()))
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
         say(f"written and read back: {out}")
@@ -95,9 +94,9 @@ def fit_flow(
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:
-        typer.echo(json.dumps(fit_summary(fit, density=density), indent=2))
+        tell_json(fit_summary(fit, density=density))
     else:
-        typer.echo(material_table(fit, density=density, source=measured.name))
+        tell(material_table(fit, density=density, source=measured.name))
 
 
 def doctor() -> None:
@@ -105,4 +104,4 @@ def doctor() -> None:
     from geoprint.pipeline import examine
 
     for line in examine():
-        typer.echo(line)
+        show(line)

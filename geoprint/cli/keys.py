@@ -7,14 +7,16 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias, cast, final, get_origin
+from typing import Any, TypeAlias, cast, final, get_args, get_origin
 
 import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from geoprint.config.job import Job
+from geoprint.config.job_file import job_named
 from geoprint.config.key import Key, keys_of, option_type, table_of
+from geoprint.config.strict import Place, key_at
 from geoprint.errors import UsageError
 
 # What the options of a command say of a job: values by the names of its keys, as `job_of` takes them.
@@ -43,12 +45,14 @@ class _Option:
     kind: type
     help: str
     read: Callable[[Any], object]
-    default: str | bool = True
+    default: str = ""
     shape: str | None = None
 
     def parameter(self, name: str) -> inspect.Parameter:
         """Return it as the parameter of a command; None where it is not given."""
-        default = typer.Option(None, self.flag, help=self.help, show_default=self.default, metavar=self.shape)
+        # Here, because typer puts what it is told of a default into brackets of its own.
+        said = f"  [default: {self.default}]" if self.default else ""
+        default = typer.Option(None, self.flag, help=f"{self.help}{said}", metavar=self.shape)
         return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=self.kind | None)
 
 
@@ -91,6 +95,22 @@ def takes(*names: str, but: Sequence[str] = (), model: type[BaseModel] = Job) ->
     return decorate
 
 
+def job_asked(surface: Path, keys: Mapping[str, object]) -> Job:
+    """Return the job that options ask for; an error names the option that was typed, not the key of a job file."""
+    return job_named({"surface": surface, **keys}, named=_typed)
+
+
+def _typed(place: Place) -> str:
+    """Return the option of the key at a place, or nothing for what holds together several."""
+    offered = _options(Job)
+    names = [part for part in place if isinstance(part, str)]
+    if not names or names == ["patches"]:
+        return ""
+    key, within = offered.get(names[0], {}), names[-1]
+    option = key.get(within) or key.get(names[0])
+    return f"`{option.flag.partition('/')[0]}`" if option is not None else key_at(place)
+
+
 def _options(model: type[BaseModel]) -> dict[str, dict[str, _Option]]:
     """Return the options of each key by the names of their parameters: of a table's keys, or to say one key."""
     found: dict[str, dict[str, _Option]] = {}
@@ -107,7 +127,7 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
     """Return the option of one key; points are files there, and several numbers stand one behind another."""
     flag = f"--{key.option or name.replace('_', '-')}"
     kind, read, shape = option_type(field), _as_given, None
-    default: str | bool = True if field.default is None else str(field.default)
+    default = "" if field.default is None else str(field.default)
     if kind is bool:
         opposite = f"--no-{flag[2:]}"
         default = (flag if field.default else opposite)[2:]
@@ -115,11 +135,11 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
     elif isinstance(field.default, float):
         default = f"{field.default:g}"
     elif get_origin(kind) is tuple:
-        read = list[float]
+        read, shape = list[float], " ".join(["X", "Y", "Z"] * (len(get_args(kind)) // 3))
     elif get_origin(kind) is dict:
-        kind, read, default, shape = list[str], _options_by_owner, True, "NAME.KEY=VALUE"
+        kind, read, default, shape = list[str], _options_by_owner, "", "NAME.KEY=VALUE"
     elif get_origin(kind) is list:
-        kind, read = Path, _curve
+        kind, read, default = Path, _curve, ""
     return _Option(flag, cast("type", kind), key.help, read, default, shape)
 
 
@@ -141,7 +161,7 @@ def _as_given(value: object) -> object:
 
 
 def _curve(path: Path) -> list[list[float]]:
-    from geoprint.pipeline import read_curve
+    from geoprint.config import read_curve
 
     return read_curve(path)
 

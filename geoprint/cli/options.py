@@ -13,11 +13,12 @@ _PARTS = (
 )
 Part = Annotated[
     Path,
-    typer.Argument(help=f"{_PARTS}.", show_default=False),
+    typer.Argument(metavar="PART", help=f"{_PARTS}.", show_default=False),
 ]
 PartOrJob = Annotated[
     Path,
     typer.Argument(
+        metavar="PART",
         help=f"{_PARTS}; or a job file (.toml), which `geoprint init` writes: its keys count where no option is given "
         "here.",
         show_default=False,
@@ -26,19 +27,21 @@ PartOrJob = Annotated[
 PartsOrJobs = Annotated[
     list[Path],
     typer.Argument(
+        metavar="PARTS",
         help="Files of parts, as `geoprint plan` takes them; or job files (.toml), whose keys count where no option is "
         "given here.",
         show_default=False,
     ),
 ]
-Out = Annotated[Path, typer.Option(help="Folder for the result.", show_default=False)]
+Out = Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for the result.", show_default=False)]
 Samples = Annotated[
     bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
 ]
 Figures = Annotated[bool, typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.")]
 MaxMemory = Annotated[float | None, typer.Option(help="Stop with status 6 beyond this much memory in GB.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the result object on stdout.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="List all that was not checked.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result, or the error, as one object on stdout.")]
 
 
 def backends_of(text: str | None) -> list[str] | None:

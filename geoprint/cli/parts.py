@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from geoprint.cli.keys import Keys, takes
+from geoprint.cli.bounds import limit_memory
+from geoprint.cli.ending import error_object
+from geoprint.cli.keys import Keys, job_asked, takes
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite, Part, PartOrJob
-from geoprint.cli.terminal import limit_memory, say
+from geoprint.cli.terminal import columns, say, tell_json
 from geoprint.errors import ExportError, UsageError, VerificationError
 
 
@@ -39,7 +40,7 @@ def inspect(
         except OSError as error:
             raise ExportError(f"`{picture}` cannot be written ({error}); choose another place.") from error
     if as_json:
-        typer.echo(json.dumps(inspection_summary(seen), indent=2))
+        tell_json(inspection_summary(seen))
     say(inspection_text(seen))
 
 
@@ -54,11 +55,10 @@ def patch(
 ) -> None:
     """Cut a patch out of a body, through its triangles, so that its rim is smooth; several of a job are numbered."""
     from geoprint.account import patch_summary, patch_text
-    from geoprint.config import job_of
     from geoprint.pipeline import patches_of
     from geoprint.surfaces.files import load_file, save_ply
 
-    job = job_of(surface=body, **keys)
+    job = job_asked(body, keys)
     if not job.patches:
         raise UsageError("say where the patch lies: `--at X Y Z --radius R`, `--box`, `--curve` or `--region`.")
     several = len(job.patches) > 1
@@ -70,7 +70,7 @@ def patch(
         save_ply(one.surface, path)
         say(f"{f'{number}: ' if several else ''}{patch_text(one)}\nwritten: {path} (in mm)")
     if as_json:
-        typer.echo(json.dumps([patch_summary(one) for one in cut] if several else patch_summary(cut[0]), indent=2))
+        tell_json([patch_summary(one) for one in cut] if several else patch_summary(cut[0]))
 
 
 @takes()
@@ -80,6 +80,10 @@ def remesh(
     out: Annotated[Path, typer.Option(help="PLY file for the new mesh, in mm.", show_default=False)],
     unit: str | None = None,
     label: int | None = None,
+    thin: Annotated[
+        bool,
+        typer.Option("--thin", help="Take a label that is as thin as its voxels with their terraces, for `--smooth`."),
+    ] = False,
     edge_length: Annotated[
         float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
     ] = None,
@@ -108,6 +112,7 @@ def remesh(
         surface,
         unit=unit,
         label=label,
+        thin=thin,
         wavelength=smooth,
         edge_length=edge_length,
         faces=faces,
@@ -115,7 +120,7 @@ def remesh(
     )
     save_ply(found.after, out)
     if as_json:
-        typer.echo(json.dumps(remeshing_summary(found), indent=2))
+        tell_json(remeshing_summary(found))
     say(f"{remeshing_text(found)}\nwritten: {out} (in mm)")
 
 
@@ -129,14 +134,16 @@ def check(
     from geoprint.pipeline import check_bundle
 
     checked = check_bundle(bundle)
+    found = VerificationError(
+        f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
+        "program; write it again with `geoprint plan`."
+    )
     if as_json:
-        typer.echo(json.dumps(check_summary(checked), indent=2))
-    say(run_sheet(checked))
+        tell_json(check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}))
+    say(run_sheet(checked, width=columns()))
     if checked.findings:
-        raise VerificationError(
-            f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
-            "program; write it again with `geoprint plan`."
-        )
+        say(f"geoprint: {found}")
+        raise typer.Exit(found.exit_status)
 
 
 def _check_ply(out: Path, *, overwrite: bool) -> None:

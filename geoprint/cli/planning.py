@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from geoprint.cli.keys import Keys, takes
+from geoprint.cli.bounds import limit_memory, watch
+from geoprint.cli.keys import Keys, job_asked, takes
 from geoprint.cli.options import (
     AsJson,
     Figures,
@@ -18,9 +18,10 @@ from geoprint.cli.options import (
     PartOrJob,
     PartsOrJobs,
     Samples,
+    Verbose,
     backends_of,
 )
-from geoprint.cli.terminal import limit_memory, say, watch
+from geoprint.cli.terminal import columns, say, tell_json
 
 
 @takes()
@@ -31,15 +32,15 @@ def plan(
     keys: Keys,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
+    verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
     """Plan one part with one backend and write the program, the tables and plan.json."""
     from geoprint.account import as_json as json_of, outcome_text
-    from geoprint.config import job_of
     from geoprint.export import check_writable
     from geoprint.pipeline import plan as run, save_plan
 
-    job = job_of(surface=surface, **keys)
+    job = job_asked(surface, keys)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
@@ -47,8 +48,8 @@ def plan(
         observe("writing")
         told = save_plan(planned, out, overwrite=overwrite)
     if as_json:
-        typer.echo(json.dumps(json_of(told), indent=2))
-    say(f"{outcome_text(told)}\nwritten and verified: {out}")
+        tell_json(json_of(told))
+    say(f"{outcome_text(told, verbose=verbose)}\nwritten and verified: {out}")
 
 
 @takes(but=("backend",))
@@ -68,15 +69,15 @@ def compare(
     samples: Samples = False,
     figures: Figures = False,
     overwrite: Overwrite = False,
+    verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
     from geoprint.account import as_json as json_of, comparison_table
-    from geoprint.config import job_of
     from geoprint.export import check_writable
     from geoprint.pipeline import compare_parts, save_comparisons
 
-    jobs = [job_of(surface=surface, **keys) for surface in surfaces]
+    jobs = [job_asked(surface, keys) for surface in surfaces]
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
@@ -84,8 +85,8 @@ def compare(
         observe("writing")
         told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
     if as_json:
-        typer.echo(json.dumps(json_of(told.record), indent=2))
-    say(f"{comparison_table(told)}\nwritten and verified: {out}")
+        tell_json(json_of(told.record))
+    say(f"{comparison_table(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
 
 
 @takes(but=("place", "robot"))
@@ -95,24 +96,24 @@ def place(
     keys: Keys,
     height: Annotated[float | None, typer.Option(help="Height of the part's centroid in mm; any if not given.")] = None,
     tilt: Annotated[float, typer.Option(help="How far from upright the part may be tilted, in degrees.")] = 0.0,
+    verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
     """Look for the place at which the arm prints a part farthest from its limits; writes nothing."""
     from geoprint.account import proposal_summary, proposal_text
-    from geoprint.config import job_of
     from geoprint.pipeline import propose_placement
 
-    job = job_of(surface=surface, place="demo", **keys)
+    job = job_asked(surface, {**keys, "place": "demo"})
     with watch() as observe:
         proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)
     if as_json:
-        typer.echo(json.dumps(proposal_summary(proposal), indent=2))
-    say(proposal_text(proposal))
+        tell_json(proposal_summary(proposal))
+    say(proposal_text(proposal, verbose=verbose))
 
 
 @takes("unit", "spacing", "rounds", "cell")
 def recommend(
-    surface: Annotated[Path | None, typer.Argument(help="Mesh of a part, for rounds and mass.")] = None,
+    surface: Annotated[Path | None, typer.Argument(metavar="PART", help="Mesh of a part, for rounds and mass.")] = None,
     *,
     pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
     keys: Keys,
@@ -124,11 +125,10 @@ def recommend(
 ) -> None:
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
     from geoprint.account.recommendation import recommendation_summary, recommendation_text
-    from geoprint.config import job_of
     from geoprint.pipeline.recommending import recommendation
 
-    job = job_of(surface=surface or Path(), **keys)
+    job = job_asked(surface or Path(), keys)
     found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
     if as_json:
-        typer.echo(json.dumps(recommendation_summary(found), indent=2))
+        tell_json(recommendation_summary(found))
     say(recommendation_text(found))

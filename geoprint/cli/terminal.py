@@ -1,67 +1,113 @@
-"""What a person sees while a command runs, and the bounds it runs in."""
+"""What a person sees: lines that fit the terminal, marked by their weight; and what a program reads."""
 
 from __future__ import annotations
 
+import json
+import os
+import re
 import sys
-import time
-from collections.abc import Callable, Generator
-from contextlib import contextmanager
-from pathlib import Path
+import textwrap
+from typing import TextIO
 
-import typer
+from geoprint.errors import ExportError
 
-from geoprint.errors import UsageError
+# A terminal is not narrower than this.
+NARROWEST = 20
+# What a terminal has that does not know its width.
+USUAL = 80
+# A line that has a label hangs below its text, where the label is no longer than this.
+LONGEST_LABEL = 24
+# Words at the beginning of a line that say its weight, with the colours of a terminal.
+MARKS = {"geoprint": "1;31", "warning": "1;33", "note": "36", "not checked": "35"}
 
-# Stages faster than this [s] are not worth a line.
-QUICK_STAGE = 1.0
-# Addresses that the libraries take before any work [GB].
-LEAST_MEMORY = 1.5
+_MARK = re.compile(rf"^({'|'.join(MARKS)}): ")
+_LABEL = re.compile(r"\s*\S+(?: \S+)*? {2,}(?=\S)|\s*")
 
 
 def say(text: str) -> None:
     """Tell a person."""
     # What comes from files must not steer the terminal.
-    typer.echo(
-        "".join(sign if sign.isprintable() or sign == "\n" else "\N{REPLACEMENT CHARACTER}" for sign in text), err=True
+    clean = "".join(sign if sign.isprintable() or sign == "\n" else "\N{REPLACEMENT CHARACTER}" for sign in text)
+    shown = fitted(clean, columns(sys.stderr))
+    _write(coloured(shown) if has_colours(sys.stderr) else shown, sys.stderr)
+
+
+def show(text: str) -> None:
+    """Print the result of a command that tells a person on stdout."""
+    tell(fitted(text, columns(sys.stdout)))
+
+
+def tell(text: str) -> None:
+    """Print the result of a command as it stands.
+
+    Raises:
+        ExportError: stdout cannot take it; that nobody reads it any more is no error.
+    """
+    try:
+        _write(text, sys.stdout)
+    except OSError as error:
+        raise ExportError(f"the result cannot be printed on stdout ({error}); give it another place.") from error
+
+
+def tell_json(value: object) -> None:
+    """Print an object for programs."""
+    tell(json.dumps(value, indent=2))
+
+
+def columns(stream: TextIO | None = None) -> int | None:
+    """Return how many letters a line of a terminal has, by COLUMNS or by itself; None where no terminal shows them.
+
+    Args:
+        stream: that is written to; stderr if not given.
+    """
+    stream = stream or sys.stderr
+    # Closed streams are None; programs read on where there is no terminal, and COLUMNS is left over from another.
+    if stream is None or not stream.isatty():  # pyright: ignore[reportUnnecessaryComparison]
+        return None
+    asked = os.environ.get("COLUMNS", "")
+    wide = int(asked) if asked.isdecimal() else os.get_terminal_size(stream.fileno()).columns
+    return max(wide or USUAL, NARROWEST)
+
+
+def fitted(text: str, width: int | None) -> str:
+    """Return a text whose lines are broken between words where they are too long, the rest hanging below the first."""
+    if width is None:
+        return text
+    return "\n".join(_broken(line, width) if len(line) > width else line for line in text.split("\n"))
+
+
+def _broken(line: str, width: int) -> str:
+    label = _LABEL.match(line)
+    hanging = label.end() if label is not None and label.end() <= min(LONGEST_LABEL, width // 2) else 0
+    if not line[:hanging].strip():
+        hanging += 2
+    return "\n".join(
+        textwrap.wrap(
+            line, width, subsequent_indent=" " * hanging, break_long_words=False, break_on_hyphens=False
+        )
+    )  # fmt: skip
+
+
+def has_colours(stream: TextIO | None) -> bool:
+    """Say whether a terminal shows colours, and nobody objects: see no-color.org."""
+    return (
+        stream is not None and stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     )
 
 
-def limit_memory(gigabytes: float | None) -> None:
-    """Let the system refuse memory beyond a limit, so that a large job ends in one sentence.
+def coloured(text: str) -> str:
+    """Return a text whose marks at the beginning of lines are coloured by their weight."""
+    return "\n".join(
+        _MARK.sub(lambda found: f"\033[{MARKS[found[1]]}m{found[1]}:\033[0m ", line) for line in text.split("\n")
+    )
 
-    The limit is on addresses, of which libraries and their threads take about a gigabyte without using it.
-    """
-    if gigabytes is None:
+
+def _write(text: str, stream: TextIO | None) -> None:
+    """Write lines; where nobody reads them any more, as behind `| head`, the work goes on and its status counts."""
+    if stream is None:
         return
-    if not gigabytes >= LEAST_MEMORY:
-        raise UsageError(f"`--max-memory {gigabytes:g}` is less than the {LEAST_MEMORY:g} GB that every run takes.")
-    import resource
-
-    limit = round(min(gigabytes, 2.0**32) * 2**30)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-
-
-@contextmanager
-def watch() -> Generator[Callable[[str], None]]:
-    """Show the running stage on a terminal, and leave a line for each that took more than a second."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not any((Path(__file__).parents[1] / "backends").glob("*/__pycache__/*.nbi")):
-        console.print("compiling the numerical kernels, once: later runs start faster", highlight=False)
-    with console.status("starting") as status:
-        running = ["starting"]
-        since = [time.perf_counter()]
-
-        def observe(name: str) -> None:
-            seconds = time.perf_counter() - since[0]
-            if seconds > QUICK_STAGE:
-                console.print(f"  {running[0]:<16}{seconds:6.1f} s", highlight=False)
-            running[0], since[0] = name, time.perf_counter()
-            status.update(name)
-
-        yield observe
-        observe("done")
+    try:
+        stream.write(f"{text}\n")
+        stream.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

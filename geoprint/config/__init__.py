@@ -10,11 +10,13 @@ from geoprint.config.cells import (
     load_cell as load_cell,
     packaged_cell_text as packaged_cell_text,
 )
+from geoprint.config.curve_table import read_curve as read_curve
 from geoprint.config.job import (
     Job as Job,
     PatchRegion as PatchRegion,
 )
 from geoprint.config.job_file import (
     job_file_text as job_file_text,
+    job_named as job_named,
     job_of as job_of,
 )

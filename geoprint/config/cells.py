@@ -8,7 +8,7 @@ from string import Template
 
 from pydantic import ValidationError
 
-from geoprint.config.strict import describe, parsed_toml, text_of
+from geoprint.config.strict import describe, line_of, parsed_toml, text_of
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Cell
 
@@ -77,7 +77,8 @@ def cell_of(text: str, *, name: str, folder: Path | str = Path()) -> Cell:
     try:
         return machine_of(table, name=name, folder=Path(folder))
     except ValidationError as error:
-        raise UsageError(f"{name}: {describe(error)}; `geoprint init` writes a cell with every key.") from error
+        where = line_of(error, text, name=name)
+        raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a cell with every key.") from error
     except (InputError, UsageError) as error:
         raise UsageError(f"{name}: {error}", **error.details) from error
 

@@ -5,8 +5,7 @@ A job file has the keys of `Job` in TOML; the files that it names are found from
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import cast
 
@@ -14,7 +13,7 @@ from pydantic import ValidationError
 
 from geoprint.config.job import GROUPS, Job
 from geoprint.config.key import keys_of, option_type, table_of
-from geoprint.config.strict import Table, describe, parsed_toml, text_of
+from geoprint.config.strict import Place, Table, describe, key_at, line_of, parsed_toml, text_of
 from geoprint.errors import UsageError
 
 _JOB_SUFFIX = ".toml"
@@ -25,9 +24,6 @@ _HEAD = """\
 """
 # Keys of a job that name files.
 _FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
-
-_HEADER = re.compile(r"\s*(\[\[?)\s*([\w.-]+)\s*\]")
-_KEY = re.compile(r"\s*([\w-]+)\s*[.=]")
 
 
 def job_of(**values: object) -> Job:
@@ -41,6 +37,19 @@ def job_of(**values: object) -> Job:
 
     Raises:
         UsageError: a value is unknown, missing or meaningless; the sentence names it, and its line in a job file.
+    """
+    return job_named(values, named=key_at)
+
+
+def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) -> Job:
+    """Return what `job_of` does, with words of one's own for the keys.
+
+    Args:
+        values: as for `job_of`.
+        named: what a message calls the place of a key.
+
+    Raises:
+        UsageError: as for `job_of`.
     """
     given = {name: value for name, value in values.items() if value is not None}
     if "patch" in given:
@@ -58,7 +67,7 @@ def job_of(**values: object) -> Job:
     try:
         return Job.model_validate(given)
     except ValidationError as error:
-        raise UsageError(f"{describe(error)}; `geoprint plan --help` lists what can be given.") from error
+        raise UsageError(f"{describe(error, named)}; `geoprint plan --help` lists what can be given.") from error
 
 
 def job_file_text(model: type[Table] = Job) -> str:
@@ -90,8 +99,7 @@ def _read_job_file(path: Path) -> dict[str, object]:
     try:
         Job.model_validate(keys)
     except ValidationError as error:
-        line = _line(text, error.errors()[0]["loc"])
-        where = path.name if line is None else f"{path.name}, line {line}"
+        where = line_of(error, text, name=path.name)
         raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a job with every key.") from error
     surface = keys["surface"]
     if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
@@ -117,22 +125,3 @@ def _with_paths(keys: dict[str, object], *, folder: Path = Path()) -> dict[str, 
     return {
         name: folder / value if name in _FILES and isinstance(value, str) else value for name, value in keys.items()
     }
-
-
-def _line(text: str, where: tuple[int | str, ...]) -> int | None:
-    """Return the line, from 1, of a key or of what is around it; None where that is the whole file."""
-    lines: dict[tuple[int | str, ...], int] = {}
-    counts: dict[str, int] = {}
-    table: tuple[int | str, ...] = ()
-    for number, line in enumerate(text.splitlines(), start=1):
-        if header := _HEADER.match(line):
-            name = header[2]
-            table = tuple(name.split("."))
-            if header[1] == "[[":
-                table += (counts.setdefault(name, 0),)
-                counts[name] += 1
-            lines.setdefault(table, number)
-        elif key := _KEY.match(line):
-            lines.setdefault((*table, key[1]), number)
-    known = (lines[where[:length]] for length in range(len(where), 0, -1) if where[:length] in lines)
-    return next(known, None)

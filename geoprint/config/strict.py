@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from reprlib import Repr
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -14,6 +16,8 @@ from geoprint.model import described
 
 # Three numbers: a place, or three angles.
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
+# Where a key stands: keys of tables, and items of lists.
+Place: TypeAlias = tuple[int | str, ...]
 # Rounds from the border to the farthest point.
 Rounds = Annotated[int, Field(ge=1, le=100_000)]
 
@@ -22,6 +26,9 @@ Rounds = Annotated[int, Field(ge=1, le=100_000)]
 MOST_BYTES = 1_000_000
 # Letters of a key or a value, and items of a list, that a message repeats.
 MOST_SHOWN, MOST_ITEMS = 60, 12
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([\w.-]+)\s*\]")
+_KEY = re.compile(r"\s*([\w-]+)\s*[.=]")
 
 _SHORT = Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = MOST_SHOWN
@@ -42,12 +49,22 @@ def text_of(path: Path) -> str:
         OSError: it cannot be read.
         ValueError: it is no plain file, larger than a megabyte, or no UTF-8.
     """
+    check_plain(path)
+    return path.read_text(encoding="utf-8")
+
+
+def check_plain(path: Path) -> None:
+    """Refuse what no person writes.
+
+    Raises:
+        OSError: it cannot be read.
+        ValueError: it is no plain file, or larger than a megabyte.
+    """
     # Reading a pipe or a device might never end.
     if path.exists() and not path.is_file():
         raise ValueError("it is no plain file")
     if path.stat().st_size > MOST_BYTES:
         raise ValueError("it is larger than a megabyte")
-    return path.read_text(encoding="utf-8")
 
 
 def parsed_toml(text: str, *, name: str) -> dict[str, object]:
@@ -66,15 +83,48 @@ def parsed_toml(text: str, *, name: str) -> dict[str, object]:
         ) from error
 
 
-def describe(error: ValidationError) -> str:
+def key_at(place: Place) -> str:
+    """Return the path of a key; items of a list are counted from 1, as in `patches.2.radius`."""
+    return ".".join(str(part + 1 if isinstance(part, int) else part[:MOST_SHOWN]) for part in place)
+
+
+def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> str:
     """Say in one phrase what the first wrong key of a table is, and how many more there are.
 
-    Items of a list are counted from 1: the radius of the second patch is `patches.2.radius`.
+    Args:
+        error: about the table.
+        named: what the place of a key is called.
     """
     problems = error.errors()
     first = problems[0]
-    where = ".".join(str(part + 1 if isinstance(part, int) else part[:MOST_SHOWN]) for part in first["loc"])
+    where = named(first["loc"])
     message = first["msg"].removeprefix("Value error, ")
     found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
     return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"
+
+
+def line_of(error: ValidationError, text: str, *, name: str) -> str:
+    """Return a file's name and the line, from 1, of its first wrong key or of what is around that.
+
+    Args:
+        error: about the file.
+        text: of the file.
+        name: of it, alone where the whole of it is meant.
+    """
+    where = error.errors()[0]["loc"]
+    lines: dict[Place, int] = {}
+    counts: dict[str, int] = {}
+    table: Place = ()
+    for number, line in enumerate(text.splitlines(), start=1):
+        if header := _HEADER.match(line):
+            table = tuple(header[2].split("."))
+            if header[1] == "[[":
+                table += (counts.setdefault(header[2], 0),)
+                counts[header[2]] += 1
+            lines.setdefault(table, number)
+        elif key := _KEY.match(line):
+            lines.setdefault((*table, key[1]), number)
+    known = (lines[where[:length]] for length in range(len(where), 0, -1) if where[:length] in lines)
+    line = next(known, None)
+    return name if line is None else f"{name}, line {line}"

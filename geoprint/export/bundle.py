@@ -119,10 +119,9 @@ def _translated(directory: Path | str) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise ExportError(
-            f"cannot write {directory}: {reason} ({error.filename}); choose another place, or make room there."
-        ) from error
+        # Writing itself fails without a name.
+        reason = (error.strerror or str(error)) + (f" ({error.filename})" if error.filename else "")
+        raise ExportError(f"cannot write {directory}: {reason}; choose another place, or make room there.") from error
 
 
 def _check_place(place: Path, *, overwrite: bool) -> None:

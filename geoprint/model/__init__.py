@@ -4,6 +4,7 @@ from geoprint.model.arrays import (
     BoolArray as BoolArray,
     FloatArray as FloatArray,
     IntArray as IntArray,
+    freeze_arrays as freeze_arrays,
 )
 from geoprint.model.cell import (
     Box as Box,

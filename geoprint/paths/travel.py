@@ -7,8 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface, Tool, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, Tool, freeze_arrays, frozen
 from geoprint.surfaces import arc_lengths
 
 # Travel is sampled this finely [mm], so that the joints' spline follows the straight line.

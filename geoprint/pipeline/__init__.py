@@ -19,7 +19,6 @@ from geoprint.pipeline.mesh_files import (
     inspect_file as inspect_file,
     remesh_file as remesh_file,
 )
-from geoprint.pipeline.number_tables import read_curve as read_curve
 from geoprint.pipeline.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,

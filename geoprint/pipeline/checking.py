@@ -13,9 +13,9 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import final
 
+from geoprint.account.checked import Checked, Finding
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
-from geoprint.account.run_sheet import Checked, Finding
 from geoprint.errors import GeoprintError, InputError, VerificationError
 from geoprint.export import (
     MANIFEST,

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 
 from geoprint.backends import Backend, backend, backend_names, with_option
 from geoprint.config import Job
-from geoprint.errors import UsageError
+from geoprint.errors import InputError, UsageError
 from geoprint.model import Surface
 from geoprint.patterns import Pattern, pattern, pattern_names
 from geoprint.registry import Entry, OptionValue, Titled
 
 # The option that `--resolution` stands for, of whichever backend has it.
 RESOLUTION = "resolution"
+
+
+def check_part(job: Job) -> None:
+    """Check that there is a part at all, before anything else that may be wrong.
+
+    Raises:
+        InputError: there is no such file.
+    """
+    if not os.path.exists(job.surface):  # noqa: PTH110  (a name that no file can have is none, too)
+        raise InputError(f"there is no file `{job.surface}`; check its name and its folder.")
 
 
 def check_options(job: Job, backends: Sequence[str]) -> None:

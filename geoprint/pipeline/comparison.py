@@ -9,7 +9,7 @@ from geoprint.backends import compared_backends
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError, PlanError
 from geoprint.motion.reach import lost_shares
-from geoprint.pipeline.choice import check_options, with_backend
+from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.planning import plan_paths, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
@@ -38,9 +38,10 @@ def compare(
         InputError: the part cannot be read, or no backend can plan on it.
     """
     backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
+    check_part(job)
     check_options(job, backends)
-    job, shared = with_rounds(job), Stages(observe)
-    workpiece, unplaced = _placed_workpiece(job, shared, backends=backends)
+    workpiece, unplaced = _placed_workpiece(job, Stages(observe), backends=backends)
+    job = with_rounds(job, workpiece.cell)
     outcomes = tuple(
         (name, _outcome(with_backend(job, name), workpiece, unplaced=unplaced, observe=observe)) for name in backends
     )

@@ -9,11 +9,12 @@ import numpy as np
 from geoprint.backends import backend as find_backend, backend_names
 from geoprint.errors import GeoprintError, InputError, MeshError, UsageError
 from geoprint.model import Seed, Surface
+from geoprint.pipeline.workpiece import inverted_in_words, shape_in_words
 from geoprint.results import FileInspection, Remeshed
-from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed
+from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed, signed_volume
 from geoprint.surfaces.files import load_file, suggested_unit, unit_hint
 from geoprint.surfaces.remesh import decimate, deviation, remesh, smooth
-from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare
+from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare, terrace_height
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4
@@ -53,6 +54,8 @@ def inspect_file(
         size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
         found=found,
         regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
+        side=_side(loaded.surface, found),
+        terraces=None if found.refusal is not None else terrace_height(found.examined),
         backends=tuple((name, _trial(name, found)) for name in backend_names()),
     )
 
@@ -62,6 +65,7 @@ def remesh_file(
     *,
     unit: str | None = None,
     label: int | None = None,
+    thin: bool = False,
     wavelength: float | None = None,
     edge_length: float | None = None,
     faces: int | None = None,
@@ -73,26 +77,20 @@ def remesh_file(
         path: of the part's file.
         unit: of its coordinates.
         label: of a label volume, which one.
+        thin: whether a label as thin as its voxels is taken with their terraces.
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
         edge_length: as for `surfaces.remesh` [mm].
         faces: as for `surfaces.decimate`, instead.
-        max_deviation: how far old and new surface, and their rims, may lie apart [mm]; by default DEVIATION_SHARE of
-            the part's diagonal.
+        max_deviation: how far both surfaces, and their rims, may lie apart [mm]; None: DEVIATION_SHARE of the diagonal.
 
     Raises:
         UsageError: nothing is asked for, or edge length and faces both.
         InputError: the file cannot be used; or the new surface lies farther off than allowed, or cannot be planned on.
     """
-    if wavelength is None and edge_length is None and faces is None:
-        raise UsageError(
-            "say what to change: `--edge-length MM` or `--faces N`, `--smooth MM`, or one of them with it."
-        )
-    if edge_length is not None and faces is not None:
-        raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
-    before, preparation = prepare(load_file(path, unit=unit, label=label).surface)
-    allowed = max_deviation
-    if allowed is None:
-        allowed = DEVIATION_SHARE * float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
+    _check_asked(wavelength, edge_length, faces)
+    before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin).surface)
+    diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
+    allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
     after, steps = before, list[str]()
     if wavelength is not None:
         after = smooth(after, wavelength=wavelength)
@@ -107,6 +105,24 @@ def remesh_file(
     found = Remeshed(before, preparation, after, tuple(steps), deviation(before, after), allowed)
     _check_deviation(found)
     return found
+
+
+def _check_asked(wavelength: float | None, edge_length: float | None, faces: int | None) -> None:
+    if wavelength is None and edge_length is None and faces is None:
+        raise UsageError(
+            "say what to change: `--edge-length MM` or `--faces N`, `--smooth MM`, or one of them with it."
+        )
+    if edge_length is not None and faces is not None:
+        raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
+
+
+def _side(filed: Surface, found: Inspection) -> str:
+    """Return what tells which side of a surface is outside."""
+    if found.refusal is not None:
+        return "unknown until the mesh is mended"
+    if found.rims:
+        return f"that to which the file winds it, {shape_in_words(found.examined)}"
+    return inverted_in_words(filed) or f"a closed surface of {signed_volume(filed) / 1000.0:.4g} cm3 tells it"
 
 
 def _trial(name: str, found: Inspection) -> str:

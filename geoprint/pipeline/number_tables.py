@@ -1,9 +1,8 @@
-"""Tables that a person writes: touched points by name, poses in which the tip touched one point, a drawn curve.
+"""Tables that a person writes: touched points by name, poses in which the tip touched one point.
 
 CSV in UTF-8 with commas; the first row names the columns, lines that start with # are comments:
 
     name,x,y,z                  points: mm; a name may come again where a point was touched more than once
-    x,y,z                       points of a curve in their order: mm
     x,y,z,q1,q2,q3,q4           poses of the flange in the base frame: mm and a unit quaternion, its scalar first, as
                                 the pendant shows them for tool0 in the base's coordinates; or
     j1,j2,j3,j4,j5,j6           the joint angles in degrees
@@ -25,7 +24,6 @@ from geoprint.model.arrays import freeze_arrays
 from geoprint.motion.arm import Arm
 from geoprint.transforms import rigid, rotation_of
 
-CURVE_COLUMNS = ("x", "y", "z")
 POINT_COLUMNS = ("name", "x", "y", "z")
 POSE_COLUMNS = ("x", "y", "z", "q1", "q2", "q3", "q4")
 JOINT_COLUMNS = ("j1", "j2", "j3", "j4", "j5", "j6")
@@ -71,17 +69,6 @@ def read_points(path: Path | str) -> NamedPoints:
             raise InputError(f"{path.name}, row {number}, column name: found {name!r}, needed is a printable name.")
     numbers = [_numbers_of(path, number, cells[1:], POINT_COLUMNS[1:]) for number, cells in rows[1:]]
     return NamedPoints(path.name, names, np.array(numbers).reshape(-1, 3))
-
-
-def read_curve(path: Path | str) -> list[list[float]]:
-    """Read the points of a curve, in order, from a CSV file with the columns x,y,z [mm].
-
-    Raises:
-        InputError: it cannot be read, or a row or column is not as described; says which.
-    """
-    rows = _rows_of(path := Path(path))
-    _require_columns(path, rows[0][1], [CURVE_COLUMNS])
-    return [_numbers_of(path, number, cells, CURVE_COLUMNS) for number, cells in rows[1:]]
 
 
 def read_flange_poses(path: Path | str, *, robot: Robot) -> FloatArray:

@@ -9,12 +9,13 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from geoprint.config import Job
+from geoprint.config import Job, load_cell
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import FloatArray, Placement, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.placing import Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import reach_map, reach_margin
+from geoprint.pipeline.choice import check_part
 from geoprint.pipeline.planning import cover, pose_stream, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
@@ -52,7 +53,8 @@ def propose_placement(
     """
     if not 0.0 <= tilt_deg <= 90.0:
         raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
-    job = with_rounds(job)
+    check_part(job)
+    job = with_rounds(job, load_cell(job.cell))
     rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
     job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
     stage = Stages(observe)

@@ -46,7 +46,7 @@ from geoprint.motion.controller import (
 from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
-from geoprint.pipeline.choice import backend_of, check_options, pattern_of
+from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
@@ -68,9 +68,11 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
         InputError: a file cannot be planned on.
         PlanError: no valid motion exists; says where and why.
     """
+    check_part(job)
     check_options(job, [job.backend])
-    job, stage = with_rounds(job), Stages(observe)
+    stage = Stages(observe)
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
+    job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
 

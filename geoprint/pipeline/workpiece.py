@@ -37,6 +37,7 @@ from geoprint.surfaces import (
     face_normals,
     pieces,
     point_seed,
+    signed_volume,
     turned_over,
     united,
     vertex_normals,
@@ -50,8 +51,13 @@ from geoprint.transforms import apply
 TRIANGLES_ACROSS = 60
 # A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
 SEED_TOLERANCE = 1.0
+# A patch bulges, or is hollow, where the volume of the cone from its middle is beyond this share of area times size: a
+# cap of a ball that is as high as a fiftieth of its width.
+LEAST_BULGE = 0.004
 # The body tells the side where at least this share of the part's area agrees; between, it tells nothing.
 TELLING_SHARE = 0.9
+# A mirrored part lies on the body but for this share of its size.
+MIRRORED_SHARE = 0.05
 
 
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
@@ -68,21 +74,25 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         ReachError: the part has no demonstration placement.
         ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
-    factories = [backend(name).factory for name in backends]
     with stage("reading"):
-        cell = load_cell(job.cell)
-        _require_placement(job, cell)
+        # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
         loaded = load_file(job.surface, unit=job.unit, label=job.label)
+        cell = load_cell(job.cell)
+        job = with_rounds(job, cell)
+        if job.rounds is None:
+            _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
+        _require_placement(job, cell)
         prepared = prepared_part(job, loaded)
         named = None if job.body is None else load_file(job.body, unit=job.unit)
         body = prepared.body if named is None else _body(prepared.surface, named.surface)
         # Only now: the readers refuse what would never end, as a pipe or a device.
         digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
         asked = turned_over(prepared.surface) if job.flip else prepared.surface
-        part, side = printed_side(asked, body, flip=job.flip)
+        part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
         placement, uncertainty = _placement(job, cell, part)
     with stage("refining"):
-        surface, edge_length = _refined(part, factories, spacing=_wanted_spacing(job, part))
+        wanted, factories = _wanted_spacing(job, part), [backend(name).factory for name in backends]
+        surface, edge_length = _refined(part, factories, spacing=wanted)
         seed = _seed(job, surface)
     return Workpiece(
         cell=cell,
@@ -137,9 +147,12 @@ def _body(part: Surface, body: Surface) -> Surface:
     _, distances = closest(body, part.vertices)
     size = _size(part)
     if distances.min() > size:
+        mirrors = zip("xyz", part.vertices * (1.0 - 2.0 * np.eye(3))[:, None], strict=True)
+        on = [axis for axis, mirrored in mirrors if closest(body, mirrored)[1].max() < MIRRORED_SHARE * size]
+        seen = f" Mirrored in {on[0]} it lies on it: one of the files is left-handed, so export it again." if on else ""
         raise InputError(
             f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: a body that "
-            "the part lies on touches it. Give both in the same coordinates and unit.",
+            f"the part lies on touches it. Give both in the same coordinates and unit.{seen}",
             distance=float(distances.min()),
         )
     return body
@@ -190,11 +203,11 @@ def largest_distance(job: Job, part: Surface) -> float:
     return Piecewise(coarse, backend_of(job)).distance(_seed(job, coarse)).maximum
 
 
-def with_rounds(job: Job) -> Job:
-    """Return the job with the rounds of its cell where it names neither rounds nor spacing."""
+def with_rounds(job: Job, cell: Cell) -> Job:
+    """Return the job with the rounds of the cell where it names neither rounds nor spacing."""
     if job.spacing is not None or job.rounds is not None:
         return job
-    return job.model_copy(update={"rounds": load_cell(job.cell).process.rounds})
+    return job.model_copy(update={"rounds": cell.process.rounds})
 
 
 def _wanted_spacing(job: Job, part: Surface) -> float:
@@ -226,34 +239,66 @@ def _size(surface: Surface) -> float:
     return float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
 
 
-def printed_side(part: Surface, body: Surface | None, *, flip: bool) -> tuple[Surface, Side]:
+def printed_side(
+    part: Surface, body: Surface | None, *, flip: bool, filed: Surface | None = None
+) -> tuple[Surface, Side]:
     """Decide which side is printed on, and turn the part where the body tells that it is inside out.
 
     Args:
         part: as prepared, turned already where `flip` says so.
         body: what it lies on; only a closed one tells its outside.
         flip: whether the user turned the file's winding; then the body only warns.
+        filed: the body as its file winds it, or the part where there is no body; None where nobody knows.
 
     Returns:
         The part, and how its side was found.
     """
     if boundary_half_edges(part.faces).size == 0:
-        return part, Side("closed", flip, None, "printed on the outside of a closed surface.")
+        where = "inside of a closed surface, as `--flip` asks" if flip else "outside of a closed surface"
+        return part, Side("closed", flip, None, f"printed on the {where}.{_also(filed)}")
     agreeing = None if body is None else _agreeing(part, body)
     source = "flip" if flip else "winding"
     told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
     if agreeing is None:
         other = "leave `--flip` out for the other" if flip else "`--flip` turns it"
-        return part, Side(source, flip, None, f"printed on {told}; {other}.")
+        return part, Side(
+            source, flip, None, f"printed on {told}, {shape_in_words(part)}; {other}, a closed `--body` decides."
+        )
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:
-        sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it)."
+        sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it).{_also(filed)}"
         return part, Side("body", flip, agreeing, sentence)
     share = f"{1 - agreeing:.0%} of it faces into {name}"
     if agreeing > 1 - TELLING_SHARE or flip:
         return part, Side(source, flip, agreeing, f"printed on {told}, but {share}: check the side.")
-    sentence = f"turned: as the file is wound, {share}; printed on the other side."
+    sentence = f"turned: as the file is wound, {share}; printed on the other side.{_also(filed)}"
     return turned_over(part), Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
+
+
+def shape_in_words(part: Surface) -> str:
+    """Return what the shape tells of the side of an open patch: parts bulge out of what they are of, if they curve."""
+    bulge = signed_volume(part) / float(_size(part) * face_areas(part).sum())
+    if bulge < -LEAST_BULGE:
+        return "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"
+    kind = "which bulges" if bulge > LEAST_BULGE else "which neither bulges nor is hollow"
+    return f"{kind}; nothing else can tell, since an open patch encloses nothing"
+
+
+def _also(filed: Surface | None) -> str:
+    """Return a sentence where the file of a closed body is inside out."""
+    words = "" if filed is None else inverted_in_words(filed)
+    return f" But {words}" if words else ""
+
+
+def inverted_in_words(filed: Surface) -> str:
+    """Return what is to be said of a closed file whose faces look inward; nothing where they do not."""
+    volume = signed_volume(filed) / 1000.0
+    if volume >= 0.0:
+        return ""
+    return (
+        f"the volume of {filed.name} is {volume:.3g} cm3, as its faces are wound: they are all flipped, which is "
+        "corrected, or it is mirrored, which is not: is left where it should be? Else export it again."
+    )
 
 
 def _agreeing(part: Surface, body: Surface) -> float | None:

@@ -7,8 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, PoseStream, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, PoseStream, freeze_arrays, frozen
 from geoprint.surfaces import PolylineDistance, even_points
 
 # Points per spacing along each path at which the distance to the others is taken.

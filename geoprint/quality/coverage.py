@@ -13,8 +13,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import (
     ANY,

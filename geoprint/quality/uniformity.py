@@ -11,8 +11,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
 from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, sampled
 from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial

@@ -7,8 +7,7 @@ from typing import Literal, final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Surface, comparable, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, comparable, freeze_arrays, frozen
 
 # A replay is looked at, not measured: so many frames move smoothly and keep the page small.
 MOST_FRAMES = 600

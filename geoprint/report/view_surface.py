@@ -6,8 +6,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces import boundary_half_edges, face_areas, half_edges
 
 # Faces per cell that clustering a flat piece leaves: two triangles a grid cell, more where the grid cuts slantwise.

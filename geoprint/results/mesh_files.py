@@ -22,6 +22,8 @@ class FileInspection:
         size: extents [mm].
         found: the examination of the mesh.
         regions: name, number of faces and area [mm2] of each that the file has.
+        side: what tells which side of it is outside, in words.
+        terraces: height of the steps where the surface is a staircase around voxels [mm], else None.
         backends: by name, 'yes', or why a backend cannot plan on it, or that it was 'not tried' and why.
     """
 
@@ -32,6 +34,8 @@ class FileInspection:
     size: tuple[float, ...]
     found: Inspection
     regions: tuple[tuple[str, int, float], ...]
+    side: str
+    terraces: float | None
     backends: tuple[tuple[str, str], ...]
 
 

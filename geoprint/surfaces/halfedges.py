@@ -9,8 +9,8 @@ Numba is loaded with this module, so that `topology` asks for it only when it is
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import IntArray
 
 # What `matched` says of half-edges that have no twin, and of those whose edge has more than two faces.

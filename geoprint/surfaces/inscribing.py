@@ -7,8 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.clipping import faces_within
 from geoprint.surfaces.points import closest_in_triangles
 

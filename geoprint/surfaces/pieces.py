@@ -7,8 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurves, SurfacePoints, freeze_arrays, frozen
 from geoprint.surfaces.clipping import part_of
 from geoprint.surfaces.topology import component_labels, used_vertices
 

@@ -50,7 +50,7 @@ def test_a_new_field_of_the_job_is_an_option_a_line_of_the_job_file_and_a_settin
     app.command()(command)
     shown = CliRunner().invoke(app, ["--help"]).output
     assert "--colour" in shown
-    assert "Colour of the ink.  [default: (red)]" in shown
+    assert "Colour of the ink.  [default: red]" in shown
     assert said("--colour", "blue", model=LongerJob) == {"colour": "blue"}
     assert '\n# colour = "red"            # of the ink\n' in job_file_text(LongerJob)
     assert LongerJob(surface=Path("a.ply")).settings()["colour_name"] == "red"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import math
@@ -37,6 +38,18 @@ def listed(folder: Path) -> list[str]:
 
 def write(folder: Path, *, overwrite: bool = False) -> None:
     write_bundle(folder, FILES, overwrite=overwrite, verify=accept)
+
+
+def test_a_full_disk_is_told_in_words_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(ExportError) as caught:
+        write(tmp_path / "plan")
+    said = f"cannot write {tmp_path / 'plan'}: No space left on device; choose another place, or make room there."
+    assert str(caught.value) == said
+    assert listed(tmp_path) == []
 
 
 def a_dead_process() -> int:

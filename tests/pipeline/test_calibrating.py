@@ -145,7 +145,7 @@ def test_an_odd_touch_and_a_noise_that_is_too_small_are_said(tmp_path: Path) -> 
     ]
     found = calibrate_cell(paths[0], model=paths[1], cell=None, part=None, unit=None, noise=0.02)
     text = calibration_text(found)
-    assert "note: p6: by chance" in text
+    assert "warning: p6: by chance" in text
     assert "larger than the noise given explains" in text
 
 

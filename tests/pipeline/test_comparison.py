@@ -59,6 +59,33 @@ def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compare
     assert "broken.ply: `broken.ply`" in table
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_the_table_fits_every_terminal_and_shows_first_what_decides(
+    parts: tuple[Comparison | FailedPart, ...], count: int
+) -> None:
+    told = tell_comparison(parts[:count])
+    whole = rows_of(comparison_table(told))
+    assert whole[0].endswith("clear mm  planned in s")
+    fewer = len(whole[0].split())
+    for width in (120, 80, 70, 60):
+        text = comparison_table(told, width=width)
+        shown = rows_of(text)
+        assert max(map(len, shown)) <= width
+        assert {"CV", "gap", "printable"} <= set(shown[0].split())
+        assert len(shown[0].split()) <= fewer
+        fewer = len(shown[0].split())
+        assert ("told in compare.json: " in text) is (" planned in s" not in shown[0])
+    narrow = comparison_table(told, width=50)
+    assert "---" not in narrow
+    assert f"{'  ' if count > 1 else ''}heat: CV " in narrow
+    assert "gap " in narrow
+
+
+def rows_of(text: str) -> list[str]:
+    """Return the lines of the table: the heading, the rule and what stands below it up to an empty line."""
+    return text.split("\n\n")[1].splitlines()
+
+
 def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its_schema(
     parts: tuple[Comparison | FailedPart, ...], tmp_path: Path
 ) -> None:

@@ -11,10 +11,10 @@ from typer.testing import CliRunner
 
 from geoprint.account import outcome_text, patch_text, record_plan
 from geoprint.cli.application import app
-from geoprint.config import job_of
+from geoprint.config import job_of, read_curve
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import PatchChoice, cut_patch, plan, read_curve
+from geoprint.pipeline import PatchChoice, cut_patch, plan
 from geoprint.results import Patch
 from geoprint.surfaces import boundary_loops, face_areas, face_normals
 from geoprint.surfaces.files import load, save_ply
@@ -104,24 +104,6 @@ def test_curves_that_enclose_nothing_are_refused_with_the_place(
 ) -> None:
     with pytest.raises(InputError, match=sentence):
         inside(body, curve)
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ("a,b\n1,2\n", "the first row must name the columns x,y,z"),
-        ("x,y,z\n1,nan,3\n", "row 2, column y: found 'nan'"),
-        ("x,y,z\n1,2\n", "row 2: found 2 numbers, needed are 3"),
-        ("x,y,z\n" + "1,2,3\n" * 200_000, "larger than a megabyte"),
-        ("", "is empty"),
-    ],
-)
-def test_tables_of_points_that_cannot_be_read_are_refused(tmp_path: Path, text: str, sentence: str) -> None:
-    (tmp_path / "c.csv").write_text(text)
-    with pytest.raises(InputError, match=sentence):
-        read_curve(tmp_path / "c.csv")
-    with pytest.raises(InputError, match="no plain file"):
-        read_curve(tmp_path)
 
 
 @pytest.mark.parametrize("count", [2, 501])

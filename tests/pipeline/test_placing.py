@@ -62,7 +62,8 @@ def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal:
     said, told = proposal_text(proposal), json.loads(json.dumps(proposal_summary(proposal)))
     assert "where the cell file puts it: out of reach, refused" in said
     assert "NOT CALIBRATED" in said
-    assert "; not checked: " in said
+    assert "not checked: 7 things; `--verbose` lists them" in said.splitlines()
+    assert proposal_text(proposal, verbose=True).count("not checked: ") == 7
     assert told["calibrated"] is False
     assert told["better"] is True
     assert told["before"] == {

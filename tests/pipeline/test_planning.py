@@ -112,6 +112,12 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, tmp_path: Path) -> None
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.cv, abs=1e-6)
     assert any("PLACEMENT NOT KNOWN" in warning for warning in found["warnings"])
+    # Warnings are to act on; what only informs stands beside them, and a person reads both in this order.
+    assert cap_plan.workpiece.side.sentence in found["notes"]
+    assert not {*found["notes"]} & {*found["warnings"]}
+    said = [line.partition(": ")[0] for line in outcome_text(record_plan(cap_plan)).splitlines()]
+    minded = ["warning"] * len(found["warnings"]) + ["note"] * len(found["notes"]) + ["not checked"]
+    assert said[-len(minded) :] == minded
     assert len(found["input"]["sha256"]) == 64
 
 
@@ -267,8 +273,9 @@ def test_the_hash_in_plan_json_is_that_of_the_file_as_it_was_read(tmp_path: Path
     assert json.loads((tmp_path / "out" / "plan.json").read_text())["input"]["sha256"] == wanted
 
 
-def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_path: Path) -> None:
-    text = packaged_cell_text("irb120-bent45")
+def test_what_no_program_can_come_from_is_refused_before_the_long_work(tmp_path: Path) -> None:
+    text, part = packaged_cell_text("irb120-bent45"), saved(tmp_path, plate())
+    stages: list[str] = []
     for old, new, reason in (
         ('mode = "io"', 'mode = "analog"', "needs flow, the analog output"),
         ("cog_mm = [25, 0, 65]", "cog_mm = [0, 0, 0]", "refuses a load"),
@@ -277,7 +284,11 @@ def test_what_no_program_can_come_from_is_refused_before_the_part_is_read(tmp_pa
         assert old in text
         (tmp_path / "cell.toml").write_text(text.replace(old, new))
         with pytest.raises(UsageError, match=reason):
-            plan(job_of(surface="absent.ply", unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"))
+            plan(
+                job_of(surface=part, unit="mm", spacing=3.0, cell=tmp_path / "cell.toml", place="demo"),
+                observe=stages.append,
+            )
+    assert stages == ["reading"] * 3
 
 
 def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_placed(tmp_path: Path) -> None:

@@ -7,10 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from geoprint.account import inspection_text
+from geoprint.config import job_of
+from geoprint.errors import InputError
 from geoprint.model import Surface
+from geoprint.pipeline import inspect_file, plan
 from geoprint.pipeline.workpiece import printed_side
 from geoprint.surfaces import mean_normal
 from tests import meshes
+from tests.shared_data import shared
 
 BODY = replace(meshes.sphere(radius=30.0, subdivisions=4), name="heart")
 CAP = meshes.spherical_cap(radius=30.0, angle=0.6)
@@ -24,7 +29,10 @@ def test_without_a_body_the_winding_decides_and_the_user_is_told_how_to_turn_it(
     part, side = printed_side(CAP, None, flip=False)
     assert part is CAP
     assert (side.source, side.turned, side.agreeing) == ("winding", False, None)
-    assert side.sentence == "printed on the side that the file's winding calls outside; `--flip` turns it."
+    assert side.sentence == (
+        "printed on the side that the file's winding calls outside, which bulges; nothing else can tell, since an open "
+        "patch encloses nothing; `--flip` turns it, a closed `--body` decides."
+    )
     assert "leave `--flip` out" in printed_side(CAP, None, flip=True)[1].sentence
 
 
@@ -63,3 +71,49 @@ def test_a_body_that_half_agrees_or_is_open_tells_nothing() -> None:
 
 def test_a_closed_part_is_printed_outside() -> None:
     assert printed_side(BODY, None, flip=False)[1].source == "closed"
+    assert "printed on the inside" in printed_side(BODY, None, flip=True)[1].sentence
+
+
+@pytest.mark.parametrize(
+    ("patch", "words"),
+    [
+        (inside_out(CAP), "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"),
+        (meshes.plate(), "which neither bulges nor is hollow; nothing else can tell"),
+    ],
+)
+def test_what_the_shape_of_an_open_patch_tells_is_said(patch: Surface, words: str) -> None:
+    side = printed_side(patch, None, flip=False)[1]
+    assert words in side.sentence
+    assert side.sentence.endswith("; `--flip` turns it, a closed `--body` decides.")
+
+
+def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume() -> None:
+    mirrored = Surface(vertices=BODY.vertices * [-1.0, 1.0, 1.0], faces=BODY.faces, name="heart")
+    for filed in (inside_out(BODY), mirrored):
+        for part, body in ((BODY, None), (CAP, filed)):
+            sentence = printed_side(part, body, flip=False, filed=filed)[1].sentence
+            assert "But the volume of heart is -113 cm3, as its faces are wound: they are all flipped" in sentence
+            assert sentence.endswith("is left where it should be? Else export it again.")
+    assert "volume" not in printed_side(CAP, BODY, flip=False, filed=BODY)[1].sentence
+
+
+@pytest.mark.parametrize(
+    ("name", "alone", "on_the_body"),
+    [
+        ("x_mirrored.ply", "which is hollow: is the file mirrored", "Mirrored in x it lies on it"),
+        (
+            "x_all_flipped.ply",
+            "which is hollow: is the file mirrored",
+            "turned: as the file is wound, 100% of it",
+        ),
+    ],
+)
+def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, alone: str, on_the_body: str) -> None:
+    file, body = shared(f"broken/{name}"), shared("hearts/rodero01_outer_skin_closed.ply")
+    assert alone in inspection_text(inspect_file(file, unit="mm"))
+    job = job_of(surface=file, unit="mm", robot=False, rounds=3, body=body)
+    try:
+        said = plan(job).workpiece.side.sentence
+    except InputError as error:
+        said = str(error)
+    assert on_the_body in said

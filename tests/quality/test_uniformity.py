@@ -201,8 +201,12 @@ def test_too_little_work_is_told_and_bounded() -> None:
 
 
 def test_one_level_has_no_spacing_to_measure() -> None:
-    with pytest.raises(FieldError, match="two levels"):
-        uniformity(rows([1.0]), fine_plate(), spacing=2.0)
+    found = uniformity(rows([15.0]), fine_plate(), spacing=2.0)
+    assert not found.spaced
+    assert np.isnan([found.mean, found.cv]).all()
+    assert found.by_level() == found.worst(3) == ()
+    # What is covered is measured all the same: the row in the middle reaches 1.1 mm to either side of 30 mm.
+    assert found.uncovered == pytest.approx(1.0 - 2.2 / 30.0, abs=0.01)
 
 
 def test_a_path_beside_the_surface_is_refused() -> None:

@@ -319,4 +319,5 @@ class PlanRecord(Record):
     robot: tuple[RobotRecord, ...] = Field(description="one a placement of the part; none without a robot")
     timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")
     peak_memory_mb: Count = Field(description="[MB]")
-    warnings: tuple[str, ...] = Field(description="what a person should know")
+    warnings: tuple[str, ...] = Field(description="what a person should act on")
+    notes: tuple[str, ...] = Field(default=(), description="what else a person may want to know")

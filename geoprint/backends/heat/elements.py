@@ -11,11 +11,11 @@ from math import sqrt
 from typing import final
 
 import numpy as np
-from numba import njit
 from scipy.sparse import coo_array, csc_array
 
 from geoprint.backends.intrinsic import IntrinsicTriangulation, doubled_areas
 from geoprint.errors import MeshError
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
 
 # Where the values at the corners of a triangle differ by less than this share of themselves, rounding decides the

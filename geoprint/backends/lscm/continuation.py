@@ -12,8 +12,7 @@ from typing import final
 import numpy as np
 
 from geoprint.backends.lscm.segment_distance import point_distances
-from geoprint.model import BoolArray, FloatArray, Surface, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
 
 
 @final

@@ -16,8 +16,7 @@ from scipy.ndimage import binary_dilation, map_coordinates
 
 from geoprint.backends.lscm.continuation import UNCUT, Continuation
 from geoprint.backends.lscm.segment_distance import grid_distances
-from geoprint.model import BoolArray, FloatArray, IntArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 
 # Pixels measured around the region: level curves are followed beyond its border before they are cut there.
 MARGIN = 2

@@ -13,8 +13,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray
 
 # Squares of this many pixels a side without a wanted pixel are left out.

@@ -9,10 +9,10 @@ from __future__ import annotations
 from math import sin
 
 import numpy as np
-from numba import njit
 
 from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh, uncounted
 from geoprint.backends.marching.kernels import slope
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 

@@ -14,8 +14,8 @@ from math import acos, pi
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from math import atan2, cos, inf, pi, sin, sqrt
 
-from numba import njit
-
 from geoprint.backends.marching.front import (
     BESIDE_SEED,
     SEED_FIRST_EDGE,
@@ -19,6 +17,7 @@ from geoprint.backends.marching.front import (
     pop_nearest,
     uncounted,
 )
+from geoprint.kernels import njit
 from geoprint.model import IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 

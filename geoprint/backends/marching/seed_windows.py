@@ -11,8 +11,6 @@ from __future__ import annotations
 from math import atan2, sqrt
 from typing import NamedTuple
 
-from numba import njit
-
 from geoprint.backends.marching.front import (
     BESIDE_SEED,
     SEED_VERTEX,
@@ -21,6 +19,7 @@ from geoprint.backends.marching.front import (
     MarchingMesh,
     arrive,
 )
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 

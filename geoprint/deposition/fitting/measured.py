@@ -20,8 +20,7 @@ import numpy as np
 
 from geoprint.deposition.bead import segment_area
 from geoprint.errors import InputError
-from geoprint.model import PASCAL_PER_KPA, FloatArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import PASCAL_PER_KPA, FloatArray, freeze_arrays, frozen
 
 WEIGHED = ("pressure_kpa", "duration_s", "mass_g")
 GAUGED = ("pressure_kpa", "speed_mm_s", "width_mm", "height_mm")

@@ -17,8 +17,7 @@ from geoprint.export.orders import Orders
 from geoprint.export.rapid.run import Step
 from geoprint.export.rapid.text import Place, SwitchAt, refuse
 from geoprint.export.switching import TipsAt
-from geoprint.model import FloatArray, Signals, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, Signals, freeze_arrays, frozen
 
 # How far from the ends of a deposit the material may begin and end [mm].
 LARGEST_ERROR = 0.5

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
+from geoprint.kernels import njit
 from geoprint.model import FloatArray
 
 BRANCHES = 8
@@ -36,14 +36,14 @@ def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
     return joints
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
     """Fill (k, 8, 6) joints."""
     for k in range(Ts.shape[0]):
         solve_pose(Ts[k], lengths, joints[k])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
     """Fill (8, 6) joints of one pose: on each side of axis 1, with the elbow up or down, and the wrist turned over."""
     a1, a2, b, c1, c2, c3, c4 = lengths
@@ -72,7 +72,7 @@ def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
             _fill(joints[2 * shoulder + elbow :: 4], T, first, second, third)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third: float) -> None:
     """Fill (2, 6) joints of one place of the forearm: the wrist that gives the flange its attitude, and turned over."""
     sine_1, cosine_1 = math.sin(first), math.cos(first)
@@ -96,7 +96,7 @@ def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third:
         joints[wrist, 5] = _wrapped(sixth + wrist * half_turn)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _wrapped(angle: float) -> float:
     """Return an angle within three half turns of zero in (-pi, pi]."""
     if angle > math.pi:

@@ -14,8 +14,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import UsageError
-from geoprint.model import FloatArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, freeze_arrays
 from geoprint.motion.arm.closed_form import all_branches
 from geoprint.motion.arm.screws import Screws
 

@@ -6,8 +6,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, freeze_arrays, frozen
 
 
 @final

@@ -17,8 +17,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
-from geoprint.model import Box, ControllerPath, FloatArray
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import Box, ControllerPath, FloatArray, freeze_arrays
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.closest import Trees, smallest_arm_distance, worst_hit
 from geoprint.motion.collision.contact import ARM_REACHES, CollisionWorld, InflatedSolids

@@ -26,8 +26,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.motion.collision.contact import NOT_TESTED, REACH_STEP, CollisionWorld
 from geoprint.motion.collision.tool_solids import EXCESS, Solid, movements, movements_between
 

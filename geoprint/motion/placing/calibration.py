@@ -17,8 +17,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
-from geoprint.model import FloatArray, Placement, TouchedPoints, comparable, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, Placement, TouchedPoints, comparable, freeze_arrays, frozen
 from geoprint.motion.placing.placement import fit_touched_points
 from geoprint.motion.placing.touch_statistics import Noise, TouchStatistics, touch_statistics
 

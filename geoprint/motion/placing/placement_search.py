@@ -19,8 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import Box, FloatArray, IntArray, PoseStream, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import Box, FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 from geoprint.motion.arm import BRANCHES, JOINTS, Arm, about_nozzle
 from geoprint.motion.reach import PoseSamples, angle_margins, keyframes, sample_poses
 

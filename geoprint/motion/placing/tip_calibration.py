@@ -7,8 +7,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, freeze_arrays, frozen
 from geoprint.motion.placing.touch_statistics import TouchStatistics, touch_statistics
 
 FEWEST_POSES = 4

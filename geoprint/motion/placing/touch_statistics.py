@@ -13,8 +13,7 @@ from typing import final
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
-from geoprint.model import FloatArray, IntArray, comparable, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import FloatArray, IntArray, comparable, freeze_arrays, frozen
 
 # Unknowns of a fit: three lengths and three more lengths or angles.
 UNKNOWNS = 6

@@ -20,12 +20,12 @@ import math
 from dataclasses import astuple, dataclass
 from typing import NamedTuple, TypeAlias, final
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from geoprint import transforms
 from geoprint.errors import UsageError
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, SearchWeights
 from geoprint.motion.arm import BRANCHES, JOINTS, Arm, solve_pose
 
@@ -185,7 +185,7 @@ class _Ladder(NamedTuple):
     extra: FloatArray
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _sweep(
     ladder: _Ladder,
     terms: Terms,
@@ -222,7 +222,7 @@ def _sweep(
         _retrace(ladder.offsets, states[(count - 1) % 2], branch, back, costs, choices)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _best_step(
     ladder: _Ladder,
     terms: Terms,
@@ -255,7 +255,7 @@ def _best_step(
     return least
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _retrace(
     offsets: IntArray, last: FloatArray, branch: int, back: StepBack, costs: FloatArray, choices: IntArray
 ) -> None:
@@ -271,7 +271,7 @@ def _retrace(
         choices[branch, rung - 1] = back[offsets[rung] + choices[branch, rung], branch]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _place_cost(joints: FloatArray, deposit: bool, terms: Terms) -> float:  # noqa: FBT001  (numba takes no keywords)
     """Return what a millimetre costs at (6,) joint angles."""
     margin = np.inf
@@ -294,7 +294,7 @@ def _place_cost(joints: FloatArray, deposit: bool, terms: Terms) -> float:  # no
     return terms.limit_weight * _discomfort(margin / COMFORTABLE_LIMIT) + terms.singularity_weight * singular
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _step_cost(start: FloatArray, end: FloatArray, length: float, terms: Terms) -> float:
     """Return what the joint motion of a step costs; nothing where one end cannot be reached."""
     total = 0.0
@@ -308,7 +308,7 @@ def _step_cost(start: FloatArray, end: FloatArray, length: float, terms: Terms) 
     return 0.0 if math.isnan(total) else total / length
 
 
-@numba.njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _end_pose(T: FloatArray, candidate: FloatArray, T_tool_end: FloatArray, out: FloatArray) -> None:
     """Fill (4, 4) out with the end of an arm whose tool leans by (x, y) and turns, as `turned` has it."""
     turn, x, y = candidate
@@ -332,17 +332,17 @@ def _end_pose(T: FloatArray, candidate: FloatArray, T_tool_end: FloatArray, out:
         out[row, 3] += T[row, 3]
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _squared_turn(one: FloatArray, other: FloatArray) -> float:
     return (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _discomfort(share: float) -> float:
     share = max(share, SMALLEST_SHARE)
     return 1.0 / (share * share)
 
 
-@numba.njit(cache=True)
+@njit(cache=True)
 def _wrapped(angle: float) -> float:
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)

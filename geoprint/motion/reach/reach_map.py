@@ -12,8 +12,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, PlanError, ReachError
-from geoprint.model import BoolArray, FloatArray, IntArray, frozen
-from geoprint.model.arrays import freeze_arrays
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.motion.arm import Arm
 from geoprint.motion.reach.pose_samples import PoseSamples
 

@@ -6,9 +6,9 @@ from math import inf
 from typing import final
 
 import numpy as np
-from numba import njit
 from scipy.spatial import KDTree
 
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, empty_horizon
 from geoprint.quality.oracle.tracing import SurfacePath

@@ -6,8 +6,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh
 

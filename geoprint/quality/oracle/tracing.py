@@ -6,9 +6,9 @@ from math import inf
 from typing import final
 
 import numpy as np
-from numba import njit
 
 from geoprint.errors import FieldError
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import Goal, Horizon, Segments, cross, empty_horizon
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places, spatial

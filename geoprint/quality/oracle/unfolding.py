@@ -13,8 +13,7 @@ from __future__ import annotations
 from cmath import phase, rect
 from math import inf, pi
 
-from numba import njit
-
+from geoprint.kernels import njit
 from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, add, cross, pop
 from geoprint.quality.oracle.triangles import FlatMesh
 from geoprint.surfaces.halfedges import next_half, previous_half

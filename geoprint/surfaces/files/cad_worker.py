@@ -1,36 +1,28 @@
-"""The child process that tessellates a STEP or IGES file, run as a script so that it imports little.
+"""What the child process does that tessellates a STEP or IGES file; a script, so that it imports little.
 
-    python -I cad_worker.py KIND INPUT OUTPUT CHORD ANGLE RELATIVE MEMORY_BYTES
-
-The tessellator is native code: on a damaged file it may crash, loop or take all memory; then only this process ends.
+The tessellator is native code: on a damaged file it may crash, loop or take all memory; then only the child ends.
 """
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 
+def work(data: bytes, kind: str, chord: str, angle: str, chord_is: str) -> bytes:
+    """Return a GLB file of the triangles of a file.
 
-def main() -> None:
-    """Tessellate by the command line and write a GLB file."""
-    kind, source, target, chord, angle, relative, memory = sys.argv[1:]
-    if sys.platform != "win32":
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (int(memory), int(memory)))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    Args:
+        data: content of the file.
+        kind: step or iges.
+        chord: largest distance between a face and its triangles [mm], or as a share of each edge.
+        angle: largest angle between neighbouring triangles [rad].
+        chord_is: absolute or relative.
+    """
     import cascadio
 
-    content = cascadio.load(
-        Path(source).read_bytes(),
+    return cascadio.load(
+        data,
         file_type="iges" if kind == "iges" else "step",
         tol_linear=float(chord),
         tol_angular=float(angle),
-        tol_relative=relative == "relative",
+        tol_relative=chord_is == "relative",
         use_parallel=False,
     )
-    Path(target).write_bytes(content)
-
-
-if __name__ == "__main__":
-    main()

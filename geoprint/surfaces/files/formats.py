@@ -38,8 +38,8 @@ class Reader(Protocol):
 class LabelReader(Protocol):
     """A function that reads a format of volumes."""
 
-    def __call__(self, data: bytes, /, *, name: str, label: int | None) -> MeshFile:
-        """Make a mesh of one label; None is given where nobody has chosen one."""
+    def __call__(self, data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
+        """Make a mesh of one label, None where nobody has chosen one; thin ones may be asked for with terraces."""
         ...
 
 
@@ -69,12 +69,13 @@ VOLUMES: Mapping[str, LabelReader] = {
 SUFFIXES = (*FORMATS, ".zip", *VOLUMES)
 
 
-def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
+def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> MeshFile:
     """Read a mesh file by its suffix, or make a mesh of what else it holds.
 
     Args:
         path: of a file with one of the SUFFIXES; a .zip file holds one of the MESHES.
         label: of a label volume, which one is meant.
+        thin: whether a label as thin as its voxels is taken with their terraces.
 
     Returns:
         What the file holds.
@@ -91,22 +92,25 @@ def read_mesh(path: Path, *, label: int | None = None) -> MeshFile:
             f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
             "export the mesh as one of these."
         )
-    if label is not None and suffix not in VOLUMES:
-        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `--label` out.")
+    if (thin or label is not None) and suffix not in VOLUMES:
+        option = "--thin" if label is None else "--label"
+        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
     data = _content(path)
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
     try:
         if suffix in VOLUMES:
-            file = VOLUMES[suffix](data, name=path.name, label=label)
+            file = VOLUMES[suffix](data, name=path.name, label=label, thin=thin)
         else:
             file = FORMATS[suffix](data, name=path.name)
     except (GeoprintError, MemoryError):
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
+        # Of other kinds the words are a name or a number without its place.
+        found = f" ({str(error)[:200]!r})" if isinstance(error, ValueError) else ""
         raise InputError(
-            f"`{path.name}` cannot be read as {suffix} ({type(error).__name__}: {str(error)[:200]!r}); "
-            "it is damaged or not what its suffix says, so export it again."
+            f"`{path.name}` cannot be read as {suffix}{found}; it is damaged or not what its suffix says, so export "
+            "it again."
         ) from error
     check_mesh(file, name=path.name)
     return replace(file, name=path.name)

@@ -11,15 +11,13 @@ from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.files.formats import read_mesh
 from geoprint.surfaces.files.mesh_file import UNITS, MeshFile
+from geoprint.surfaces.files.precision import resolves, single_step
 from geoprint.surfaces.topology import used_vertices
 
 # Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
 PLAUSIBLE_SIZE = (1.0, 2000.0)
 # Largest extent of most parts [mm]: among plausible units the one that gives it is suggested.
 USUAL_SIZE = (10.0, 500.0)
-# Mesh files hold single precision. Where its steps exceed this share of the part's size, vertices of a fine mesh
-# fall together: a part of 40 mm may lie up to 33 m from the origin.
-RESOLUTION_SHARE = 1e-4
 
 
 def load(path: Path | str, *, unit: str | None) -> Surface:
@@ -27,7 +25,7 @@ def load(path: Path | str, *, unit: str | None) -> Surface:
     return load_file(path, unit=unit).surface
 
 
-def load_file(path: Path | str, *, unit: str | None, label: int | None = None) -> MeshFile:
+def load_file(path: Path | str, *, unit: str | None, label: int | None = None, thin: bool = False) -> MeshFile:
     """Read a mesh file, or make a mesh of what it holds, of known unit and believable size.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
@@ -38,6 +36,7 @@ def load_file(path: Path | str, *, unit: str | None, label: int | None = None) -
         unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
             carry no unit, None is answered by an error that shows what the size would be in each.
         label: of a label volume, which one is meant.
+        thin: whether a label as thin as its voxels is taken with their terraces.
 
     Returns:
         What the file holds, with its unit.
@@ -45,14 +44,14 @@ def load_file(path: Path | str, *, unit: str | None, label: int | None = None) -
     Raises:
         UsageError: the unit is missing, unknown, or another one than the file says.
         InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
-            implausible, or the part lies so far from the origin that single precision does not resolve it.
+            implausible, or the part lies so far from the origin that the file's numbers do not resolve it.
     """
     path = Path(path)
     if not path.name.isprintable():
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
     if unit is not None and unit not in UNITS:
         raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    file = read_mesh(path, label=label)
+    file = read_mesh(path, label=label, thin=thin)
     if file.unit and unit not in {None, file.unit}:
         raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
     unit = unit or file.unit
@@ -62,7 +61,7 @@ def load_file(path: Path | str, *, unit: str | None, label: int | None = None) -
     if not unit:
         raise UsageError(_missing_unit(path.name, extents))
     _check_size(path.name, extents * UNITS[unit], unit=unit, carried=bool(file.unit))
-    _check_resolution(path.name, used * UNITS[unit])
+    _check_resolution(path.name, used * UNITS[unit], step=file.step * UNITS[unit])
     return replace(file, unit=unit)
 
 
@@ -88,7 +87,7 @@ def save_ply(surface: Surface, path: Path | str) -> None:
     try:
         Path(path).write_bytes(ply_bytes(surface))
     except OSError as error:
-        raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
+        raise ExportError(f"`{path}` cannot be written ({error.strerror}); choose another place.") from error
 
 
 def likely_unit(size: float) -> str | None:
@@ -161,14 +160,15 @@ def _check_size(name: str, extents: FloatArray, *, unit: str, carried: bool) -> 
     )
 
 
-def _check_resolution(name: str, used: FloatArray) -> None:
+def _check_resolution(name: str, used: FloatArray, *, step: float) -> None:
     size = float((used.max(axis=0) - used.min(axis=0)).max())
     farthest = float(np.abs(used).max())
-    step = float(np.spacing(np.float32(farthest)))
-    if step > RESOLUTION_SHARE * size:
+    # A vertex that no face uses may lie farther out than all that count.
+    step = max(min(step, single_step(used)), float(np.spacing(farthest)))
+    if not resolves(step, used):
         raise InputError(
-            f"`{name}` is {_in_words(size)} large but lies {_in_words(farthest)} from the origin, where coordinates "
-            f"in single precision have steps of {step:.2g} mm; move it to the origin where it was made.",
+            f"`{name}` is {_in_words(size)} large but lies {_in_words(farthest)} from the origin, where the file's "
+            f"numbers have steps of {step:.2g} mm; move it to the origin where it was made, or export more digits.",
             distance=farthest,
             step=step,
         )

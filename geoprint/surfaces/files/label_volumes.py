@@ -9,6 +9,7 @@ distance is interpolated first: shape-based interpolation [Raya1990].
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, final
 
@@ -19,9 +20,10 @@ from geoprint.errors import InputError, UsageError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files.dicom_segmentation import read_dicom
-from geoprint.surfaces.files.mesh_file import MeshFile
+from geoprint.surfaces.files.mesh_file import UNITS, MeshFile
 from geoprint.surfaces.files.volume_formats import LabelVolume, read_nifti, read_nrrd
 from geoprint.surfaces.operators import signed_volume
+from geoprint.surfaces.remesh import TERRACE_SHARE, TERRACE_WAVELENGTH
 from geoprint.surfaces.topology import turned_over
 
 if TYPE_CHECKING:
@@ -33,6 +35,8 @@ Distances: TypeAlias = "NDArray[np.float32]"
 # part is taken. On a heart of 1 mm voxels the first halves the distance to the true surface and leaves 3 degrees of
 # the 20 by which voxel faces miss its normal.
 SMOOTHINGS = (1.0, 0.7, 0.5)
+# Who takes a label as thin as its voxels gets their terraces with it, where less smoothing than that keeps it.
+THIN_SMOOTHINGS = (*SMOOTHINGS, 0.25, 0.0)
 # Along an axis with longer voxels at least this share of their side.
 SLICE_SHARE = 0.35
 # Where smoothing alone takes more than this share of the volume the part is too thin for it, and less is tried ...
@@ -68,35 +72,44 @@ class _Field:
     first: IntArray
 
 
-def read_nifti_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+def read_nifti_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Return the surface of one label of a NIfTI file, as `volume_mesh`; raises also as `read_nifti`."""
-    return volume_mesh(read_nifti(data, name=name), label=label, name=name)
+    return volume_mesh(read_nifti(data, name=name), label=label, name=name, thin=thin)
 
 
-def read_nrrd_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+def read_nrrd_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Return the surface of one label of a NRRD file, as `volume_mesh`; raises also as `read_nrrd`."""
-    return volume_mesh(read_nrrd(data, name=name), label=label, name=name)
+    return volume_mesh(read_nrrd(data, name=name), label=label, name=name, thin=thin)
 
 
-def read_dicom_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+def read_dicom_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Return the surface of one segment of a DICOM file, as `volume_mesh`; raises also as `read_dicom`."""
-    return volume_mesh(read_dicom(data, label=label, name=name), label=label, name=name)
+    return volume_mesh(read_dicom(data, label=label, name=name), label=label, name=name, thin=thin)
 
 
-def volume_mesh(volume: LabelVolume, *, label: int | None, name: str) -> MeshFile:
+def volume_mesh(volume: LabelVolume, *, label: int | None, name: str, thin: bool = False) -> MeshFile:
     """Return the surface of one label of a volume.
 
     Args:
         volume: as read.
         label: which one; None where there is but one.
         name: of the file.
+        thin: whether a label as thin as its voxels is taken with their terraces.
 
     Raises:
         UsageError: there is no such label, or no choice among several; a package is missing.
         InputError: as `label_surface`.
     """
     chosen = _chosen_label(volume, label, name=name)
-    vertices, faces, smoothing, volume_error = label_surface(volume.labels == chosen, volume.affine, name=name)
+    side = UNITS[volume.unit or "mm"] * float(np.linalg.norm(volume.affine[:3, :3], axis=0).max())
+    advice = (
+        f"take it with the terraces of its voxels, and these off it, by `geoprint remesh {name} --label {chosen} "
+        f"--thin --smooth {TERRACE_WAVELENGTH * side:.3g} --max-deviation {TERRACE_SHARE * side:.2g} --out part.ply`, "
+        "and plan that; or use a finer volume"
+    )
+    vertices, faces, smoothing, volume_error = label_surface(
+        volume.labels == chosen, volume.affine, name=name, advice=advice, thin=thin
+    )
     notes = (
         ("label", chosen),
         ("smoothing_voxels", smoothing),
@@ -106,13 +119,17 @@ def volume_mesh(volume: LabelVolume, *, label: int | None, name: str) -> MeshFil
     return MeshFile(vertices, faces, volume.unit or "", notes)
 
 
-def label_surface(inside: BoolArray, affine: FloatArray, *, name: str) -> tuple[FloatArray, IntArray, float, float]:
+def label_surface(
+    inside: BoolArray, affine: FloatArray, *, name: str, advice: str, thin: bool
+) -> tuple[FloatArray, IntArray, float, float]:
     """Return a smooth closed surface around some voxels.
 
     Args:
         inside: (i, j, k) which voxels, at least one.
         affine: (4, 4) position of the voxels' centres; a left-handed or oblique one is as good as any.
         name: of the file.
+        advice: what helps where the label is too thin, but not too thin for its terraces.
+        thin: whether these are taken.
 
     Returns:
         (n, 3) vertices and (m, 3) faces, counter-clockwise from outside; the smoothing that was used [finest side of a
@@ -125,12 +142,13 @@ def label_surface(inside: BoolArray, affine: FloatArray, *, name: str) -> tuple[
     block, first = _block(inside)
     wanted = float(block.sum() * abs(np.linalg.det(affine[:3, :3])))
     rough = _distances(block, first, sides=sides, name=name)
-    smooth, smoothing, loss = _smoothed(rough, affine, wanted=wanted)
+    smooth, smoothing, loss = _smoothed(rough, affine, THIN_SMOOTHINGS if thin else SMOOTHINGS, wanted=wanted)
     if abs(loss) > UNBELIEVABLE_LOSS:
+        least = _smoothed(rough, affine, THIN_SMOOTHINGS[-1:], wanted=wanted)[2]
         raise InputError(
             f"`{name}`: the label is about as thin as its voxels of {' x '.join(f'{side:.3g}' for side in sides)}: "
             f"even the least smoothing changes its volume by {-loss:+.0%}, at most {UNBELIEVABLE_LOSS:.0%} is allowed; "
-            "use a finer volume or a thicker label.",
+            f"{advice if abs(least) <= UNBELIEVABLE_LOSS else 'use a volume with thinner slices'}.",
             loss=loss,
         )
     surface, volume = _with_volume(smooth, affine, wanted=wanted, name=name)
@@ -181,11 +199,13 @@ def _distances(block: BoolArray, first: IntArray, *, sides: FloatArray, name: st
     return _Field(values, finer, first)
 
 
-def _smoothed(rough: _Field, affine: FloatArray, *, wanted: float) -> tuple[_Field, float, float]:
+def _smoothed(
+    rough: _Field, affine: FloatArray, smoothings: Sequence[float], *, wanted: float
+) -> tuple[_Field, float, float]:
     """Return the field smoothed as far as the part bears it, the smoothing, and the share of volume it takes away."""
     sides: FloatArray = np.linalg.norm(affine[:3, :3], axis=0)
     smooth, smoothing, loss = rough, 0.0, 0.0
-    for smoothing in SMOOTHINGS:
+    for smoothing in smoothings:
         widths = smoothing * np.maximum(sides.min() / sides, SLICE_SHARE) * rough.finer
         values = np.asarray(ndimage.gaussian_filter(rough.values, widths), dtype=np.float32)
         smooth = _Field(values, rough.finer, rough.first)

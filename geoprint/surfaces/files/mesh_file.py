@@ -30,6 +30,8 @@ class MeshFile:
         notes: how the mesh was made, where the file holds something else.
         regions: groups, objects, solids and labels that the file gives to faces.
         name: of the file.
+        step: between neighbouring numbers that the file can hold where the mesh lies, in its unit; 0 where these are of
+            double precision.
     """
 
     vertices: FloatArray
@@ -38,6 +40,7 @@ class MeshFile:
     notes: Notes = ()
     regions: Regions = field(default_factory=dict[str, IntArray])
     name: str = "surface"
+    step: float = 0.0
 
     @property
     def surface(self) -> Surface:

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import math
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from geoprint.errors import InputError, ResourceError
+from geoprint.surfaces.files import native_child
 
 # Limits of the process [s, bytes of addresses].
 LONGEST = 120.0
 MEMORY = 4 << 30
 
 
-def run_worker(script: Path, arguments: Sequence[str], *, output: Path, work: str, name: str) -> bytes:
-    """Run a worker script and return what it wrote.
+def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str, name: str) -> bytes:
+    """Run a worker script and return what it answers; it ends with this process, and leaves nothing behind.
 
     Args:
-        script: a file of this package that imports nothing of it; its last argument is the memory it may take.
-        arguments: of the script, before that.
-        output: file that the script writes.
+        script: a file of this package that imports nothing of it, with a function `work`.
+        arguments: of that function, after the data.
+        data: what it works on.
         work: what it does, as in "cannot be ...".
         name: of the file it works on.
 
@@ -28,9 +31,10 @@ def run_worker(script: Path, arguments: Sequence[str], *, output: Path, work: st
         ResourceError: it took too long or too much memory.
         InputError: it ended without a result for another reason.
     """
-    command = [sys.executable, "-I", str(script), *arguments, str(MEMORY)]
+    limits = [str(os.getpid()), str(MEMORY), str(math.ceil(LONGEST) + 1)]
+    command = [sys.executable, "-I", str(native_child.__file__), str(script), *limits, *arguments]
     try:
-        ended = subprocess.run(command, capture_output=True, timeout=LONGEST, check=False)  # noqa: S603
+        ended = subprocess.run(command, input=data, capture_output=True, timeout=LONGEST, check=False)  # noqa: S603
     except subprocess.TimeoutExpired as error:
         raise ResourceError(
             f"`{name}` could not be {work} within {LONGEST:.0f} s; make it smaller or simpler.", seconds=LONGEST
@@ -39,11 +43,10 @@ def run_worker(script: Path, arguments: Sequence[str], *, output: Path, work: st
         raise ResourceError(
             f"`{name}` could not be {work} within {MEMORY >> 30} GiB of memory; make it smaller or simpler."
         )
-    content = output.read_bytes() if output.exists() else b""
-    if ended.returncode != 0 or not content:
+    if ended.returncode != 0 or not ended.stdout:
         raise InputError(
-            f"`{name}` cannot be {work}: the process for it ended with status {ended.returncode} and {len(content)} "
-            "bytes; the file is damaged or not what its suffix says, so export it again.",
+            f"`{name}` cannot be {work}: the process for it ended with status {ended.returncode} and "
+            f"{len(ended.stdout)} bytes; the file is damaged or not what its suffix says, so export it again.",
             status=ended.returncode,
         )
-    return content
+    return ended.stdout

@@ -26,22 +26,22 @@ def read_cloud_ply(data: bytes, /, *, name: str) -> MeshFile:
     return point_clouds.reconstruct(point_clouds.read_point_ply(data, name=name), name=name)
 
 
-def read_nifti_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+def read_nifti_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Read one label of a NIfTI file, as `label_volumes.read_nifti_label` does."""
     from geoprint.surfaces.files import label_volumes
 
-    return label_volumes.read_nifti_label(data, name=name, label=label)
+    return label_volumes.read_nifti_label(data, name=name, label=label, thin=thin)
 
 
-def read_nrrd_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+def read_nrrd_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Read one label of an NRRD file, as `label_volumes.read_nrrd_label` does."""
     from geoprint.surfaces.files import label_volumes
 
-    return label_volumes.read_nrrd_label(data, name=name, label=label)
+    return label_volumes.read_nrrd_label(data, name=name, label=label, thin=thin)
 
 
-def read_dicom_label(data: bytes, /, *, name: str, label: int | None) -> MeshFile:
+def read_dicom_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Read one label of a DICOM segmentation, as `label_volumes.read_dicom_label` does."""
     from geoprint.surfaces.files import label_volumes
 
-    return label_volumes.read_dicom_label(data, name=name, label=label)
+    return label_volumes.read_dicom_label(data, name=name, label=label, thin=thin)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import tempfile
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -242,13 +241,11 @@ def _poisson(points: FloatArray, normals: FloatArray, *, spacing: float, name: s
     depth = int(np.clip(np.ceil(np.log2(SCALE * size / (CELL_SPACINGS * spacing))), *DEPTHS))
     # About 1 large and about the origin: whatever the unit, the library sees the same numbers.
     unit = (points - centre) / size
-    with tempfile.TemporaryDirectory(prefix="geoprint-cloud-") as folder:
-        source, target = Path(folder) / "points.npy", Path(folder) / "mesh.npz"
-        np.save(source, np.column_stack([unit, normals]), allow_pickle=False)
-        settings = [str(source), str(target), str(depth)]
-        content = run_worker(
-            Path(cloud_worker.__file__), settings, output=target, work="turned into a surface", name=name
-        )
+    table = BytesIO()
+    np.save(table, np.column_stack([unit, normals]), allow_pickle=False)
+    content = run_worker(
+        Path(cloud_worker.__file__), [str(depth)], data=table.getvalue(), work="turned into a surface", name=name
+    )
     with np.load(BytesIO(content), allow_pickle=False) as mesh:
         return Surface(vertices=mesh["vertices"] * size + centre, faces=mesh["faces"].astype(np.int64), name=name)
 

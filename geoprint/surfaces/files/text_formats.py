@@ -17,6 +17,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.files.mesh_file import MeshFile, check_indices
+from geoprint.surfaces.files.precision import written_step
 from geoprint.surfaces.files.regions import Regions, named, together
 from geoprint.surfaces.operators import doubled_area_vectors
 
@@ -58,7 +59,7 @@ def read_obj(data: bytes, /, *, name: str) -> MeshFile:
     ]
     mesh = _mesh(vertices, absolute, name=name)
     sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
-    return replace(mesh, regions=_obj_regions(lines, face_lines, sizes))
+    return replace(mesh, regions=_obj_regions(lines, face_lines, sizes), step=written_step(data, mesh.vertices))
 
 
 def _obj_regions(lines: list[_Line], face_lines: list[_Line], sizes: IntArray) -> Regions:
@@ -110,7 +111,8 @@ def read_off(data: bytes, /, *, name: str) -> MeshFile:
         )
     vertices = _parse(body[:vertex_count], _position, name=name)
     polygons = _parse(body[vertex_count : vertex_count + face_count], _off_corners, name=name)
-    return _mesh(vertices, polygons, name=name)
+    mesh = _mesh(vertices, polygons, name=name)
+    return replace(mesh, step=written_step(data, mesh.vertices))
 
 
 def _decode(data: bytes) -> str:

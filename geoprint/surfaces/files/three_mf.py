@@ -226,6 +226,7 @@ def _parse(data: bytes, start: Callable[[str, dict[str, str]], None], *, name: s
     except (expat.ExpatError, KeyError, ValueError, OverflowError) as error:
         if isinstance(error, InputError):
             raise
+        line = parser.CurrentLineNumber
         raise InputError(
-            f"`{name}` cannot be read as 3MF ({type(error).__name__}: {error}); it is damaged, so export it again."
+            f"`{name}` cannot be read as 3MF from line {line} on; it is damaged, so export it again."
         ) from error

@@ -19,6 +19,7 @@ from geoprint.errors import InputError
 from geoprint.model import IntArray
 from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.optional_readers import read_cloud_ply
+from geoprint.surfaces.files.precision import resolves, single_step, written_step
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
 
 STL_HEADER_BYTES = 84
@@ -51,14 +52,14 @@ def read_stl(data: bytes, /, *, name: str) -> MeshFile:
     if len(data) == STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced:
         triangles = np.frombuffer(data, dtype=STL_TRIANGLE, offset=STL_HEADER_BYTES)
         vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
-        return MeshFile(vertices, np.arange(len(vertices)).reshape(-1, 3))
+        return MeshFile(vertices, np.arange(len(vertices)).reshape(-1, 3), step=single_step(vertices))
     # trimesh needs UTF-8; other bytes can only stand in names.
     written = data.decode("utf-8-sig", errors="replace")
     text = written.lower()
     if text.lstrip().startswith("solid") and ("facet" in text or "endsolid" in text):
         facets = [found.start() for found in re.finditer(r"(?<!end)facet", written, re.IGNORECASE)]
         mesh, _ = _through_trimesh(text.encode(), kind="stl", faces=len(facets), name=name)
-        return replace(mesh, regions=_solids(written, facets))
+        return replace(mesh, regions=_solids(written, facets), step=written_step(data, mesh.vertices))
     if len(data) < STL_HEADER_BYTES or data[:1] == b"<":
         raise InputError(
             f"`{name}` is not an STL file: {len(data)} bytes that do not begin with `solid`; "
@@ -121,10 +122,24 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
             f"`{name}` holds {counts.get('vertex', 0)} vertices and {counts.get('face', 0)} faces; a surface needs "
             "triangles, so export it as a mesh."
         )
-    mesh, elements = _through_trimesh(data, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name)
+    mesh, elements = _read_elements(header, body, counts=counts, name=name)
     of_faces = _integers(elements, "face", count=len(mesh.faces))
     of_vertices = _integers(elements, "vertex", count=len(mesh.vertices))
     return replace(mesh, regions=labelled_faces(mesh.faces, of_faces=of_faces, of_vertices=of_vertices))
+
+
+def _read_elements(header: bytes, body: bytes, *, counts: Mapping[str, int], name: str) -> tuple[MeshFile, _Elements]:
+    """Return mesh and elements of a PLY file; text that single precision would blur is read as it is written."""
+    content = b"end_header" + body
+    mesh, elements = _through_trimesh(
+        header + content, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name
+    )
+    single, wide = single_step(mesh.vertices), re.sub(rb"property float(32)? ", b"property double ", header)
+    if b"format ascii" not in header:
+        return replace(mesh, step=single if wide != header else 0.0), elements
+    if wide != header and not resolves(single, mesh.vertices):
+        return _read_elements(wide, body, counts=counts, name=name)
+    return replace(mesh, step=written_step(body, mesh.vertices)), elements
 
 
 def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, IntArray]:

@@ -21,6 +21,7 @@ from geoprint.surfaces.conversion import missing
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from nibabel import Nifti1Header
     from numpy.typing import NDArray
 
 # Largest volume that is unpacked [bytes]: 1024 x 1024 x 1024 labels of one byte.
@@ -29,9 +30,13 @@ LARGEST_VOLUME = 1 << 30
 LONGEST_VOXEL = 20
 # NIfTI-1 headers are 348 bytes long, NIfTI-2 headers 540; either number is the first of the file.
 NIFTI1_HEADER, NIFTI2_HEADER = 348, 540
+# Codes of the types in a NIfTI header that are whole or floating numbers of up to eight bytes.
+NIFTI_TYPES = (2, 4, 8, 16, 64, 256, 512, 768, 1024, 1280)
 # Headers of NRRD files are lines of text that end with an empty one.
 LONGEST_NRRD_HEADER = 1 << 16
-# The unit codes of a NIfTI header, and the words of NRRD files.
+# The unit codes of a NIfTI header, in the bits that are for lengths, and the words of NRRD files.
+NIFTI_LENGTHS = 7
+UNITS_BY_CODE = {1: "m", 2: "mm", 3: "um"}
 UNITS_BY_NAME = {"mm": "mm", "meter": "m", "micron": "um", "m": "m", "um": "um", "cm": "cm"}
 NRRD_TYPES = {
     "signed char": "i1", "int8": "i1", "int8_t": "i1", "uchar": "u1", "unsigned char": "u1", "uint8": "u1",
@@ -70,6 +75,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     """
     try:
         import nibabel
+        from nibabel.spatialimages import HeaderDataError
     except ImportError as error:
         raise missing("nibabel", extra="medical", work="reading NIfTI files") from error
     packed = data[:2] == b"\x1f\x8b"
@@ -79,18 +85,45 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
         raise InputError(f"`{name}` does not begin with a NIfTI header; export the segmentation again as NIfTI.")
     kind = nibabel.Nifti1Header if NIFTI1_HEADER in size else nibabel.Nifti2Header
     header = kind.from_fileobj(BytesIO(start), check=False)
+    _check_nifti(header, name=name)
     shape = tuple(int(extent) for extent in header.get_data_shape())
-    affine = np.asarray(header.get_best_affine(), dtype=np.float64)
+    try:
+        affine = np.asarray(header.get_best_affine(), dtype=np.float64)
+        slope, shift = header.get_slope_inter()
+    except (ValueError, HeaderDataError) as error:
+        raise InputError(f"`{name}` has a damaged NIfTI header ({error}); export the segmentation again.") from error
     stored = header.get_data_dtype()
     offset = int(max(header["vox_offset"], min(size & {NIFTI1_HEADER, NIFTI2_HEADER})))
     shape = checked_shape(shape, affine, stored=stored, name=name)
     needed = offset + math.prod(shape) * stored.itemsize
     content = _unpacked(data, needed, name=name) if packed else data
     labels = _grid(content, shape, stored=stored, offset=offset, name=name)
-    slope, shift = header.get_slope_inter()
     if slope not in {None, 1.0} or shift not in {None, 0.0}:
         labels = np.rint(labels.astype(np.float64) * (slope or 1.0) + (shift or 0.0)).astype(np.int64)
-    return LabelVolume(labels, affine, UNITS_BY_NAME.get(str(header.get_xyzt_units()[0])))
+    return LabelVolume(labels, affine, UNITS_BY_CODE.get(int(header["xyzt_units"]) & NIFTI_LENGTHS))
+
+
+def _check_nifti(header: Nifti1Header, *, name: str) -> None:
+    """Refuse a header with another magic, with a type that no label has, or without place and size of the voxels."""
+    magic, code, sides = header["magic"].tobytes().rstrip(b"\0"), int(header["datatype"]), header["pixdim"][1:4]
+    if magic[:3] == b"ni1":
+        raise InputError(f"`{name}` is half a NIfTI file, its voxels lie in another; export it as one .nii file.")
+    if magic[:3] not in {b"n+1", b"n+2"}:
+        raise InputError(
+            f"`{name}` has the magic {magic[:8]!r} at the end of its header, a NIfTI file has b'n+1' or b'n+2'; it is "
+            "damaged or another format, so export the segmentation again as NIfTI."
+        )
+    if code not in NIFTI_TYPES:
+        raise InputError(
+            f"`{name}` states the data type {code}, labels have one of {', '.join(map(str, NIFTI_TYPES))}; export the "
+            "segmentation as whole numbers of 8 or 16 bits.",
+            datatype=code,
+        )
+    if not (np.isfinite(sides).all() and (sides > 0).all() and np.isfinite(header["vox_offset"])):
+        raise InputError(
+            f"`{name}` states voxels of {' x '.join(f'{side:g}' for side in sides.tolist())} from byte "
+            f"{header['vox_offset']:g} on; sides are above 0 and both are finite, so export the segmentation again."
+        )
 
 
 def read_nrrd(data: bytes, *, name: str) -> LabelVolume:

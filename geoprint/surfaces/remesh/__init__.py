@@ -12,4 +12,8 @@ from geoprint.surfaces.remesh.deviation import (
 )
 from geoprint.surfaces.remesh.refine import refine as refine
 from geoprint.surfaces.remesh.remeshing import remesh as remesh
-from geoprint.surfaces.remesh.smoothing import smooth as smooth
+from geoprint.surfaces.remesh.smoothing import (
+    TERRACE_SHARE as TERRACE_SHARE,
+    TERRACE_WAVELENGTH as TERRACE_WAVELENGTH,
+    smooth as smooth,
+)

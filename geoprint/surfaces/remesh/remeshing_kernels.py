@@ -8,8 +8,8 @@ kept. The kernels change them in place; only `remeshing` calls them.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 from geoprint.surfaces.remesh.creases import CORNER, INSIDE, LEAST_RIM

@@ -20,6 +20,11 @@ from geoprint.surfaces.operators import cotangent_laplacian, lumped_mass
 from geoprint.surfaces.remesh.creases import creases
 from geoprint.surfaces.topology import boundary_loops, half_edges, twins
 
+# Ripples to smooth away where voxels left terraces, in heights of their steps: less leaves them, more takes away walls
+# that are two voxels thick. Nothing then moves by more than this share of a step.
+TERRACE_WAVELENGTH = 4.0
+TERRACE_SHARE = 0.5
+
 
 def smooth(surface: Surface, *, wavelength: float) -> Surface:
     """Return a surface without ripples that are shorter than a wavelength.

@@ -12,3 +12,4 @@ from geoprint.surfaces.repair.preparation import (
     prepare as prepare,
 )
 from geoprint.surfaces.repair.repairs import Repairs as Repairs, described as described
+from geoprint.surfaces.repair.terraces import terrace_height as terrace_height

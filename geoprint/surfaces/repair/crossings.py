@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from numba import njit
 
+from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray, Surface, frozen
 
 # Pairs of triangles whose boxes overlap that are looked at, per triangle: a good mesh has about 10, one on which they

@@ -25,7 +25,7 @@ CASES = SHARED_DATA / "broken" / "crafted_cases.json"
 FILES = sorted(path.name for path in (SHARED_DATA / "broken").glob("*") if path.suffix != ".json")
 
 # What becomes of each crafted case: status, and words of the outcome that name the defect or the repair.
-UNCHANGED = "the side that the file's winding calls outside; `--flip` turns it"
+INSIDE_OUT = "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"
 WELDED = (0, "1903 vertices joined")
 EXPECTED: dict[str, tuple[int, str]] = {
     "x_nan_vertex.ply": (3, "NaN or infinite coordinates: 1, the first is vertex 208"),
@@ -44,8 +44,8 @@ EXPECTED: dict[str, tuple[int, str]] = {
     "x_duplicate_faces.ply": (0, "260 duplicate faces dropped"),
     "x_both_sides.ply": (0, "781 duplicate faces dropped"),
     "x_random_flips.ply": (0, "237 faces turned for one winding"),
-    "x_all_flipped.ply": (0, UNCHANGED),
-    "x_mirrored.ply": (0, UNCHANGED),
+    "x_all_flipped.ply": (0, INSIDE_OUT),
+    "x_mirrored.ply": (0, INSIDE_OUT),
     "x_metres.ply": (3, "it would be 28.6 mm with `--unit m`"),
     "x_inches.stl": (0, "with `--unit in` it would be 28.6 mm: check the unit"),
     "x_far_offset.stl": (3, "lies 2 km from the origin"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from geoprint.errors import InputError, ResourceError, UsageError
 from geoprint.surfaces import closest, describe, face_areas, signed_volume
-from geoprint.surfaces.files import load, load_file, native
+from geoprint.surfaces.files import cad, load, load_file, native
 from geoprint.surfaces.repair import prepare
 from tests.shared_data import shared
 
@@ -20,13 +21,16 @@ pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, re
 UNITS = {"MM": (2, 1.0), "IN": (1, 25.4), "M": (6, 1000.0), "CM": (10, 10.0)}
 
 
-def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0)) -> str:
-    """Return an IGES file with one face: a B-spline of degree 1, a rectangle of that size in the unit."""
+def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0), rise: float = 0.0) -> str:
+    """Return an IGES file with one face: a B-spline of degree 1, a rectangle of that size in the unit.
+
+    Where one of its corners rises, it is a saddle.
+    """
     flag, _ = UNITS[unit]
     settings = f",,4Htest,4Htest,4Htest,4Htest,32,38,6,308,15,4Htest,1.0,{flag},{len(unit)}H{unit},1,0.01,"
     settings += "15H20260101.000000,1E-06,100.0,4Hnone,4Hnone,11,0,15H20260101.000000;"
     x, y = size
-    values = f"128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,{x},0.,0.,0.,{y},0.,{x},{y},0.,"
+    values = f"128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,0.,0.,0.,{x},0.,0.,0.,{y},0.,{x},{y},{rise},"
     values += "0.,1.,0.,1.;"
     parameters = [values[start : start + 64] for start in range(0, len(values), 64)]
     header = [settings[start : start + 72] for start in range(0, len(settings), 72)]
@@ -103,6 +107,35 @@ def test_a_file_cut_off_before_its_faces_is_refused(tmp_path: Path) -> None:
     (tmp_path / "cut.igs").write_text(iges_plate("MM")[:400])
     with pytest.raises(InputError, match=r"`cut.igs`"):
         load(tmp_path / "cut.igs", unit=None)
+
+
+@pytest.mark.parametrize("number", ["1e400", "1.E300", "-1.0E+13", "1234567890123456"])
+def test_numbers_that_no_part_has_are_refused_by_their_line(tmp_path: Path, number: str) -> None:
+    # Those in a string, in a comment or before a line are no coordinates.
+    step = f"ISO-10303-21;\nDATA;\n#1=P('1E99',(1.E-300,2.));/* 1E99\n*/\n#1234567890123=P('',(0.,{number},0.));\n"
+    (tmp_path / "far.step").write_text(step)
+    with pytest.raises(InputError, match=rf"`far.step` line 5 holds the number {re.escape(number)}, at most 1e\+12"):
+        load(tmp_path / "far.step", unit=None)
+    parameters = f"128,1,1,1,1,0,0,1,0,0,0.,{number.replace('E', 'D')},1."
+    iges = [f"{'':72}S{1:7d}", f"{128:8d}{'00010001':>64}D0000400", f"{parameters:<64}{1:8d}P{1:7d}"]
+    (tmp_path / "far.igs").write_text("\n".join(iges))
+    with pytest.raises(InputError, match=r"`far.igs` line 3 holds the number"):
+        load(tmp_path / "far.igs", unit=None)
+
+
+def test_faces_that_are_no_numbers_are_refused_in_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "plate.igs").write_text(iges_plate("MM"))
+    header = b'{"asset":{"version":"2.0"},"accessors":[{"max":[inf]}]}'
+    header += b" " * (-len(header) % 4)
+    chunk = len(header).to_bytes(4, "little") + b"JSON" + header
+    glb = b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunk)).to_bytes(4, "little") + chunk
+
+    def answer(*_: object, **__: object) -> bytes:
+        return glb
+
+    monkeypatch.setattr(cad, "run_worker", answer)
+    with pytest.raises(InputError, match=r"`plate.igs` cannot be tessellated: its faces reach infinitely far"):
+        load(tmp_path / "plate.igs", unit=None)
 
 
 def test_time_and_memory_of_the_tessellator_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

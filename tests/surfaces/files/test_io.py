@@ -115,8 +115,8 @@ REFUSED = {
     "nan.ply": (ASCII_PLY.replace("30 0 0", "nan 0 0").encode(), "NaN or infinite coordinates: 1, the first is"),
     "index.ply": (ASCII_PLY.replace("3 1 2 3", "3 1 2 4").encode(), "face 2 refers to vertex 4, but there are 4"),
     "negative.ply": (ASCII_PLY.replace("3 1 2 3", "3 1 2 -1").encode(), "face 2 refers to vertex -1"),
-    "words.ply": (ASCII_PLY.replace("30 0 0", "thirty 0 0").encode(), r"cannot be read as .ply"),
-    "type.ply": (binary_ply().replace(b"float x", b"quad x"), r"cannot be read as .ply \(KeyError"),
+    "words.ply": (ASCII_PLY.replace("30 0 0", "thirty 0 0").encode(), r"cannot be read as .ply \('string or file"),
+    "type.ply": (binary_ply().replace(b"float x", b"quad x"), "`type.ply` cannot be read as .ply; it is damaged"),
     "lfs.ply": (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n", "git lfs pull"),
     "comma.obj": (OBJ.replace("30 0 0", "30,0 0,0 0,0").encode(), r"line 5 cannot be read: `v 30,0 0,0 0,0`"),
     "two.obj": (OBJ.replace("v 30 0 0", "v 30 0").encode(), "line 5 cannot be read"),
@@ -216,10 +216,49 @@ def test_vertices_that_no_face_uses_do_not_count_in_the_size(tmp_path: Path) -> 
 
 def test_a_part_too_far_from_the_origin_for_single_precision_is_refused(tmp_path: Path) -> None:
     far = "v 2000000 0 0\nv 2000030 0 0\nv 2000000 20 0\nf 1 2 3\n"
-    with pytest.raises(InputError, match=r"lies 2 km from the origin, .* steps of 0\.12 mm"):
+    with pytest.raises(InputError, match=r"lies 2 km from the origin, .* steps of 0\.12 mm; move it"):
         load(written(tmp_path, "part.obj", far.encode()), unit="mm")
     near = far.replace("20000", "20")
     assert len(load(written(tmp_path, "part.obj", near.encode()), unit="mm").faces) == 1
+
+
+@pytest.mark.parametrize("name", ["far.obj", "far.off", "far.stl", "far.ply"])
+@pytest.mark.parametrize("digits", [9, 2])
+def test_a_text_is_as_precise_as_its_decimals(tmp_path: Path, name: str, digits: int) -> None:
+    # Single precision would hold each of these numbers: what tells are the decimals that the text writes.
+    vertices = [f"{100_000 + x:.{digits}f} {y:.{digits}f} {z:.{digits}f}" for x, y, z in TETRAHEDRON.tolist()]
+    texts = {
+        "far.obj": "".join(f"v {vertex}\n" for vertex in vertices) + "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n",
+        "far.off": "OFF\n4 4 0\n" + "\n".join(vertices) + "\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n",
+        "far.stl": "solid part\n" + "".join(
+            "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {vertices[corner]}\n" for corner in face)
+            + "endloop\nendfacet\n" for face in TETRAHEDRON_FACES
+        ) + "endsolid part\n",
+        "far.ply": ASCII_PLY[: ASCII_PLY.index("end_header")] + "end_header\n" + "\n".join(vertices) + "\n"
+        + "".join("3 {} {} {}\n".format(*face) for face in TETRAHEDRON_FACES),
+    }  # fmt: skip
+    path = written(tmp_path, name, texts[name].encode())
+    if digits == 2:
+        with pytest.raises(InputError, match=r"lies 100 m from the origin, .* numbers have steps of 0.00"):
+            load(path, unit="mm")
+        return
+    surface = load(path, unit="mm")
+    assert face_areas(surface).sum() == pytest.approx(TETRAHEDRON_AREA)
+    assert surface.vertices[:, 0].min() == 100_000.0
+
+
+def test_a_text_beyond_single_precision_keeps_its_decimals(tmp_path: Path) -> None:
+    far = ASCII_PLY.replace("\n30 0 0", "\n100030.123456789 0 0").replace("\n0 ", "\n100000.0 ")
+    assert load(written(tmp_path, "far.ply", far.encode()), unit="mm").vertices[1, 0] == 100030.123456789
+
+
+def test_a_binary_file_is_as_precise_as_its_numbers(tmp_path: Path) -> None:
+    far = Surface(vertices=TETRAHEDRON + np.array([100_000.0, 0, 0]), faces=TETRAHEDRON_FACES)
+    save_ply(far, tmp_path / "double.ply")
+    assert len(load(tmp_path / "double.ply", unit="mm").faces) == 4
+    single = binary_ply().replace(TETRAHEDRON.astype("<f4").tobytes(), far.vertices.astype("<f4").tobytes())
+    with pytest.raises(InputError, match="lies 100 m from the origin"):
+        load(written(tmp_path, "single.ply", single), unit="mm")
 
 
 def test_missing_files_and_directories_are_refused(tmp_path: Path) -> None:

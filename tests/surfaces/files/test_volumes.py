@@ -10,13 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint import cli
 from geoprint.account import inspection_text
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import inspect_file
 from geoprint.surfaces import describe, face_normals, signed_volume
-from geoprint.surfaces.files import load_file
-from geoprint.surfaces.repair import prepare
+from geoprint.surfaces.files import load, load_file, save_ply
+from geoprint.surfaces.repair import prepare, terrace_height
+from tests import meshes
 from tests.shared_data import shared
 from tests.surfaces.files.volumes import CENTRE, RADIUS, affine, ball_labels, save_nifti
 
@@ -141,6 +143,61 @@ def test_an_empty_volume_and_a_wall_thinner_than_voxels_are_refused(tmp_path: Pa
         load_file(tmp_path / "sheet.nii", unit=None)
 
 
+def test_a_label_of_two_voxels_is_refused_with_a_command_that_works(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # A wall of one to two voxels around a ball, open below.
+    offsets = np.stack(np.meshgrid(*[np.arange(32) - 15.5] * 3, indexing="ij"), axis=-1)
+    away = np.linalg.norm(offsets, axis=-1)
+    wall = ((away >= 11.0) & (away < 12.2) & (offsets[..., 2] > 2.0)).astype(np.uint8)
+    save_nifti(tmp_path / "wall.nii", wall, np.diag([1.5, 1.5, 1.5, 1.0]))
+    with pytest.raises(InputError, match=r"about as thin as its voxels of 1.5 x 1.5 x 1.5") as caught:
+        load_file(tmp_path / "wall.nii", unit=None)
+    command = str(caught.value).split("`geoprint ")[1].split("`")[0].split()
+    assert " ".join(command) == "remesh wall.nii --label 1 --thin --smooth 6 --max-deviation 0.75 --out part.ply"
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["geoprint", *command])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code, capsys.readouterr().err
+    surface, report = prepare(load(tmp_path / "part.ply", unit="mm"))
+    assert report.topology == "closed, genus 0"
+    assert signed_volume(surface) == pytest.approx(1.5**3 * wall.sum(), rel=0.02)
+    # Before it is smoothed it is a staircase, and inspecting says what takes it off.
+    rough = load_file(tmp_path / "wall.nii", unit=None, thin=True)
+    assert dict(rough.notes)["smoothing_voxels"] == 0.0
+    assert terrace_height(rough.surface) == pytest.approx(1.5)
+    assert terrace_height(surface) is None
+    save_ply(rough.surface, tmp_path / "rough.ply")
+    said = inspection_text(inspect_file(tmp_path / "rough.ply", unit="mm"))
+    advice = "`geoprint remesh rough.ply --smooth 6 --max-deviation 0.75 --out part.ply` takes them off"
+    assert f"staircase: steps of 1.5 mm, as around voxels; {advice}" in said
+
+
+def test_slices_too_thick_for_a_wall_are_refused_without_a_promise(tmp_path: Path) -> None:
+    grid = np.diag([1.0, 1.0, 6.0, 1.0])
+    offsets = np.stack(np.meshgrid(*[np.arange(34) - 16.5] * 2, np.arange(6) * 6.0, indexing="ij"), axis=-1)
+    away = np.linalg.norm(offsets, axis=-1)
+    save_nifti(tmp_path / "thick.nii", ((away >= 14.0) & (away < 15.0)).astype(np.uint8), grid)
+    with pytest.raises(InputError, match="use a volume with thinner slices"):
+        load_file(tmp_path / "thick.nii", unit=None)
+    with pytest.raises(UsageError, match=r"`mesh.ply` has no labels, .* leave `--thin` out"):
+        load_file(tmp_path / "mesh.ply", unit="mm", thin=True)
+
+
+def test_a_staircase_is_seen_however_its_grid_lies_and_other_parts_are_none() -> None:
+    from skimage.measure import marching_cubes
+
+    for sides in (CUBES, SLABS):
+        grid = affine(sides, angle=0.4)
+        inside = (ball_labels(grid, sides) == 7).astype(np.float64)
+        vertices, faces, _, _ = marching_cubes(inside, 0.5, allow_degenerate=False)
+        stairs = Surface(vertices=vertices @ grid[:3, :3].T + grid[:3, 3], faces=faces.astype(np.int64))
+        assert terrace_height(stairs) == pytest.approx(max(sides), rel=1e-4)
+    assert terrace_height(meshes.sphere()) is None
+    assert terrace_height(meshes.plate()) is None
+
+
 def test_a_file_that_promises_more_than_it_holds_is_refused(tmp_path: Path) -> None:
     grid = affine(CUBES)
     content = save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
@@ -182,6 +239,31 @@ def test_what_is_no_volume_is_refused_by_name(tmp_path: Path, content: bytes, na
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=sentence):
         load_file(tmp_path / name, unit="mm")
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "sentence"),
+    [
+        (70, np.int16(9999), r"states the data type 9999, labels have one of 2, 4, 8"),
+        (80, np.float32(np.nan), "states voxels of nan x 1 x 1"),
+        (84, np.float32(0.0), "states voxels of 1 x 0 x 1 .* sides are above 0"),
+        (108, np.float32(np.inf), "from byte inf on"),
+        (116, np.float32(np.inf), "has a damaged NIfTI header"),
+        (344, b"nope", r"has the magic b'nope' at the end of its header, a NIfTI file has b'n\+1'"),
+        (344, bytes(4), r"has the magic b''"),
+        (344, b"ni1\0", "is half a NIfTI file"),
+    ],
+)
+def test_a_header_that_lies_is_refused_by_what_is_wrong(
+    tmp_path: Path, place: int, value: np.generic | bytes, sentence: str
+) -> None:
+    grid = affine(CUBES)
+    content = bytearray(save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid))
+    damage = value if isinstance(value, bytes) else value.tobytes()
+    content[place : place + len(damage)] = damage
+    (tmp_path / "ball.nii").write_bytes(content)
+    with pytest.raises(InputError, match=sentence):
+        load_file(tmp_path / "ball.nii", unit=None, label=7)
 
 
 def test_a_flat_affine_and_a_series_of_volumes_are_refused(tmp_path: Path) -> None:

@@ -1,0 +1,159 @@
+"""What a person should know of a plan, as plan.json carries it: warnings to act on, and notes that only inform."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
+from geoprint.account.records.robot import RobotRecord
+from geoprint.account.verdict import coverage_advice, covers
+from geoprint.backends import accuracy, backend, most_accurate_backend
+from geoprint.motion.placing import NOTABLE_SHARE
+from geoprint.results import Plan, Workpiece
+from geoprint.surfaces.files import unit_hint
+
+# A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
+NOTABLE_LEAN = 15.0
+# Paths whose spacing varies by more than this could be more even with a more accurate backend.
+NOTABLE_CV = 0.01
+
+
+def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+    """Return what a person should act on.
+
+    Args:
+        plan: as planned.
+        told: its figures.
+    """
+    workpiece = plan.workpiece
+    hint = unit_hint(workpiece.part, unit=workpiece.units[0])
+    return (
+        *([hint] if hint else []),
+        *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
+        *_unsearched(workpiece),
+        *_uncovered(told),
+        *placement_warnings(told.robot),
+        *(sentence for robot in told.robot for sentence in _close_targets(robot)),
+        *_uncertain(workpiece),
+        *([plan.laid.light.lacking] if plan.laid and plan.laid.light and plan.laid.light.lacking else []),
+    )
+
+
+def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+    """Return what a person may want to know: the printed side, repairs, what was left out.
+
+    Args:
+        plan: as planned.
+        told: its figures.
+    """
+    return (
+        *([] if _is_doubtful(told.surface.side) else [told.surface.side.sentence]),
+        *_inside(told.patches),
+        *_repairs(plan.workpiece),
+        *_paths(told),
+    )
+
+
+def said_once(texts: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return what is said of several backends, each sentence once; what does not hold for all names whose it is."""
+    every = dict.fromkeys(text for said in texts.values() for text in said)
+    whose = {text: [name for name, said in texts.items() if text in said] for text in every}
+    return [text if len(whose[text]) == len(texts) else f"{', '.join(whose[text])}: {text}" for text in every]
+
+
+def placement_warnings(robots: Sequence[RobotRecord]) -> list[str]:
+    """Return what a person should know of where the part stands, if anything."""
+    missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
+    return [f"PLACEMENT NOT KNOWN: programs run only dry, until somebody states {' and '.join(missing)}."][
+        : len(missing)
+    ]
+
+
+def patch_evenness(patch: PatchRecord) -> str:
+    """Return how much the spacing of a patch varies, in words."""
+    return "- with one level" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}"
+
+
+def _is_doubtful(side: SideRecord) -> bool:
+    """Say whether the body below does not confirm the printed side."""
+    return side.agreeing is not None and side.source != "body"
+
+
+def _inside(patches: Sequence[PatchRecord]) -> list[str]:
+    """Return which side of a drawn curve was taken, patch by patch."""
+    return [
+        f"{f'patch {number}' if len(patches) > 1 else 'the patch'} lies inside {patch.inside}."
+        for number, patch in enumerate(patches, start=1)
+        if patch.inside is not None
+    ]
+
+
+def _repairs(workpiece: Workpiece) -> Iterator[str]:
+    """Say what preparing changed, patch by patch."""
+    for number, preparation in enumerate(workpiece.preparations, start=1):
+        if changes := preparation.repairs.changes():
+            yield f"{_which(number, workpiece)}the mesh was repaired: {'; '.join(changes)}."
+
+
+def _unsearched(workpiece: Workpiece) -> Iterator[str]:
+    """Say where nobody knows whether the surface passes through itself."""
+    for number, preparation in enumerate(workpiece.preparations, start=1):
+        if not preparation.crossings_checked:
+            yield (
+                f"{_which(number, workpiece)}not checked: whether the surface passes through itself, because its "
+                "triangles are so thin."
+            )
+
+
+def _uncovered(told: PlanRecord) -> Iterator[str]:
+    """Say that the paths leave holes or lay much twice, and what to do."""
+    measured = told.uniformity
+    if measured is not None and not covers(measured):
+        advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
+        yield f"{measured.gap:.1%} of the area is missed and {measured.overlap:.1%} laid twice. {advice}"
+
+
+def _which(number: int, workpiece: Workpiece) -> str:
+    """Return which of several patches is meant, as a sentence begins."""
+    return f"patch {number}: " if len(workpiece.preparations) > 1 else ""
+
+
+def _close_targets(told: RobotRecord) -> Iterator[str]:
+    targets = told.motion.targets
+    if targets.closer:
+        yield (
+            f"{targets.closer} targets follow the one before sooner than the controller digests them "
+            f"(robot.target_period_ms is {targets.period_ms:g}; the soonest comes after {targets.shortest_ms:.1f} ms): "
+            "the arm may slow down there."
+        )
+
+
+def _uncertain(workpiece: Workpiece) -> Iterator[str]:
+    uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff
+    if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
+        yield (
+            f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
+            f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
+            "touch next."
+        )
+
+
+def _paths(told: PlanRecord) -> Iterator[str]:
+    """Say what was left out, what could be more even, where runs are split, and how far the nozzle leans."""
+    paths, spacing = told.paths, None if told.uniformity is None else told.uniformity.spacing
+    if paths.dropped_runs:
+        yield (
+            f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
+            "in all."
+        )
+    cv, nearest = 0.0 if spacing is None else spacing.cv, most_accurate_backend()
+    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
+        yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
+    if paths.corners_split:
+        yield (
+            f"runs are split at {paths.corners_split} corners that are too sharp to be rounded at speed: the bead ends "
+            "and begins there."
+        )
+    lean = paths.largest_lean_deg
+    if lean >= NOTABLE_LEAN:
+        yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast."

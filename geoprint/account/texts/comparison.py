@@ -1,0 +1,186 @@
+"""What a person reads of comparisons: the table in a terminal, and in plain words what it means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+from geoprint.account.cautions import said_once
+from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.texts.marks import marked_lines
+
+# What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
+COLUMNS = {
+    "backend": 0, "mean": 8, "CV": 1, "p95": 6, "gap": 2, "overlap": 4, "runs": 7, "length mm": 9, "print s": 5,
+    "printable": 3, "clear mm": 10, "planned in s": 11,
+}  # fmt: skip
+LEFT_ALIGNED = {"part", "backend", "printable"}
+# Narrower than this a table tells nothing: each backend has a line of words.
+NARROWEST_TABLE = 60
+# What the column says of a printable backend, in words.
+PRINTABLE = {"yes": "printable", "no": "not printable", "not asked": ""}
+_GAP = "  "
+_NONE = "-"
+
+Cells: TypeAlias = dict[str, str]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Rows:
+    """The rows of one part, a backend each, by the names of the columns."""
+
+    part: str
+    cells: tuple[Cells, ...]
+
+
+def comparison_table(told: ToldComparison, *, width: int | None = None, verbose: bool = False) -> str:
+    """Return the table and, below it, what it means, why something is missing and what to mind.
+
+    Mean, CV and p95 are of the spacing over the wanted one; gap is the share of the area farther than 0.55 spacings
+    from every path, overlap the share within 0.45 spacings of two stretches.
+
+    Args:
+        told: what is said of the comparison.
+        width: letters in a line, where they are counted; columns that do not fit are left out, and below 60 there is
+            a line of words for each backend instead.
+        verbose: whether to list all that was not checked.
+    """
+    parts = told.record.parts
+    several = len(parts) > 1
+    rows = [_Rows(part.part, tuple(_cells(part))) for part in parts]
+    said: list[str] = []
+    for part in parts:
+        said += [f"{part.part}: {reason}" for reason in _reasons(part)] if several else _words(part)
+    return "\n".join([_title(parts), "", *_table(rows, width=width), "", *said, *_mind(told, verbose=verbose)])
+
+
+def _table(parts: Sequence[_Rows], *, width: int | None) -> Iterator[str]:
+    """Return the lines of the table, with as many columns as fit."""
+    if width is not None and width < NARROWEST_TABLE:
+        yield from _lines(parts)
+        return
+    several = len(parts) > 1
+    beside = [{"part": part.part, **cells} for part in parts for cells in part.cells]
+    names = ["part", *COLUMNS] if several else [*COLUMNS]
+    if width is None or _width(names, beside) <= width:
+        yield from _grid(names, [beside], [None])
+        return
+    names, left_out = [*COLUMNS], list[str]()
+    while _width(names, beside) + 2 * several > width:
+        left_out.append(names.pop(names.index(max(names, key=COLUMNS.__getitem__))))
+    yield from _grid(names, [part.cells for part in parts], [part.part if several else None for part in parts])
+    if left_out:
+        yield from ("", f"left out at this width, told in compare.json: {', '.join(left_out)}")
+
+
+def _width(names: Sequence[str], rows: Sequence[Cells]) -> int:
+    return sum(_column(name, rows) for name in names) + len(_GAP) * (len(names) - 1)
+
+
+def _column(name: str, rows: Sequence[Cells]) -> int:
+    return max(len(name), *(len(row[name]) for row in rows))
+
+
+def _grid(names: Sequence[str], parts: Sequence[Sequence[Cells]], titles: Sequence[str | None]) -> Iterator[str]:
+    """Return a heading and the rows, each part's below its title where it has one."""
+    every = [row for rows in parts for row in rows]
+    widths = {name: _column(name, every) for name in names}
+    inset = "  " if any(titles) else ""
+
+    def line(cells: Mapping[str, str]) -> str:
+        padded = [
+            cells[name].ljust(widths[name]) if name in LEFT_ALIGNED else cells[name].rjust(widths[name])
+            for name in names
+        ]
+        return f"{inset}{_GAP.join(padded)}".rstrip()
+
+    yield line({name: name for name in names})
+    yield f"{inset}{'-' * (sum(widths.values()) + len(_GAP) * (len(names) - 1))}"
+    for title, rows in zip(titles, parts, strict=True):
+        if title is not None:
+            yield title
+        for cells in rows:
+            yield line(cells)
+
+
+def _lines(parts: Sequence[_Rows]) -> Iterator[str]:
+    """Return a line for each backend, without a table."""
+    several = len(parts) > 1
+    for part in parts:
+        if several:
+            yield part.part
+        for cells in part.cells:
+            figures = [f"{name} {cells[name]}" for name in ("CV", "gap", "overlap", "print s") if cells[name] != _NONE]
+            said = PRINTABLE.get(cells["printable"], cells["printable"])
+            yield f"{'  ' if several else ''}{cells['backend']}: {', '.join([*figures, said] if said else figures)}"
+
+
+def _title(parts: tuple[PartRecord | FailedRecord, ...]) -> str:
+    rows = [row for part in parts if isinstance(part, PartRecord) for row in part.planned]
+    spacings = sorted({f"{row.spacing_mm:.3g}" for row in rows}, key=float)
+    named = parts[0].part if len(parts) == 1 else f"{len(parts)} parts"
+    return f"{named}, paths {' / '.join(spacings)} mm apart; mean and p95 are multiples of that"
+
+
+def _cells(part: PartRecord | FailedRecord) -> Iterator[Cells]:
+    if isinstance(part, FailedRecord):
+        yield _empty(_NONE, "failed")
+        return
+    for row in part.backends:
+        yield _empty(row.backend, "refused") if isinstance(row, RefusedRecord) else _row(row)
+
+
+def _row(row: PlannedRecord) -> Cells:
+    measured, spacing = row.uniformity, row.uniformity.spacing
+    return {
+        "backend": row.backend,
+        "mean": _NONE if spacing is None else f"{spacing.mean:.3f}",
+        "CV": _NONE if spacing is None else f"{spacing.cv:.2%}",
+        "p95": _NONE if spacing is None else f"{spacing.p95:.3f}",
+        "gap": f"{measured.gap:.2%}",
+        "overlap": f"{measured.overlap:.2%}",
+        "runs": str(row.paths.runs),
+        "length mm": f"{row.paths.deposit_mm:.0f}",
+        "print s": _NONE if row.print_time_s is None else f"{row.print_time_s:.0f}",
+        "printable": "not asked" if row.printable is None else "yes" if row.printable else "no",
+        "clear mm": _NONE if row.smallest_clearance_mm is None else f"{row.smallest_clearance_mm:.2f}",
+        "planned in s": f"{row.planning_s:.1f}",
+    }
+
+
+def _empty(name: str, why: str) -> Cells:
+    return {**dict.fromkeys(COLUMNS, _NONE), "backend": name, "printable": why}
+
+
+def _words(part: PartRecord | FailedRecord) -> tuple[str, ...]:
+    return (part.failed,) if isinstance(part, FailedRecord) else part.verdict
+
+
+def _reasons(part: PartRecord | FailedRecord) -> list[str]:
+    """Say why something is missing in the rows of a part."""
+    if isinstance(part, FailedRecord):
+        return [part.failed]
+    unprinted = [row for row in part.planned if row.not_printable is not None]
+    return [
+        *(f"{row.backend} could not plan: {row.refused}" for row in part.refused),
+        *(f"{row.backend} cannot be printed: {row.not_printable}" for row in unprinted),
+    ]
+
+
+def _mind(told: ToldComparison, *, verbose: bool) -> list[str]:
+    """Return what to mind of all parts: warnings, and what was not checked; notes stand in each plan.json."""
+    several = len(told.plans) > 1
+    warnings: list[str] = []
+    for part, plans in zip(told.record.parts, told.plans, strict=True):
+        sentences = said_once({name: plan.warnings for name, plan in plans.items()})
+        warnings += [f"{part.part}: {text}" if several and part.part not in text else text for text in sentences]
+    unchecked = [text for plans in told.plans for text in _unchecked(plans)]
+    return marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)
+
+
+def _unchecked(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
+    robots = next((plan.robot for plan in plans.values() if plan.robot), ())
+    return tuple(text for robot in robots for text in robot.clearance.not_checked)

@@ -1,0 +1,26 @@
+"""What a person should mind, marked by its weight: warnings to act on, then notes, then what was not checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def marked_lines(
+    *, warnings: Iterable[str] = (), notes: Iterable[str] = (), not_checked: Iterable[str] = (), verbose: bool = False
+) -> list[str]:
+    """Return a line for each thing to mind, the weightiest first; none is said twice.
+
+    Args:
+        warnings: what to act on.
+        notes: what to know.
+        not_checked: what nobody looked at; as one line with their count, unless all is asked for.
+        verbose: whether it is.
+    """
+    unchecked = list(dict.fromkeys(not_checked))
+    if unchecked and not verbose:
+        unchecked = [f"{len(unchecked)} thing{'s' if len(unchecked) > 1 else ''}; `--verbose` lists them"]
+    return [
+        *(f"warning: {text}" for text in dict.fromkeys(warnings)),
+        *(f"note: {text}" for text in dict.fromkeys(notes)),
+        *(f"not checked: {text}" for text in unchecked),
+    ]

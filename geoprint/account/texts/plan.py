@@ -1,0 +1,101 @@
+"""What a person reads of a plan: the few lines when it is done."""
+
+from __future__ import annotations
+
+from geoprint.account.cautions import patch_evenness
+from geoprint.account.records.plan import DepositionRecord, PlanRecord
+from geoprint.account.records.robot import MotionRecord, RobotRecord
+from geoprint.account.robot_summary import LISTED_PLACES
+from geoprint.account.texts.marks import marked_lines
+
+
+def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
+    """Return the lines that a person reads when a plan is done.
+
+    Args:
+        told: what plan.json says.
+        verbose: whether to list all that was not checked.
+    """
+    paths, settings = told.paths, told.settings
+    lines = [
+        (
+            f"{told.input.name}: {paths.runs} runs, {paths.deposit_mm:.0f} mm of path at {settings.spacing_mm:.3g} mm "
+            f"spacing ({settings.backend})"
+        )
+    ]
+    if told.uniformity is not None:
+        spacing = told.uniformity.spacing
+        varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing.cv:.2%} (CV)"
+        lines.append(
+            f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
+        )
+    if len(told.patches) > 1:
+        lines += [
+            f"patch {number}: {patch.area_mm2:.4g} mm2, runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, spacing "
+            f"varies by {patch_evenness(patch)} (CV)"
+            for number, patch in enumerate(told.patches, start=1)
+        ]
+    if told.deposition is not None:
+        lines.append(_layer_text(told.deposition))
+    for robot in told.robot:
+        lines += _robot_text(robot)
+    unchecked = [text for robot in told.robot for text in robot.clearance.not_checked]
+    lines += marked_lines(warnings=told.warnings, notes=told.notes, not_checked=unchecked, verbose=verbose)
+    return "\n".join(lines)
+
+
+def _layer_text(told: DepositionRecord) -> str:
+    away = told.constant_flow.cv is not None
+    constant, following = (
+        f"{(found.cv if away else found.cv_near_medial_axis) or 0.0:.2%}"
+        for found in (told.constant_flow, told.following_flow)
+    )
+    which = "is constant" if told.flow == "constant" else "follows"
+    where = "" if away else "; fronts meet all over this part"
+    return (
+        f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
+        f"it {which}{where}"
+    )
+
+
+def _robot_text(told: RobotRecord) -> list[str]:
+    motion, found = told.motion, told.clearance
+    return [
+        (
+            f"motion: {motion.duration_s:.0f} s, smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} degrees, "
+            f"{told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
+        ),
+        _attitude_text(motion),
+        _pace_text(motion),
+        f"clearance: {found.smallest_mm:.2f} mm at the closest ({found.at})",
+    ]
+
+
+def _attitude_text(told: MotionRecord) -> str:
+    """Return the line on how the nozzle turns about itself, and where it leans."""
+    turned = told.rotation.most_deg - told.rotation.least_deg
+    if told.rotation.axial_nozzle:
+        turn = "on the flange's axis, its turn stays constant because it would move joint 6 only"
+    else:
+        turn = f"turns about itself over {turned:.0f} degrees along the way"
+    places = told.lean.places
+    more = " or more" if len(places) == LISTED_PLACES else ""
+    lean = (
+        f"leans in {len(places)} places{more}, by up to {places[0].lean_deg:.1f} degrees" if places else "leans nowhere"
+    )
+    return f"nozzle: {turn}; joint 6 makes {told.joint_6_turns:.1f} turns; {lean}"
+
+
+def _pace_text(told: MotionRecord) -> str:
+    """Return one line on the speed of the deposit that names the worst slowdown."""
+    line = f"speed: {told.share_at_speed:.1%} of the deposit within 1 % of the set speed"
+    if not told.slowdowns:
+        return f"{line}; the rest are the ramps at the ends of runs"
+    worst = min(told.slowdowns, key=lambda slowdown: slowdown.held_mm_s)
+    what = "is lowered" if worst.kind == "lowered" else "dips"
+    x, y, z = worst.place_mm
+    others = len({slowdown.run for slowdown in told.slowdowns}) - 1
+    return (
+        f"{line}; run {worst.run + 1} {what} to {worst.held_mm_s:.1f} mm/s by the {worst.limit} of joint "
+        f"{worst.joint} at ({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} more by less" if others else "")
+    )

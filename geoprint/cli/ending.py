@@ -1,0 +1,78 @@
+"""How the command line ends: its exit status, one sentence for a person, and with `--json` an object for programs.
+
+What this module needs is imported where it is needed: until `main` runs, nothing answers Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import sys
+
+STOPPED_BY_USER = 130
+STOPPED = "stopped; nothing was written."
+DEFECT = 1
+
+
+def main() -> None:
+    """Run the command line and end the process with the exit status of the outcome."""
+    try:
+        from geoprint.cli.application import run
+
+        status = run(sys.argv[1:])
+    except SystemExit as end:
+        if not isinstance(end.__context__, BrokenPipeError):
+            raise
+        # The reader of the help is gone.
+        status = 0
+    except BaseException as error:
+        status = _ended(error)
+    sys.exit(status)
+
+
+def error_object(error: BaseException, status: int) -> dict[str, object]:
+    """Return what `--json` prints of an error: its sentence, its class, the exit status and the numbers it names."""
+    from geoprint.errors import GeoprintError
+
+    return {
+        "error": str(error) or type(error).__name__,
+        "kind": type(error).__name__,
+        "exit_status": status,
+        "details": error.details if isinstance(error, GeoprintError) else {},
+    }
+
+
+def _ended(error: BaseException) -> int:
+    """Say why the work ended, and return the exit status of that."""
+    if _is_interrupt(error):
+        # A second Ctrl-C ends what is still being tidied up, at once.
+        import signal
+
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        if "--json" in sys.argv:
+            sys.stdout.write(f'{{"error": "{STOPPED}", "kind": "Stopped", "exit_status": {STOPPED_BY_USER}}}\n')
+        sys.stderr.write(f"geoprint: {STOPPED}\n")
+        return STOPPED_BY_USER
+    import traceback
+    from contextlib import suppress
+
+    from geoprint.cli.terminal import say, tell_json
+    from geoprint.errors import GeoprintError, ResourceError
+
+    if isinstance(error, MemoryError):
+        error = ResourceError("out of memory; choose a larger spacing or a smaller part.")
+    known = isinstance(error, GeoprintError)
+    status = error.exit_status if isinstance(error, GeoprintError) else DEFECT
+    if not known:
+        # The one place where a defect may end: with its traceback.
+        traceback.print_exception(error)
+    if "--json" in sys.argv:
+        with suppress(GeoprintError):
+            tell_json(error_object(error, status))
+    say(f"geoprint: {error if known else 'this is a defect of geoprint; please report it with the lines above.'}")
+    return status
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Say whether Ctrl-C is at the bottom of an error: a library may have answered it with one of its own."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None

@@ -1,0 +1,127 @@
+"""What is wrong is said in the order in which a person thinks, by the name that was typed, to a program as JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from geoprint import cli
+from geoprint.config import packaged_cell_text
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("parts")
+    save_ply(plate((40.0, 30.0), (20, 15), jitter_seed=1), folder / "plate.ply")
+    (folder / "job.toml").write_text('surface = "plate.ply"\nunit = "mm"\nspacing = -2\n', encoding="utf-8")
+    cell = packaged_cell_text("irb120-bent45").replace("[process]", "[process]\nrounds = 0")
+    (folder / "cell.toml").write_text(cell, encoding="utf-8")
+    return folder
+
+
+def refused(monkeypatch: pytest.MonkeyPatch, folder: Path, *arguments: object) -> int:
+    """Run a command in a folder and return its exit status."""
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(sys, "argv", ["geoprint", *map(str, arguments)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    return int(ended.value.code or 0)
+
+
+# Everything is wrong; one after another is put right.
+WRONG = [
+    ("plan nowhere.ply --cell nowhere.toml --backend magic", 3, "there is no file `nowhere.ply`"),
+    ("plan plate.ply --cell nowhere.toml", 2, "`plate.ply` has no unit"),
+    ("plan plate.ply --unit mm --cell nowhere.toml", 2, "the cell file nowhere.toml cannot be read"),
+    ("plan plate.ply --unit mm", 2, "give `--spacing` or `--rounds`; on this part 10 rounds are about 1.5 mm"),
+    ("plan plate.ply --unit mm --spacing 99", 3, "the whole part is only 50 mm across"),
+    ("plan plate.ply --unit mm --spacing 2", 2, "irb120-bent45.toml is not calibrated"),
+    ("compare plate.ply", 2, "`plate.ply` has no unit"),
+    ("compare plate.ply --unit mm", 2, "give `--spacing` or `--rounds`"),
+    ("place nowhere.ply --cell nowhere.toml", 3, "there is no file `nowhere.ply`"),
+]
+
+
+@pytest.mark.parametrize(("line", "status", "complaint"), WRONG)
+def test_what_a_person_thinks_of_first_is_asked_for_first(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    folder: Path,
+    *,
+    line: str,
+    status: int,
+    complaint: str,
+) -> None:
+    out = [] if line.startswith("place") else ["--out", "out"]
+    assert refused(monkeypatch, folder, *line.split(), *out) == status
+    assert complaint in capsys.readouterr().err
+    assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("plate.ply --unit inch", "geoprint: `--unit`: input should be 'mm', 'cm', 'm', 'um' or 'in', found 'inch'; "),
+        ("plate.ply --at 0 0 0 --radius -1", "geoprint: `--radius`: input should be greater than 0, found -1.0; "),
+        ("plate.ply --at 0 0 nan --radius 1", "geoprint: `--at`: input should be a finite number, found nan; "),
+        ("plate.ply --at 0 0 0 --cone 200", "geoprint: `--cone`: input should be less than 180, found 200.0; "),
+        ("plate.ply --radius 3", "geoprint: a radius or a cone needs the point that it is about"),
+        ("plate.ply --fill-holes 0", "geoprint: `--fill-holes`: input should be greater than 0, found 0.0; "),
+        ("job.toml --max-tilt 5", "geoprint: job.toml, line 3: spacing: input should be greater than or equal to"),
+        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 98: process.rounds: input should be"),
+        ("plate.ply --spcing 3", "geoprint: no such option: --spcing"),
+        ("plate.ply --spacing x", "geoprint: invalid value for '--spacing': "),
+    ],
+)
+def test_an_error_names_what_was_typed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path, *, line: str, sentence: str
+) -> None:
+    assert refused(monkeypatch, folder, "plan", *line.split(), "--out", "out") == 2
+    said = capsys.readouterr().err
+    assert said.startswith(sentence)
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "kind", "status"),
+    [
+        ("plan plate.ply --unit inch --out out", "UsageError", 2),
+        ("plan plate.ply --bogus 3", "UsageError", 2),
+        ("compare nowhere.ply --out out", "InputError", 3),
+        ("inspect nowhere.ply", "InputError", 3),
+        ("patch plate.ply --unit mm --out patch.ply", "UsageError", 2),
+        ("remesh plate.ply --unit mm --out new.ply", "UsageError", 2),
+        ("check nowhere", "InputError", 3),
+        ("calibrate", "UsageError", 2),
+        ("recommend", "UsageError", 2),
+        ("fit-flow nowhere.csv --density 1", "InputError", 3),
+        ("place nowhere.ply", "InputError", 3),
+        ("bogus", "UsageError", 2),
+    ],
+)
+def test_with_json_an_error_is_one_object_on_stdout(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    folder: Path,
+    *,
+    line: str,
+    kind: str,
+    status: int,
+) -> None:
+    assert refused(monkeypatch, folder, *line.split(), "--json") == status
+    told = capsys.readouterr()
+    found = json.loads(told.out)
+    assert (found["kind"], found["exit_status"]) == (kind, status)
+    assert told.err == f"geoprint: {found['error']}\n"
+
+
+def test_the_numbers_of_an_error_are_told_to_programs(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], folder: Path
+) -> None:
+    refused(monkeypatch, folder, "plan", "plate.ply", "--unit", "mm", "--out", "out", "--json")
+    assert json.loads(capsys.readouterr().out)["details"]["depth_mm"] == pytest.approx(15.0, rel=0.05)

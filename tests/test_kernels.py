@@ -1,0 +1,67 @@
+"""Kernels compile wherever geoprint is installed, and two first runs at once share what they leave."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import geoprint
+
+# Compiles two small kernels, one for two types, and says what they answer and whether anything is kept.
+PROBE = """
+from geoprint.kernels import is_kept
+from geoprint.surfaces.halfedges import next_half, previous_half
+print(next_half(2), previous_half(0), next_half(True), is_kept(next_half))
+"""
+
+
+@pytest.fixture(scope="module")
+def locked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package in which nothing can be written."""
+    root = tmp_path_factory.mktemp("installed")
+    package = Path(geoprint.__file__).parent
+    shutil.copytree(package, root / "geoprint", ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in [root, *(path for path in root.rglob("*") if path.is_dir())]:
+        folder.chmod(0o555)
+    return root
+
+
+def started(root: Path, temporary: Path) -> subprocess.Popen[str]:
+    """Start the probe where neither the package nor a home can be written; root minds rights only without powers."""
+    powerless = ["setpriv", "--bounding-set", "-dac_override", "--inh-caps", "-all"] if os.getuid() == 0 else []
+    if powerless and shutil.which("setpriv") is None:
+        pytest.skip("root writes everywhere, and setpriv, which takes that power away, is not installed")
+    kept = {name: value for name, value in os.environ.items() if name not in {"NUMBA_CACHE_DIR", "XDG_CACHE_HOME"}}
+    places = {"HOME": "/proc/nobody", "TMPDIR": str(temporary), "PYTHONPATH": str(root)}
+    command = [*powerless, sys.executable, "-P", "-c", PROBE]
+    return subprocess.Popen(
+        command, cwd=root, env=kept | places, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def test_two_first_runs_share_a_folder_of_their_own_where_package_and_home_cannot_be_written(
+    locked: Path, tmp_path: Path
+) -> None:
+    both = [started(locked, tmp_path) for _ in range(2)]
+    told = [run.communicate(timeout=120) for run in both]
+    assert [stdout for stdout, _ in told] == ["0 2 2 True\n"] * 2, told
+    folder = tmp_path / f"geoprint-{os.getuid()}"
+    assert any(f"note: compiled loops are kept in {folder}, because" in stderr for _, stderr in told)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+
+    assert started(locked, tmp_path).communicate(timeout=120) == ("0 2 2 True\n", "")
+
+
+def test_a_folder_that_others_may_write_is_not_trusted(locked: Path, tmp_path: Path) -> None:
+    (tmp_path / f"geoprint-{os.getuid()}").mkdir()
+    (tmp_path / f"geoprint-{os.getuid()}").chmod(0o777)
+    stdout, stderr = started(locked, tmp_path).communicate(timeout=120)
+    assert stdout == "0 2 2 False\n"
+    assert "note: compiled loops cannot be kept, so that each run compiles them anew" in stderr
+    assert len(stderr.splitlines()) == 1
