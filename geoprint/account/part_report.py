@@ -111,7 +111,8 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
     marks: IntArray = np.where(measured.gaps, GAP, np.where(measured.overlaps, OVERLAP, COVERED))
     caption = (
         f"{name}: paths {plan.contours.spacing:.3g} mm apart; {spread_of(measured, digits=2)}, "
-        f"{measured.uncovered:.2%} of the area uncovered. Red: too close, blue: too far apart, grey: outermost."
+        f"{measured.uncovered:.2%} of the area uncovered. Red: too close, blue: too far apart, grey: outermost, "
+        "yellow: uncovered."
     )
     return BackendView(
         name=name,

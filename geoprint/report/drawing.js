@@ -7,6 +7,8 @@ const LIGHT = { x: -40000, y: -50000, z: 77000 };
 const MOVING = [5, 6, 7];
 // A line of nothing: plotly.js fails on one without any point.
 const NOTHING = [[null], [null], [null]];
+// How long a speck in the corner of everything is, over the size of that.
+const SPECK = 1e-6;
 // The part fills about this share of the plot.
 const SEEN_SHARE = 0.65;
 // As many pixels as the screen has: plotly.js takes twice as many each way otherwise, which a slow machine feels.
@@ -99,12 +101,15 @@ function corners(part, withRobot) {
 }
 
 // An unseen cube around everything. plotly.js shades a surface in the proportions of all that is drawn: with a cube
-// the light stays as it is when the robot comes and goes.
+// the light stays as it is when the robot comes and goes. Two specks in its corners make it, beyond the axes: whatever
+// is transparent would have everything drawn twice, and markers need programs of their own.
 function cubeTrace(part) {
   const { low, high } = boxes(part).all, size = Math.max(...high.map((value, axis) => value - low[axis]));
-  const [x, y, z] = low.map((value, axis) => [-1, 1].map((side) => 0.5 * (value + high[axis] + side * size)));
-  return { type: "scatter3d", mode: "markers", x, y, z, hoverinfo: "skip", showlegend: false, opacity: 0,
-    marker: { size: 0.1 } };
+  const specks = low.map((value, axis) => {
+    const [first, last] = [-1, 1].map((side) => 0.5 * (value + high[axis] + side * size));
+    return [first, first + SPECK * size, null, last - SPECK * size, last];
+  });
+  return line(specks, theme().stage, 1);
 }
 
 function extent(part, state) {
