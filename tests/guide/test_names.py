@@ -36,10 +36,7 @@ def test_a_door_is_listed_with_all_of_its_names(door: str) -> None:
         "- `vertices`: (n, 3) positions [mm] in the part's own (work) frame.",
         "### `boundary_seed(surface: Surface) -> Seed`",
         "Return (k,) length along a polyline of (k, 3) points from its start [mm].",
-        (
-            "- `lscm`: Flattens the surface by a conformal map and takes straight distances in the plane. "
-            "Options: `lscm.resolution`."
-        ),
+        "takes straight distances in the plane. Options: `lscm.resolution`.",
         "- raises: `FieldError`, `MeshError`",
     ],
 )

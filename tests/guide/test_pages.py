@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.parts.guide_pictures import PICTURES
+from benchmarks.guide.pictures import PICTURES
 from geoprint import cli
 from geoprint.guide import Page, pages, picture_bytes
 

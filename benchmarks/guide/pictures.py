@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from benchmarks.parts import guide_cells, guide_parts
-from benchmarks.parts.shaded import smaller
+from benchmarks.guide import cells, surfaces
+from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.pipeline import compare, plan, save_comparisons
@@ -53,9 +53,7 @@ def report(data: Path) -> bytes:
 
 def scripting(data: Path) -> bytes:
     """Draw the evenness that the page on scripting measures."""
-    return guide_parts.evenness(
-        plan(job_of(surface=data / "heart_flat_patch.ply", unit="mm", spacing=3.0, robot=False))
-    )
+    return surfaces.evenness(plan(job_of(surface=data / "heart_flat_patch.ply", unit="mm", spacing=3.0, robot=False)))
 
 
 def own_backend(data: Path) -> bytes:
@@ -63,21 +61,21 @@ def own_backend(data: Path) -> bytes:
     (block,) = (each for each in page_named("own-backend").blocks if each.language == "python")
     defined, _, _ = block.text.partition("job = ")
     exec(compile(defined, "own-backend.md", "exec"), {"__name__": "own_backend"})  # noqa: S102  (our own text)
-    return guide_parts.own_backend(data)
+    return surfaces.own_backend(data)
 
 
 PICTURES: Mapping[str, Callable[[Path], bytes]] = {
-    "first-comparison.png": guide_parts.first_comparison,
-    "your-part.png": guide_parts.your_part,
-    "your-cell.png": guide_cells.your_cell,
-    "calibrate.png": guide_cells.calibrate,
-    "fine-lines.png": guide_cells.fine_lines,
-    "several-patches.png": guide_parts.several_patches,
-    "controller.png": guide_cells.controller,
+    "first-comparison.png": surfaces.first_comparison,
+    "your-part.png": surfaces.your_part,
+    "your-cell.png": cells.your_cell,
+    "calibrate.png": cells.calibrate,
+    "fine-lines.png": cells.fine_lines,
+    "several-patches.png": surfaces.several_patches,
+    "controller.png": cells.controller,
     "report.png": report,
-    "checked.png": guide_cells.checked,
+    "checked.png": cells.checked,
     "scripting.png": scripting,
     "own-backend.png": own_backend,
-    "refused.png": guide_parts.refused,
-    "words.png": guide_parts.words,
+    "refused.png": surfaces.refused,
+    "words.png": surfaces.words,
 }

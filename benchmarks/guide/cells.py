@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
-from benchmarks.parts.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png
+from benchmarks.guide.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png
 from geoprint.config import job_of, load_cell
 from geoprint.model import Cell, FloatArray, TouchedPoints
 from geoprint.motion.arm import Arm

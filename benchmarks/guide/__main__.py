@@ -13,10 +13,10 @@ import argparse
 from pathlib import Path
 
 import geoprint
-from benchmarks.parts.guide_pictures import PICTURES
+from benchmarks.guide.pictures import PICTURES
 from geoprint.guide import html_guide, pages
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 FOLDER = Path(geoprint.__file__).parent / "guide" / "pictures"
 
 

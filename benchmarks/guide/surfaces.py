@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 
-from benchmarks.parts.shaded import (
+from benchmarks.guide.shaded import (
     BLUE,
     GREY,
     ORANGE,
