@@ -57,6 +57,9 @@ def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compare
     assert table.count("part.ply   ") == 4
     assert "failed" in table
     assert "broken.ply: `broken.ply`" in table
+    for part in (parts[0], parts[2]):
+        assert isinstance(part, Comparison)
+        assert said_of(part)[0] in table
 
 
 @pytest.mark.parametrize("count", [1, 3])

@@ -53,7 +53,9 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
     rows = [_Rows(part.part, tuple(_cells(part))) for part in parts]
     said: list[str] = []
     for part in parts:
-        said += [f"{part.part}: {reason}" for reason in _reasons(part)] if several else _words(part)
+        said += (
+            [*_decision(part), *(f"{part.part}: {reason}" for reason in _reasons(part))] if several else _words(part)
+        )
     return "\n".join([_title(parts), "", *_table(rows, width=width), "", *said, *_mind(told, verbose=verbose)])
 
 
@@ -157,6 +159,11 @@ def _empty(name: str, why: str) -> Cells:
 
 def _words(part: PartRecord | FailedRecord) -> tuple[str, ...]:
     return (part.failed,) if isinstance(part, FailedRecord) else part.verdict
+
+
+def _decision(part: PartRecord | FailedRecord) -> tuple[str, ...]:
+    """Return the sentence that decides, of one part among several; it names the part."""
+    return () if isinstance(part, FailedRecord) else part.verdict[:1]
 
 
 def _reasons(part: PartRecord | FailedRecord) -> list[str]:
