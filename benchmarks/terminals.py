@@ -21,7 +21,7 @@ import subprocess
 import sys
 import tempfile
 import termios
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -59,22 +59,34 @@ _SIGN = re.compile(r"\x1b\[\?25[lh]|\x1b\[(\d*)([AK])|(\r)|(\n)|((?:\x1b\[[\d;]*
 def main() -> None:
     """Draw the pictures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="for the pictures")
+    parser.add_argument("folder", type=Path, nargs="?", help="for the pictures")
     parser.add_argument("--columns", type=int, nargs="+", default=WIDTHS, help="widths of the terminal")
     parser.add_argument("--only", nargs="+", choices=CASES, default=[*CASES], help="some of them")
     parser.add_argument("--command", help="draw this command of geoprint instead")
+    parser.add_argument("--smoke", action="store_true", help="one narrow picture, to see that this script runs")
     given = parser.parse_args()
-    given.folder.mkdir(parents=True, exist_ok=True)
     cases = {"command": given.command} if given.command else {name: CASES[name] for name in given.only}
+    if given.smoke:
+        cases, given.columns = {"no-unit": CASES["no-unit"]}, WIDTHS[:1]
+    if given.folder is None and not given.smoke:
+        parser.error("say in which folder the pictures shall stand")
+    with tempfile.TemporaryDirectory() as aside:
+        folder = given.folder or Path(aside)
+        folder.mkdir(parents=True, exist_ok=True)
+        draw_all(cases, folder, widths=given.columns)
+
+
+def draw_all(cases: Mapping[str, str], folder: Path, *, widths: Sequence[int]) -> None:
+    """Run commands at some widths and draw what a terminal shows then."""
     with tempfile.TemporaryDirectory() as out:
         for name, text in TOUCHES.items():
             Path(out, name).write_text(text, encoding="utf-8")
         for name, command in cases.items():
-            for width in given.columns:
+            for width in widths:
                 again = [] if " --out " not in command else ["--overwrite"]
                 words = [*shlex.split(command.replace("OUT", out)), *again]
                 shown = screen([sys.executable, "-m", "geoprint", *words], columns=width).replace(out, "OUT")
-                draw(f"$ geoprint {command}\n{shown}", given.folder / f"{name}-{width}.png", columns=width)
+                draw(f"$ geoprint {command}\n{shown}", folder / f"{name}-{width}.png", columns=width)
                 print(f"{name}-{width}.png", flush=True)
 
 

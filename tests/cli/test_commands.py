@@ -209,7 +209,7 @@ def test_place_takes_a_patch_and_a_label_as_plan_does(run: Run, part: Path, monk
     patch = ("--at", 1, 2, 3, "--radius", 4, "--cone", 5, "--box", 0, 0, 0, 9, 9, 9, "--region", "wall")
     status, _, stderr = run("place", part, "--unit", "mm", "--label", 7, *patch)
     assert status == 2
-    assert "label 7, patch at=[1.0, 2.0, 3.0] radius=4.0 cone_deg=5.0" in stderr
+    assert "label 7, patch PatchRegion(at=[1, 2, 3], radius=4, cone_deg=5, box=[0, 0, 0, 9, 9, 9]" in stderr
     assert "region='wall'" in stderr
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks.guide.pictures import PICTURES
 from geoprint import cli
+from geoprint.backends import known
 from geoprint.guide import Page, pages, picture_bytes
 
 ROOT = Path(__file__).parents[2]
@@ -47,6 +48,8 @@ def test_its_blocks_run_in_order(
     page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
+    # What a page registers is gone when it ends.
+    monkeypatch.setattr(known._KNOWN, "_own", dict(known._KNOWN._own))  # pyright: ignore[reportPrivateUsage]
     names: dict[str, object] = {"__name__": "__main__"}
     for block in page.blocks:
         if block.word and block.word != "refused":

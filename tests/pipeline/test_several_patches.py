@@ -239,7 +239,7 @@ def test_a_whole_part_has_no_patches(table: Path) -> None:
     planned = plan(job_of(surface=table, unit="mm", spacing=4.0, robot=False))
     assert "patches" not in summary(planned)
     assert planned.workpiece.patches == ()
-    assert "patch" not in outcome_text(record_plan(planned))
+    assert "patch 1" not in outcome_text(record_plan(planned))
 
 
 def test_the_patch_command_writes_a_numbered_file_for_each(ball: Path, tmp_path: Path) -> None:
