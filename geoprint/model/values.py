@@ -6,6 +6,7 @@ import re
 import reprlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from inspect import cleandoc
 from pathlib import PurePath
 from typing import Any, TypeVar, cast, dataclass_transform
 
@@ -59,7 +60,8 @@ def described(self: object) -> str:
           corners  (2, 3) float, 0 to 4 mm
           closed   False
     """
-    names, doc = _names(self), type(self).__doc__ or ""
+    # Pythons from 3.13 on cut the margin of docstrings themselves.
+    names, doc = _names(self), cleandoc(type(self).__doc__ or "")
     lines = {name: _line(getattr(self, name), unit=_unit(doc, name)) for name in names}
     short = f"{type(self).__name__}({', '.join(f'{name}={line}' for name, line in lines.items())})"
     if len(short) <= WIDTH and not any(isinstance(getattr(self, name), np.ndarray) for name in names):
@@ -126,6 +128,6 @@ def _array(array: NDArray[Any], *, unit: str) -> str:
 
 def _unit(doc: str, name: str) -> str:
     """Return the unit that a docstring gives an attribute, with a space before it, or nothing."""
-    entry = re.search(rf"^ {{8}}{name}: .*(?:\n {{12}}.*)*", doc, re.MULTILINE)
+    entry = re.search(rf"^ {{4}}{name}: .*(?:\n {{8}}.*)*", doc, re.MULTILINE)
     found = _UNIT.findall(entry[0]) if entry else []
     return f" {found[-1]}" if found else ""
