@@ -31,7 +31,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *([hint] if hint else []),
         *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
         *_unsearched(workpiece),
-        *_uncovered(told),
+        *coverage_warnings(told),
         *placement_warnings(told.robot),
         *(sentence for robot in told.robot for sentence in _close_targets(robot)),
         *_uncertain(workpiece),
@@ -69,6 +69,15 @@ def placement_warnings(robots: Sequence[RobotRecord]) -> list[str]:
     ]
 
 
+def coverage_warnings(told: PlanRecord) -> list[str]:
+    """Return that the paths leave holes or lay much twice and what to do, or nothing where they cover the part."""
+    measured = told.uniformity
+    if measured is None or covers(measured):
+        return []
+    advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
+    return [f"{measured.gap:.1%} of the area is missed and {measured.overlap:.1%} laid twice. {advice}"]
+
+
 def patch_evenness(patch: PatchRecord) -> str:
     """Return how much the spacing of a patch varies, in words."""
     return "- with one level" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}"
@@ -103,14 +112,6 @@ def _unsearched(workpiece: Workpiece) -> Iterator[str]:
                 f"{_which(number, workpiece)}not checked: whether the surface passes through itself, because its "
                 "triangles are so thin."
             )
-
-
-def _uncovered(told: PlanRecord) -> Iterator[str]:
-    """Say that the paths leave holes or lay much twice, and what to do."""
-    measured = told.uniformity
-    if measured is not None and not covers(measured):
-        advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
-        yield f"{measured.gap:.1%} of the area is missed and {measured.overlap:.1%} laid twice. {advice}"
 
 
 def _which(number: int, workpiece: Workpiece) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from geoprint.account import tell_comparison, verdict
+from geoprint.account import comparison_table, tell_comparison, verdict
 from geoprint.account.records.comparison import PartRecord, PlannedRecord, RefusedRecord
 from geoprint.account.verdict import ranked
 from geoprint.config import job_of
@@ -81,9 +81,17 @@ def test_a_backend_that_alone_could_plan_is_named_as_such(told: PlannedRecord) -
 def test_on_a_comb_with_fingers_one_spacing_wide_nothing_is_even_enough(tmp_path: Path) -> None:
     save_ply(comb(finger=1.5), tmp_path / "comb.ply")
     job = job_of(surface=tmp_path / "comb.ply", unit="mm", spacing=1.5, robot=False)
-    (found,) = tell_comparison([compare(job, backends=["heat", "fast-marching"])]).record.parts
+    told = tell_comparison([compare(job, backends=["heat", "fast-marching"])])
+    (found,) = told.record.parts
     assert isinstance(found, PartRecord)
     assert min(row.uniformity.gap + row.uniformity.overlap for row in found.planned) > 0.3
     assert found.verdict[0].startswith("No backend covers comb.ply: at best, with ")
     assert found.verdict[1].startswith("What to do: ")
     assert not any("enough" in sentence or "most evenly" in sentence for sentence in found.verdict)
+    # Each plan warns of it, and the table says it once.
+    assert all(
+        plan.warnings[-1].startswith(f"{plan.uniformity.gap:.1%} of the area is missed")
+        for plan in told.plans[0].values()
+        if plan.uniformity
+    )
+    assert comparison_table(told).count("What to do: ") == 1

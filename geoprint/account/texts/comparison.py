@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, final
 
-from geoprint.account.cautions import said_once
+from geoprint.account.cautions import coverage_warnings, said_once
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.texts.marks import marked_lines
@@ -182,7 +182,13 @@ def _mind(told: ToldComparison, *, verbose: bool) -> list[str]:
     several = len(told.plans) > 1
     warnings: list[str] = []
     for part, plans in zip(told.record.parts, told.plans, strict=True):
-        sentences = said_once({name: plan.warnings for name, plan in plans.items()})
+        # What the paths cover stands in the verdict.
+        sentences = said_once(
+            {
+                name: [text for text in plan.warnings if text not in coverage_warnings(plan)]
+                for name, plan in plans.items()
+            }
+        )
         warnings += [f"{part.part}: {text}" if several and part.part not in text else text for text in sentences]
     unchecked = [text for plans in told.plans for text in _unchecked(plans)]
     return marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)
