@@ -51,11 +51,11 @@ def verdict(part: str, rows: Sequence[PlannedRecord | RefusedRecord]) -> tuple[s
 def ranked(rows: Sequence[PlannedRecord | RefusedRecord]) -> list[PlannedRecord]:
     """Return the backends that planned, the best first.
 
-    Of those that cover the part alike (uncovered and overlapped area together), the one with the most even spacing is
-    the best.
+    Those that cover the part come before those that do not. Of those that cover it alike (uncovered and overlapped area
+    together), the one with the most even spacing is the best.
     """
-    planned = sorted((row for row in rows if isinstance(row, PlannedRecord)), key=_fault)
-    alike = sum(_fault(row) <= _fault(planned[0]) + SAME_COVERAGE for row in planned)
+    planned = sorted((row for row in rows if isinstance(row, PlannedRecord)), key=_rank)
+    alike = sum(_is_alike(row, planned[0]) for row in planned)
     return [*sorted(planned[:alike], key=_cv), *planned[alike:]]
 
 
@@ -82,6 +82,16 @@ def _fault(row: PlannedRecord) -> float:
     return row.uniformity.gap + row.uniformity.overlap
 
 
+def _rank(row: PlannedRecord) -> tuple[bool, float]:
+    return not covers(row.uniformity), _fault(row)
+
+
+def _is_alike(one: PlannedRecord, other: PlannedRecord) -> bool:
+    """Return whether two backends cover a part alike."""
+    near = abs(_fault(one) - _fault(other)) <= SAME_COVERAGE
+    return near and covers(one.uniformity) == covers(other.uniformity)
+
+
 def _cv(row: PlannedRecord) -> float:
     return 0.0 if row.uniformity.spacing is None else row.uniformity.spacing.cv
 
@@ -98,10 +108,12 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
     if not others:
         # Alone, no other was asked.
         return f"{'' if alone else 'Only '}{best.backend} covers {part}; {_spacing(best)}."
-    if _fault(others[-1]) > _fault(best) + SAME_COVERAGE:
-        worse = [row for row in others if _fault(row) > _fault(best) + SAME_COVERAGE]
-        more = _listed([f"with {row.backend} {_fault(row):.1%}" for row in worse])
-        missed = f"{_fault(best):.1%} of the area is missed or laid twice, {more}"
+    leader = min(order, key=_rank)
+    worse = [row for row in others if not _is_alike(row, leader)]
+    if worse:
+        holes = {row.backend: " and leaves holes" for row in worse if row.uniformity.gap > MOST_MISSED}
+        more = _listed([f"{row.backend} {_fault(row):.1%}{holes.get(row.backend, '')}" for row in worse])
+        missed = f"it misses or lays twice {_fault(best):.1%} of the area, {more}"
         return f"{best.backend} covers {part} best: {missed}; {_spacings(order)}.{_enough(order)}"
     if _cv(order[-1]) - _cv(best) < SAME_SPACING:
         names = _listed([row.backend for row in order])

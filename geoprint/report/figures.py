@@ -36,6 +36,8 @@ PART_DARK, PART_LIGHT = 0.16, 0.42
 BEAD_SHARE = 0.62
 # Width of a panel, where the part is seen from one side and where it is seen from several.
 PANEL_INCHES, SIDE_INCHES = 5.2, 4.0
+# Least height of a panel over its width; the largest is 1, in which a part that is higher than wide is drawn smaller.
+LOWEST_PANEL = 0.15
 DOTS_PER_INCH = 160
 # Thousands of edges make files large: fewer dots, where panels are many.
 COVERAGE_DOTS = 125
@@ -85,7 +87,8 @@ def coverage_figure(
 
     sides = views(surface, R_view_work)
     inches = PANEL_INCHES if len(sides) == 1 else SIDE_INCHES
-    heights = [float(size[1] / size[0]) for size in (np.ptp(surface.vertices @ R.T, axis=0) for R in sides)]
+    sizes = [np.ptp(surface.vertices @ R.T, axis=0) for R in sides]
+    heights = [float(np.clip(size[1] / size[0], LOWEST_PANEL, 1.0)) for size in sizes]
     figure = Figure(
         figsize=(inches * len(panels) + 1.1, inches * sum(heights) + 1.0), dpi=COVERAGE_DOTS, layout="constrained"
     )

@@ -41,8 +41,22 @@ def test_the_backend_that_covers_more_wins_however_even_the_other_is(told: Plann
     rows = [like(told, "a", cv=0.001, gap=0.015), like(told, "b", cv=0.015)]
     assert [row.backend for row in ranked(rows)] == ["b", "a"]
     first = verdict("part", rows)[0]
-    assert first.startswith("b covers part best: 0.0% of the area is missed or laid twice, with a 1.5%; ")
+    assert first.startswith("b covers part best: it misses or lays twice 0.0% of the area, a 1.5%; ")
     assert "most evenly" not in " ".join(verdict("part", rows))
+
+
+def test_what_covers_comes_before_what_leaves_holes_however_little_that_lays_twice(told: PlannedRecord) -> None:
+    rows = [like(told, "a", gap=0.025), like(told, "b", gap=0.005, overlap=0.03)]
+    first = verdict("part", rows)[0]
+    assert first.startswith("b covers part best: it misses or lays twice 3.5% of the area, a 2.5% and leaves holes; ")
+    assert "enough" not in first
+
+
+def test_nothing_is_called_equal_to_what_covers_less_but_is_more_even(told: PlannedRecord) -> None:
+    rows = [like(told, "a", cv=0.02), like(told, "b", cv=0.01, gap=0.005), like(told, "c", cv=0.001, gap=0.009)]
+    assert verdict("part", rows)[0].startswith(
+        "b covers part best: it misses or lays twice 0.5% of the area, c 0.9%; the spacing of b varies by 1.0%"
+    )
 
 
 def test_of_those_that_cover_alike_the_most_even_one_wins(told: PlannedRecord) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 
 import numpy as np
+import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imread
@@ -50,6 +51,16 @@ def test_nothing_reaches_the_edge_of_the_picture_and_the_bytes_repeat() -> None:
     for edge in (image[0], image[-1], image[:, 0], image[:, -1]):
         np.testing.assert_allclose(edge[:, :3], 1.0)
     assert drawn(1.0)[1] == png
+
+
+@pytest.mark.parametrize("size", [(4.0, 120.0), (120.0, 4.0)])
+def test_a_long_strip_makes_no_long_picture(size: tuple[float, float]) -> None:
+    strip = plate(size, (4, 4))
+    middle = np.array([[0.4 * size[0], 0.4 * size[1], 0.0], [0.6 * size[0], 0.6 * size[1], 0.0]])
+    panel = CoveragePanel("one", "caption", middle, np.array([0, 2]), np.ones(2), NO_GAPS)
+    seen = imread(io.BytesIO(coverage_figure(strip, [panel], R_view_work=np.eye(3), spacing=1.0, title="test")))
+    assert 200 < seen.shape[0] < 900
+    assert seen.shape[1] < 900
 
 
 def test_a_title_that_is_longer_than_the_figure_is_wide_goes_on_in_a_line_below() -> None:
