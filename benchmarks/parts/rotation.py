@@ -18,8 +18,9 @@ from geoprint.motion.arm import Arm
 from geoprint.motion.arm.closed_form import BRANCHES
 from geoprint.motion.reach import reach_margin
 from geoprint.motion.reach.attitude_search import Attitudes, UprightSearch
+from geoprint.motion.reach.costs import Terms, cost_terms
 from geoprint.motion.reach.keyframes import path_lengths
-from geoprint.motion.reach.ladder import Rungs, Terms, climb, cost_terms
+from geoprint.motion.reach.ladder import Rungs, climb
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE
 from geoprint.motion.reach.pose_samples import tool_poses
 

@@ -2,6 +2,9 @@
 
 from geoprint.motion.arm.closed_form import solve_pose as solve_pose
 from geoprint.motion.arm.configuration import (
+    BORDER_MARGIN as BORDER_MARGIN,
+    BORDERED as BORDERED,
+    border_distances as border_distances,
     configuration_data as configuration_data,
     require_abb_conventions as require_abb_conventions,
     singularity_distances as singularity_distances,

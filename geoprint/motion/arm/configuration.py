@@ -35,6 +35,13 @@ QUARTER_TURN = np.pi / 2.0
 # as the quadrant that starts there, so that a zero that came out as -1e-17 is not written as quadrant -1.
 TIE = 1e-9
 
+# Axes whose quadrants configuration data counts, as columns of joint angles.
+BORDERED = (0, 3, 5)
+
+# A controller counts by its own calibration of the arm, which may differ by as much [rad]: an angle nearer to a border
+# of its quadrants may be refused there, or mean another configuration.
+BORDER_MARGIN = float(np.radians(1.0))
+
 # Offsets [rad] and frames [mm] within this of ABB's are ABB's: a hundredth of what a calibration of the arm corrects.
 SAME_CONVENTION = 1e-6
 
@@ -127,6 +134,17 @@ def configuration_data(joints: FloatArray, *, arm: Arm) -> IntArray:
     quadrants = np.floor((joints[:, [0, 3, 5]] + TIE) / QUARTER_TURN).astype(np.int64)
     shoulder, elbow, wrist = _sides(joints, arm=arm)
     return np.column_stack([quadrants, 4 * shoulder + 2 * elbow + wrist])
+
+
+def border_distances(joints: FloatArray) -> FloatArray:
+    """Return how far axes 1, 4 and 6 of (..., 6) joint angles are from the borders of their quadrants, (..., 3) [rad].
+
+    Examples:
+        >>> np.degrees(border_distances(np.radians([[1.0, 30.0, 20.0, -93.0, 70.0, 225.0]])))
+        array([[ 1.,  3., 45.]])
+    """
+    angles = joints[..., BORDERED]
+    return np.abs(angles - QUARTER_TURN * np.rint(angles / QUARTER_TURN))
 
 
 def _sides(joints: FloatArray, *, arm: Arm) -> tuple[IntArray, IntArray, IntArray]:

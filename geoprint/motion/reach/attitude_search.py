@@ -1,10 +1,9 @@
 """Which turn about the nozzle, and which lean, each pose of a stream gets: the ladder on keyframes, made smooth.
 
-A nozzle on the flange's axis is turned by one angle for the whole stream: turning moves joint 6 only, and the angle is
-that which keeps joint 6 inside its range and nearest to home. Any other nozzle turns along the path: the best constant
-turn of a few keyframes is the middle of the range, a coarse ladder on some keyframes ranks the branches, one on all of
-them finds the turns of a branch, finer ladders around it follow. The range ends half a turn from its middle: the tool
-never winds up.
+A nozzle on the flange's axis is turned by one angle for the whole stream: turning moves joint 6 only (`quadrants`).
+Any other nozzle turns along the path: the best constant turn of a few keyframes is the middle of the range, a coarse
+ladder on some keyframes ranks the branches, one on all of them finds the turns of a branch, finer ladders around it
+follow. The range ends half a turn from its middle: the tool never winds up.
 
 The nozzle leans only near where the upright one was refused. There keyframes are denser, and each may lean in any
 direction within the cone that leaves it room.
@@ -13,17 +12,19 @@ direction within the cone that leaves it room.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, PoseStream, Robot
+from geoprint.model import BoolArray, FloatArray, PoseStream
 from geoprint.motion.arm import BRANCHES, Arm
-from geoprint.motion.reach.keyframes import Keyframes, keyframe_rate, keyframes_of, path_lengths, smoothed
-from geoprint.motion.reach.ladder import Rungs, Terms, climb
+from geoprint.motion.reach.costs import Terms
+from geoprint.motion.reach.keyframes import Keyframes, keyframe_rate, keyframes_of, path_lengths, smoothed, thinned
+from geoprint.motion.reach.ladder import Rungs, climb, turning
 from geoprint.motion.reach.lean_room import Leaning, candidate_leans, laying, lean_costs
 from geoprint.motion.reach.pose_samples import tool_poses
+from geoprint.motion.reach.quadrants import still_turns
 
 # Turns of the coarse ladder, rungs on which the middle of their range is judged, and those that rank the branches.
 ROTATIONS = 18
@@ -95,11 +96,19 @@ class UprightSearch:
             rates = _rates(self._poses, dense=dense)
             frames = keyframes_of(self._poses, T_base_work=self._T_base_work, rates=rates)
         leans = np.zeros((frames.count, 2))
-        coarse = _turning(frames, np.tile(self._turns, (frames.count, 1)), leans)
+        coarse = turning(frames, np.tile(self._turns, (frames.count, 1)), leans)
         climbed = climb(coarse, self._terms, branches=np.arange(BRANCHES) == branch)
         rotations = coarse.candidates[coarse.offsets[:-1] + climbed.choices[branch], 0]
         holds = bool(climbed.holds[branch])
         return _attitudes(frames, rotations, leans, arm=self._arm, terms=self._terms, branch=branch, holds=holds)
+
+    def still(self, branch: int) -> Iterator[Attitudes]:
+        """Yield constant turns that are clear of borders of quadrants on deposit, the cheapest of a branch first."""
+        if self._arm.sense_of_turn:
+            return
+        count = self._poses.count
+        for turn in still_turns(self._frames, self._arm, self._terms, branch=branch):
+            yield Attitudes(np.full(count, turn), np.zeros((count, 2)), branch, holds=True)
 
 
 def leaning_attitudes(
@@ -149,26 +158,6 @@ def leaning_attitudes(
         yield _attitudes(frames, chosen[:, 0], chosen[:, 1:], arm=arm, terms=terms, branch=branch, holds=holds)
 
 
-def axial_rotation(joint_6: FloatArray, robot: Robot) -> float:
-    """Return how far to turn joint 6 of a whole stream: inside its range, and nearest to home.
-
-    Args:
-        joint_6: (s,) continuous angles [rad].
-        robot: limits and home.
-
-    Returns:
-        The turn [rad]; where the stream needs more than the whole range its middle is put on that of the range, and
-        where no angle is known it is zero.
-    """
-    if not joint_6.size:
-        return 0.0
-    low, high = float(joint_6.min()), float(joint_6.max())
-    least, most = robot.limits[5, 0] - low, robot.limits[5, 1] - high
-    if least > most:
-        return float(least + most) / 2.0
-    return float(np.clip(robot.home[5] - (low + high) / 2.0, least, most))
-
-
 def _attitudes(
     frames: Keyframes, rotations: FloatArray, leans: FloatArray, *, arm: Arm, terms: Terms, branch: int, holds: bool
 ) -> Attitudes:
@@ -178,23 +167,10 @@ def _attitudes(
         rotations = np.zeros(frames.count)
     else:
         for step in FINER_STEPS:
-            finer = _turning(frames, rotations[:, None] + step * FINER_OFFSETS, leans)
+            finer = turning(frames, rotations[:, None] + step * FINER_OFFSETS, leans)
             rotations = finer.candidates[finer.offsets[:-1] + climb(finer, terms, branches=only).choices[branch], 0]
     values = smoothed(np.column_stack([rotations, leans]), frames.places)
     return Attitudes(values[:, 0], values[:, 1:], branch, holds)
-
-
-def _turning(frames: Keyframes, rotations: FloatArray, leans: FloatArray) -> Rungs:
-    """Return a ladder of (k, r) turns at keyframes that lean by (k, 2)."""
-    each = rotations.shape[1]
-    return Rungs(
-        Ts_base_tool=frames.Ts_base_tool,
-        deposit=frames.deposit,
-        steps=frames.steps,
-        candidates=np.column_stack([rotations.reshape(-1), np.repeat(leans, each, axis=0)]),
-        offsets=each * np.arange(len(rotations) + 1, dtype=np.int64),
-        extra=np.zeros(rotations.size),
-    )
 
 
 def _coarse_turns(frames: Keyframes, arm: Arm, terms: Terms) -> FloatArray:
@@ -202,30 +178,19 @@ def _coarse_turns(frames: Keyframes, arm: Arm, terms: Terms) -> FloatArray:
     if arm.sense_of_turn:
         return np.zeros(1)
     turns = 2.0 * np.pi * (np.arange(ROTATIONS) / ROTATIONS - 0.5)
-    few, every = _thinned(frames, count=JUDGED_RUNGS), np.ones(BRANCHES, dtype=np.bool_)
+    few, every = thinned(frames, count=JUDGED_RUNGS), np.ones(BRANCHES, dtype=np.bool_)
     still = np.zeros((few.count, 2))
-    costs = [climb(_turning(few, np.full((few.count, 1), turn), still), terms, branches=every).costs for turn in turns]
+    costs = [climb(turning(few, np.full((few.count, 1), turn), still), terms, branches=every).costs for turn in turns]
     return turns + turns[int(np.min(costs, axis=1).argmin())]
 
 
 def _ranked_branches(frames: Keyframes, turns: FloatArray, terms: Terms) -> list[int]:
     """Return the branches that hold on a ladder of fewer rungs, the cheapest first, or else the cheapest alone."""
-    few = _thinned(frames, count=RANKED_RUNGS)
-    rungs = _turning(few, np.tile(turns, (few.count, 1)), np.zeros((few.count, 2)))
+    few = thinned(frames, count=RANKED_RUNGS)
+    rungs = turning(few, np.tile(turns, (few.count, 1)), np.zeros((few.count, 2)))
     climbed = climb(rungs, terms, branches=np.ones(BRANCHES, dtype=np.bool_))
     order = np.argsort(climbed.costs, kind="stable")
     return order[: max(int(climbed.holds.sum()), 1)].tolist()
-
-
-def _thinned(frames: Keyframes, *, count: int) -> Keyframes:
-    """Return at most so many keyframes, evenly chosen, the first and the last among them."""
-    rows = np.unique(np.linspace(0, frames.count - 1, min(frames.count, count)).round().astype(np.int64))
-    return replace(
-        frames,
-        Ts_base_tool=frames.Ts_base_tool[rows],
-        deposit=frames.deposit[rows],
-        steps=np.diff(frames.lengths[rows]),
-    )
 
 
 def _rates(poses: PoseStream, *, dense: BoolArray) -> FloatArray:

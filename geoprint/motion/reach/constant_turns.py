@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import final
 
 import numpy as np
@@ -53,3 +54,7 @@ class ConstantTurns:
     def attitudes(self, branch: int, *, dense: BoolArray) -> Attitudes:  # noqa: ARG002  (there are no keyframes)
         """Return the turn of a branch at every pose; it does not depend on where keyframes are dense."""
         return Attitudes(np.full(self._count, self._turns[branch]), np.zeros((self._count, 2)), branch, holds=False)
+
+    def still(self, branch: int) -> Iterator[Attitudes]:  # noqa: ARG002  (no turn of these is any other)
+        """Yield nothing: RAPID counts quadrants, and it is written only for arms with a closed form."""
+        return iter(())

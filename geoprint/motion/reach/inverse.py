@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import islice
 from typing import final
 
 import numpy as np
@@ -16,13 +17,14 @@ from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchWeights
 from geoprint.motion.arm import BRANCHES, JOINTS, Arm, about_nozzle, configuration_data, tilts, turned
-from geoprint.motion.reach.attitude_search import Attitudes, UprightSearch, axial_rotation, leaning_attitudes
+from geoprint.motion.reach.attitude_search import Attitudes, UprightSearch, leaning_attitudes
 from geoprint.motion.reach.constant_turns import ConstantTurns
+from geoprint.motion.reach.costs import cost_terms
 from geoprint.motion.reach.following import Followed, follow
-from geoprint.motion.reach.ladder import cost_terms
 from geoprint.motion.reach.lean_room import Leaning, laying
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
 from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_lengths, tool_poses
+from geoprint.motion.reach.quadrants import axial_rotation, near_border
 from geoprint.motion.reach.reach_map import ReachMap, mapped
 
 # What is counted where the cell says nothing.
@@ -33,6 +35,9 @@ TRIED_TURNS = 72
 
 # How often keyframes are set denser where a motion fails between them.
 DENSER_ATTEMPTS = 2
+
+# How many constant turns are followed, where keyframes say that they stay clear of the borders of quadrants.
+STILL_ATTEMPTS = 3
 
 # Samples asked at a time whether any turn serves them: about 100 MB of arrays.
 SAMPLES_AT_A_TIME = 500
@@ -158,6 +163,11 @@ class _StreamMotion:
         return int(np.count_nonzero(self.followed.failures.reasons))
 
     @property
+    def near(self) -> int:
+        """At how many samples on deposit an axis is near a border of its quadrants."""
+        return int(near_border(self.followed.joints[self.samples.deposit]).sum())
+
+    @property
     def refused(self) -> BoolArray:
         """(p,) whether it fails at a pose or on the straight move to it."""
         failing = self.followed.failures.reasons != 0
@@ -216,11 +226,23 @@ def _upright(
         for _ in range(DENSER_ATTEMPTS + 1):
             tried.append(motion_with(search.attitudes(branch, dense=dense)))
             if tried[-1].followed.complete:
-                return tried[-1]
+                return _clearest(motion_with, search, tried[-1])
             if not tried[-1].attitudes.holds:
                 break
             dense = dense | tried[-1].refused
     return min(tried, key=lambda motion: motion.failures)
+
+
+def _clearest(
+    motion_with: Callable[[Attitudes], _StreamMotion], search: UprightSearch | ConstantTurns, motion: _StreamMotion
+) -> _StreamMotion:
+    """Return a motion that holds, or, where it comes near a border on deposit, a still one that does not."""
+    if motion.near:
+        for attitudes in islice(search.still(motion.attitudes.branch), STILL_ATTEMPTS):
+            still = motion_with(attitudes)
+            if still.followed.complete and not still.near:
+                return still
+    return motion
 
 
 def _followed(
@@ -230,7 +252,8 @@ def _followed(
     samples = sample_poses(commanded, T_base_work=T_base_work)
     if arm.sense_of_turn:
         joint_6 = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch, 5]
-        turn = axial_rotation(np.unwrap(joint_6[np.isfinite(joint_6)]), arm.robot) * arm.sense_of_turn
+        known = np.isfinite(joint_6)
+        turn = axial_rotation(np.unwrap(joint_6[known]), arm.robot, deposit=samples.deposit[known]) * arm.sense_of_turn
         attitudes = replace(attitudes, rotations=attitudes.rotations + turn)
         commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
         samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])

@@ -8,6 +8,7 @@ keyframes around a place. What all four keep (a cone) is kept everywhere between
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -88,6 +89,17 @@ def keyframes_of(poses: PoseStream, *, T_base_work: FloatArray, rates: FloatArra
         deposit=laid[rows] | ((shares == 0.0) & laid[np.maximum(rows - 1, 0)]),
         steps=np.diff(lengths[rows] + shares * (lengths[rows + 1] - lengths[rows])),
         places=places,
+    )
+
+
+def thinned(frames: Keyframes, *, count: int) -> Keyframes:
+    """Return at most so many keyframes, evenly chosen, the first and the last among them."""
+    rows = np.unique(np.linspace(0, frames.count - 1, min(frames.count, count)).round().astype(np.int64))
+    return replace(
+        frames,
+        Ts_base_tool=frames.Ts_base_tool[rows],
+        deposit=frames.deposit[rows],
+        steps=np.diff(frames.lengths[rows]),
     )
 
 

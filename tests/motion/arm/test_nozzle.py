@@ -13,9 +13,9 @@ from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm, is_axial, tilts
 from geoprint.motion.arm.nozzle import about_nozzle, turned
 from geoprint.motion.reach import reach
-from geoprint.motion.reach.attitude_search import axial_rotation
 from geoprint.motion.reach.keyframes import keyframe_rate, keyframes_of, smoothed
 from geoprint.motion.reach.pose_samples import tool_poses
+from geoprint.motion.reach.quadrants import axial_rotation
 from tests.motion.cells import bent_cell, straight_cell
 from tests.motion.joint_paths import arc, line, stream, two_runs
 

@@ -1,0 +1,91 @@
+"""Clear of the borders of quadrants on deposit: the turn of an axial nozzle, and constant turns of a bent one.
+
+RAPID's configuration data count quarter turns of axes 1, 4 and 6. Where an axis sweeps over a border it crosses it; the
+ladder lets it cross where least is laid. But a path that one constant turn keeps clear is kept clear, whatever the
+ladder finds cheaper, as long as the arm is comfortable with that turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from geoprint.model import BoolArray, FloatArray, Robot
+from geoprint.motion.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances
+from geoprint.motion.arm.configuration import QUARTER_TURN
+from geoprint.motion.reach.costs import COMFORTABLE_LIMIT, QUADRANT_NEAR, Terms
+from geoprint.motion.reach.keyframes import Keyframes, thinned
+from geoprint.motion.reach.ladder import climb, turning
+from geoprint.motion.reach.margins import angle_margins
+
+# Constant turns that are looked at, and keyframes on which most are found not clear.
+STILL_TURNS = 120
+JUDGED_RUNGS = 30
+# Turns of an axial nozzle to either side of the one nearest to home: finer than any margin [rad].
+AXIAL_STEP = float(np.radians(0.5))
+
+
+def near_border(joints: FloatArray) -> BoolArray:
+    """Return whether axis 1, 4 or 6 of (..., 6) joint angles [rad] is within `BORDER_MARGIN` of a border."""
+    return (border_distances(joints) < BORDER_MARGIN).any(axis=-1)
+
+
+def still_turns(frames: Keyframes, arm: Arm, terms: Terms, *, branch: int) -> Iterator[float]:
+    """Yield constant turns about the nozzle [rad] that keep deposit clear of borders at keyframes, the cheapest first.
+
+    All of them keep the arm as far from its limits, from the stretched arm and on deposit from the smallest wrist angle
+    as is comfortable.
+    """
+    few = thinned(frames, count=JUDGED_RUNGS)
+    turns = 2.0 * np.pi * (np.arange(STILL_TURNS) / STILL_TURNS - 0.5)
+    turns = turns[_are_clear(few, arm, turns=turns, branch=branch)]
+    only, still = np.arange(BRANCHES) == branch, np.zeros((few.count, 2))
+    costs = [
+        climb(turning(few, np.full((few.count, 1), turn), still), terms, branches=only).costs[branch] for turn in turns
+    ]
+    for turn in turns[np.argsort(costs, kind="stable")]:
+        if _are_clear(frames, arm, turns=turn[None], branch=branch)[0]:
+            yield float(turn)
+
+
+def axial_rotation(joint_6: FloatArray, robot: Robot, *, deposit: BoolArray) -> float:
+    """Return how far to turn joint 6 of a whole stream: inside its range, clear of borders, and nearest to home.
+
+    Args:
+        joint_6: (s,) continuous angles [rad].
+        robot: limits and home.
+        deposit: (s,) where nearness to borders counts.
+
+    Returns:
+        The turn [rad], by which fewest deposits are near a border, and of such the nearest to home; where the stream
+        needs more than the whole range its middle is put on that of the range, and where no angle is known it is zero.
+    """
+    if not joint_6.size:
+        return 0.0
+    low, high = float(joint_6.min()), float(joint_6.max())
+    least, most = robot.limits[5, 0] - low, robot.limits[5, 1] - high
+    if least > most:
+        return float(least + most) / 2.0
+    nearest = np.clip(robot.home[5] - (low + high) / 2.0, least, most)
+    slots = round(QUARTER_TURN / AXIAL_STEP)
+    steps = np.arange(-slots, slots + 1)
+    steps = steps[np.argsort(np.abs(steps), kind="stable")]
+    turns = nearest + AXIAL_STEP * steps
+    steps, turns = steps[(turns >= least) & (turns <= most)], turns[(turns >= least) & (turns <= most)]
+    laid = np.floor((joint_6[deposit] + nearest) / AXIAL_STEP).astype(np.int64) % slots
+    counts = np.bincount(laid, minlength=slots)
+    # A deposit in slot i is turned by k steps into slot i + k, which is near a border among the first or the last ones.
+    reach = int(np.ceil(QUADRANT_NEAR / AXIAL_STEP))
+    near = counts[(np.arange(-reach, reach) - steps[:, None]) % slots].sum(axis=1)
+    return float(turns[int(near.argmin())])
+
+
+def _are_clear(frames: Keyframes, arm: Arm, *, turns: FloatArray, branch: int) -> BoolArray:
+    """Return which of (t,) constant turns are comfortable at all keyframes, and clear of borders on deposit."""
+    commanded = frames.Ts_base_tool @ about_nozzle(turns)[:, None]
+    joints = arm.solutions(commanded.reshape(-1, 4, 4))[:, branch].reshape(turns.size, -1, JOINTS)
+    clear = (border_distances(joints[:, frames.deposit]) >= QUADRANT_NEAR).all(axis=(1, 2))
+    margins = angle_margins(joints[clear], arm, deposit=frames.deposit)
+    clear[clear] = (margins >= COMFORTABLE_LIMIT).all(axis=(1, 2))
+    return clear
