@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
-from geoprint.account.records.robot import RobotRecord
+from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.verdict import coverage_advice, covers
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE
@@ -51,6 +51,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_inside(told.patches),
         *_repairs(plan.workpiece),
         *_paths(told),
+        *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
     )
 
 
@@ -67,6 +68,21 @@ def placement_warnings(robots: Sequence[RobotRecord]) -> list[str]:
     return [f"PLACEMENT NOT KNOWN: programs run only dry, until somebody states {' and '.join(missing)}."][
         : len(missing)
     ]
+
+
+def near_borders(motion: MotionRecord) -> list[str]:
+    """Return where axes stand near borders of quadrants on deposit, if they do."""
+    near = [axis for axis in motion.quadrants if axis.targets_near]
+    if not near:
+        return []
+    least = min(near, key=lambda axis: axis.nearest_deg)
+    place = ", ".join(f"{mm:.1f}" for mm in least.place_mm)
+    axes = ", ".join(f"axis {axis.axis} at {axis.targets_near} targets" for axis in near)
+    told = f"{axes}, nearest axis {least.axis} in run {least.run + 1} at ({place}) mm"
+    risk = (
+        "an arm calibrated otherwise has another configuration there: where its controller stops, move or turn the part"
+    )
+    return [f"within 1 degree of a border of quadrants on deposit: {told}; {risk}."]
 
 
 def coverage_warnings(told: PlanRecord) -> list[str]:

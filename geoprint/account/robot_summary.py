@@ -13,6 +13,7 @@ from geoprint.account.records.robot import (
     LeanRecord,
     MotionRecord,
     ProgramRecord,
+    QuadrantRecord,
     RobotRecord,
     RotationRecord,
     RunSwitchingRecord,
@@ -23,9 +24,10 @@ from geoprint.account.records.robot import (
 )
 from geoprint.account.records.rounding import place_of
 from geoprint.export.rapid import Timeline
-from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Slowdown
-from geoprint.motion.arm import is_axial, tilts
+from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Slowdown, Targets
+from geoprint.motion.arm import BORDER_MARGIN, BORDERED, border_distances, is_axial, tilts
 from geoprint.motion.controller import LIFT, close_targets
+from geoprint.motion.reach import laying
 from geoprint.results import Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
@@ -64,6 +66,27 @@ def record_switching(switching: Timeline) -> SwitchingRecord:
     )
 
 
+def record_quadrants(path: JointPath, targets: Targets) -> tuple[QuadrantRecord, ...]:
+    """Return how near axes 1, 4 and 6 come to borders of quadrants; nothing where nothing is laid."""
+    rows = targets.poses[laying(path.poses)[targets.poses]]
+    if not rows.size:
+        return ()
+    distances = border_distances(path.joints[rows])
+    crossed = (np.diff(path.configuration[:, :3], axis=0) != 0)[path.poses.laid].sum(axis=0)
+    nearest = distances.argmin(axis=0)
+    return tuple(
+        QuadrantRecord(
+            axis=joint + 1,
+            targets_near=int((distances[:, column] < BORDER_MARGIN).sum()),
+            crossings=int(crossed[column]),
+            nearest_deg=_degrees(distances[nearest[column], column]),
+            run=int(path.poses.runs[rows[nearest[column]]]),
+            place_mm=place_of(path.poses.tips[rows[nearest[column]]]),
+        )
+        for column, joint in enumerate(BORDERED)
+    )
+
+
 def _moments(times: FloatArray) -> tuple[float, ...]:
     """Return times [s] as they are told: to a tenth of a millisecond."""
     return tuple(times.round(4).tolist())
@@ -98,6 +121,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         surface_within_mm=None if uncertainty is None else uncertainty.bound,
         surface_uncertain_at_mm=None if uncertainty is None else place_of(uncertainty.place),
         targets=_targets(plan, robot),
+        quadrants=record_quadrants(path, robot.targets),
     )
 
 

@@ -12,6 +12,7 @@ from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
+from geoprint.account.cautions import near_borders
 from geoprint.account.checked import Checked
 from geoprint.account.records.plan import DepositionRecord, PatchRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord, SwitchingRecord
@@ -180,7 +181,8 @@ def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
 def _reach(setup: Setup, orders: Orders, motion: MotionRecord) -> list[str]:
     low, high = _extent(setup, orders)
     spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))
-    return [f"tip in base coordinates: {spans} mm; wrist never below {motion.smallest_wrist_angle_deg:.1f} degrees"]
+    tip = f"tip in base coordinates: {spans} mm; wrist never below {motion.smallest_wrist_angle_deg:.1f} degrees"
+    return [tip, *near_borders(motion)]
 
 
 def _closest(clearance: ClearanceRecord) -> list[str]:

@@ -64,6 +64,17 @@ class TargetsRecord(Record):
     dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
 
 
+class QuadrantRecord(Record):
+    """How near an axis whose quarter turns the configuration data count comes to a border of these on deposit."""
+
+    axis: int = Field(description="1, 4 or 6")
+    targets_near: Count = Field(description="targets on deposit within 1 degree of a border")
+    crossings: Count = Field(description="of borders between poses on deposit")
+    nearest_deg: Thousandths = Field(description="of a target on deposit to a border [degrees]")
+    run: int = Field(description="where that is, from 0")
+    place_mm: Place = Field(description="of the tip there, in the part's coordinates [mm]")
+
+
 class MotionRecord(Record):
     """The arm's motion from home to home."""
 
@@ -87,6 +98,7 @@ class MotionRecord(Record):
     surface_within_mm: Rounded | None = Field(default=None, description="in 95 of 100 calibrations [mm]")
     surface_uncertain_at_mm: Place | None = Field(default=None, description="where that is most [mm]")
     targets: TargetsRecord = Field(description="of the program")
+    quadrants: tuple[QuadrantRecord, ...] = Field(description="of axes 1, 4 and 6")
 
 
 class DryRunRecord(Record):

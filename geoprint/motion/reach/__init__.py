@@ -5,6 +5,7 @@ from geoprint.motion.reach.inverse import reach as reach, reach_map as reach_map
 from geoprint.motion.reach.lean_room import (
     Leaning as Leaning,
     NozzleRoom as NozzleRoom,
+    laying as laying,
 )
 from geoprint.motion.reach.margins import (
     Margin as Margin,

@@ -1,0 +1,141 @@
+"""Axes 1, 4 and 6 away from the borders of their quadrants on deposit, where turning about the nozzle allows it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geoprint import transforms
+from geoprint.account.robot_summary import record_quadrants
+from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, Targets
+from geoprint.motion.arm.nozzle import about_nozzle
+from geoprint.motion.reach.inverse import reach
+from geoprint.motion.reach.pose_samples import tool_poses
+from geoprint.motion.reach.quadrants import axial_rotation
+from tests.motion.cells import bent_cell, straight_cell
+from tests.motion.joint_paths import arc, arm_of, line, solved, stream
+
+ARM = arm_of(bent_cell())
+AHEAD = transforms.rigid(np.eye(3), np.array([300.0, 0.0, 50.0]))
+
+
+def off_borders(joints: FloatArray) -> FloatArray:
+    """Return how far axes 1, 4 and 6 are from multiples of 90 degrees [degrees]."""
+    past = np.degrees(joints[..., [0, 3, 5]]) % 90.0
+    return np.minimum(past, 90.0 - past)
+
+
+def near(path: JointPath) -> list[int]:
+    """Return at how many poses on deposit axes 1, 4 and 6 are within a degree of a border."""
+    return (off_borders(path.joints[path.poses.deposit]) < 1.0).sum(axis=0).tolist()
+
+
+def rings(radii: tuple[float, ...], *, step: float = 1.0) -> PoseStream:
+    return stream(np.concatenate([arc(radius=radius, step=step) for radius in radii]))
+
+
+def clear_turns(poses: PoseStream, *, T_base_work: FloatArray, branch: int) -> BoolArray:
+    """Return which of 180 constant turns keep all of a stream 1.5 degrees from borders, and the arm at ease."""
+    clear = np.empty(180, dtype=np.bool_)
+    limits = np.array([165.0, 110.0, 90.0, 160.0, 120.0])
+    for index, turn in enumerate(np.radians(2.0 * np.arange(180))):
+        commanded = tool_poses(poses, T_base_work=T_base_work) @ about_nozzle(np.array([turn]))[0]
+        joints = ARM.solutions(commanded)[:, branch]
+        degrees = np.degrees(joints[:, :5]) + np.array([0.0, 0.0, 20.0, 0.0, 0.0])
+        at_ease = (np.abs(degrees) < limits - 12.0).all() and (np.abs(degrees[:, 4]) > 25.0).all()
+        clear[index] = at_ease and (off_borders(joints) > 1.5).all()
+    return clear
+
+
+def test_small_ring_ahead_of_the_arm_is_printed_off_the_borders_it_lies_on() -> None:
+    poses = rings((2.0, 4.0))
+    # As the path has it joint 6 stands at 180 degrees, joints 1 and 4 at zero, each within half a degree or so.
+    assert near(solved(poses, ARM, T_base_work=AHEAD))[2] == poses.count
+    path = reach(poses, ARM, T_base_work=AHEAD)
+    assert near(path) == [0, 0, 0]
+    assert len(np.unique(path.configuration, axis=0)) == 1
+
+
+@pytest.mark.parametrize(
+    ("radius", "place"),
+    [
+        (20.0, (310.0, 5.0, 50.0)),
+        (59.0, (236.0, 13.0, 141.0)),
+        (58.0, (250.0, 1.0, 73.0)),
+        (65.0, (281.0, -5.0, 140.0)),
+        (68.0, (295.0, -2.0, 55.0)),
+        (72.0, (241.0, -33.0, 123.0)),
+    ],
+)
+def test_no_deposit_is_near_a_border_where_a_constant_turn_keeps_all_of_it_away(
+    radius: float, place: tuple[float, float, float]
+) -> None:
+    poses = rings((radius,), step=3.0)
+    T_base_work = transforms.rigid(np.eye(3), np.array(place))
+    path = reach(poses, ARM, T_base_work=T_base_work)
+    assert clear_turns(poses, T_base_work=T_base_work, branch=path.branch).any()
+    assert near(path) == [0, 0, 0]
+
+
+def test_borders_that_an_axis_sweeps_over_are_crossed_and_listed() -> None:
+    # From one side of the arm to the other axis 1 turns by 68 degrees: no turn of the nozzle keeps it on one side.
+    poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401))
+    path = reach(poses, ARM, T_base_work=np.eye(4))
+    told = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
+    assert [axis.axis for axis in told] == [1, 4, 6]
+    assert [axis.targets_near for axis in told] == near(path)
+    assert told[0].targets_near > 0
+    assert [axis.crossings for axis in told] == np.count_nonzero(np.diff(path.configuration[:, :3], axis=0), 0).tolist()
+    assert told[0].crossings == 1
+    row = int(off_borders(path.joints)[:, 0].argmin())
+    assert told[0].nearest_deg == pytest.approx(off_borders(path.joints)[row, 0], abs=1e-3)
+    assert told[0].place_mm == pytest.approx(tuple(poses.tips[row]))
+
+
+def test_what_is_crossed_on_travel_is_not_listed() -> None:
+    laid = np.zeros(401, dtype=np.bool_)
+    laid[:20] = True
+    poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401), deposit=laid)
+    path = reach(poses, ARM, T_base_work=np.eye(4))
+    told = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
+    assert np.ptp(path.configuration[:, 0]) == 1
+    assert [axis.crossings for axis in told] == [0, 0, 0]
+    assert [axis.targets_near for axis in told] == [0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "least", "most"),
+    [
+        # About home a stretch of 20 degrees is turned past it, one that is clear stays, one of 90 is crossed anyhow.
+        (-10.0, 10.0, 11.0, 12.0),
+        (20.0, 60.0, 25.0, 25.0),
+        (0.0, 0.0, 1.0, 2.0),
+    ],
+)
+def test_joint_6_of_an_axial_nozzle_is_turned_off_the_border_and_no_farther(
+    low: float, high: float, least: float, most: float
+) -> None:
+    robot = straight_cell().robot
+    home = robot.home.copy()
+    home[5] = np.radians(65.0) if low == 20.0 else 0.0
+    angles = np.radians(np.linspace(low, high, 101))
+    turn = np.degrees(axial_rotation(angles, replace(robot, home=home), deposit=np.ones(101, dtype=np.bool_)))
+    assert least - 1e-9 <= abs(turn) <= most + 1e-9
+    past = (np.degrees(angles) + turn) % 90.0
+    assert np.minimum(past, 90.0 - past).min() >= 1.0
+
+
+def test_joint_6_of_an_axial_nozzle_stays_nearest_home_on_travel() -> None:
+    robot = straight_cell().robot
+    angles = np.radians(np.linspace(-10.0, 10.0, 101))
+    assert axial_rotation(angles, robot, deposit=np.zeros(101, dtype=np.bool_)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_axial_nozzle_prints_with_joint_6_off_its_border() -> None:
+    arm = arm_of(straight_cell())
+    poses = stream(line((350.0, -5.0, 200.0), (350.0, 5.0, 200.0), count=41))
+    path = reach(poses, arm, T_base_work=np.eye(4))
+    assert off_borders(path.joints)[:, 2].min() >= 1.0
+    assert np.ptp(path.rotations) == 0.0
