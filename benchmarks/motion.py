@@ -1,6 +1,7 @@
 """How fast and how exact is the robot chain? Inverse kinematics beside iteration, the stages beside their libraries.
 
     python -m benchmarks.motion [--smoke]
+    python -m benchmarks.motion --quadrants [FOLDER]
 
 - inverse: all eight closed-form branches of random reachable poses beside damped least squares with Pinocchio, which
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
@@ -12,6 +13,9 @@
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
 - bodies: what each body costs in the collision check: the controller's path, the tool, a lamp on it, the arm's links.
+
+`--quadrants` tells instead how near axes 1, 4 and 6 come to borders of their quadrants on the parts of data/ and the
+patches in FOLDER, and what their motion is like.
 """
 
 from __future__ import annotations
@@ -20,16 +24,18 @@ import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
 from benchmarks.parts.collision_bodies import bodies
+from benchmarks.parts.quadrants import quadrants
 from benchmarks.parts.rotation import rotation
 from benchmarks.parts.spirals import spiral
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
-from benchmarks.parts.tip_speed import even_speed
+from benchmarks.parts.tip_speed import PATCH_FOLDER, even_speed
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
@@ -60,7 +66,13 @@ def main() -> None:
     """Print the comparisons."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--smoke", action="store_true", help="the smallest cases only, to see that the script runs")
-    smoke = parser.parse_args().smoke
+    parser.add_argument("--quadrants", type=Path, nargs="?", const=PATCH_FOLDER, metavar="FOLDER", help="of patches")
+    chosen = parser.parse_args()
+    smoke = chosen.smoke
+    if chosen.quadrants is not None:
+        for line in quadrants(folder=chosen.quadrants):
+            print(line, flush=True)
+        return
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     for line in inverse(arm, count=500 if smoke else 20_000):

@@ -14,7 +14,6 @@ from geoprint.pipeline.planning import plan
 from geoprint.results import RobotPlan
 
 OWN_PARTS = Path(__file__).parents[2] / "data"
-PATCH_FOLDER = Path("/work/shared/data/patches")
 BACKENDS = ("heat", "lscm")
 SPACING = 1.5
 # Axes 1, 4 and 6 have quadrants in RAPID's configuration data.

@@ -122,7 +122,7 @@ def _quadrant_cost(joints: FloatArray, bordered: IntArray) -> float:
     """Return what a millimetre of deposit costs for joints that are near a border of their quadrants."""
     total = 0.0
     for joint in bordered:
-        quarters = joints[joint] / (0.5 * math.pi)
+        quarters = float(joints[int(joint)]) / (0.5 * math.pi)
         off = abs(quarters - math.floor(quarters + 0.5)) * (0.5 * math.pi)
         total += min(max((QUADRANT_CLEAR - off) / (QUADRANT_CLEAR - QUADRANT_NEAR), 0.0), 1.0)
     return QUADRANT * total

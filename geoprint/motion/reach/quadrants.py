@@ -28,7 +28,7 @@ AXIAL_STEP = float(np.radians(0.5))
 
 def near_border(joints: FloatArray) -> BoolArray:
     """Return whether axis 1, 4 or 6 of (..., 6) joint angles [rad] is within `BORDER_MARGIN` of a border."""
-    return (border_distances(joints) < BORDER_MARGIN).any(axis=-1)
+    return np.any(border_distances(joints) < BORDER_MARGIN, axis=-1)
 
 
 def still_turns(frames: Keyframes, arm: Arm, terms: Terms, *, branch: int) -> Iterator[float]:
@@ -85,7 +85,7 @@ def _are_clear(frames: Keyframes, arm: Arm, *, turns: FloatArray, branch: int) -
     """Return which of (t,) constant turns are comfortable at all keyframes, and clear of borders on deposit."""
     commanded = frames.Ts_base_tool @ about_nozzle(turns)[:, None]
     joints = arm.solutions(commanded.reshape(-1, 4, 4))[:, branch].reshape(turns.size, -1, JOINTS)
-    clear = (border_distances(joints[:, frames.deposit]) >= QUADRANT_NEAR).all(axis=(1, 2))
+    clear: BoolArray = np.all(border_distances(joints[:, frames.deposit]) >= QUADRANT_NEAR, axis=(1, 2))
     margins = angle_margins(joints[clear], arm, deposit=frames.deposit)
-    clear[clear] = (margins >= COMFORTABLE_LIMIT).all(axis=(1, 2))
+    clear[clear] = np.all(margins >= COMFORTABLE_LIMIT, axis=(1, 2))
     return clear

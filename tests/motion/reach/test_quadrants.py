@@ -79,6 +79,19 @@ def test_no_deposit_is_near_a_border_where_a_constant_turn_keeps_all_of_it_away(
     assert near(path) == [0, 0, 0]
 
 
+@pytest.mark.parametrize("radius", [75.0, 90.0])
+def test_ring_that_no_constant_turn_keeps_away_is_near_borders_more_rarely_than_with_any(radius: float) -> None:
+    poses = rings((radius,))
+    path = reach(poses, ARM, T_base_work=AHEAD)
+    counts: list[int] = []
+    for turn in np.radians(2.0 * np.arange(180)):
+        joints = ARM.solutions(tool_poses(poses, T_base_work=AHEAD) @ about_nozzle(np.array([turn]))[0])[:, path.branch]
+        if np.isfinite(joints).all():
+            counts.append(int((off_borders(joints) < 1.0).any(axis=1).sum()))
+    assert min(counts) > 0
+    assert 0 < sum(near(path)) < 0.8 * min(counts)
+
+
 def test_borders_that_an_axis_sweeps_over_are_crossed_and_listed() -> None:
     # From one side of the arm to the other axis 1 turns by 68 degrees: no turn of the nozzle keeps it on one side.
     poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401))
