@@ -24,7 +24,7 @@ from geoprint.motion.reach.following import Followed, follow
 from geoprint.motion.reach.lean_room import Leaning, laying
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
 from geoprint.motion.reach.pose_samples import PoseSamples, sample_poses, tip_lengths, tool_poses
-from geoprint.motion.reach.quadrants import axial_rotation, near_border
+from geoprint.motion.reach.quadrants import axial_rotation, axial_weights, near_border
 from geoprint.motion.reach.reach_map import ReachMap, mapped
 
 # What is counted where the cell says nothing.
@@ -251,9 +251,10 @@ def _followed(
     commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
     samples = sample_poses(commanded, T_base_work=T_base_work)
     if arm.sense_of_turn:
-        joint_6 = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch, 5]
-        known = np.isfinite(joint_6)
-        turn = axial_rotation(np.unwrap(joint_6[known]), arm.robot, deposit=samples.deposit[known]) * arm.sense_of_turn
+        joints = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch]
+        known = np.isfinite(joints[:, 5])
+        weights = axial_weights(joints[known], deposit=samples.deposit[known])
+        turn = axial_rotation(np.unwrap(joints[known, 5]), arm.robot, weights=weights) * arm.sense_of_turn
         attitudes = replace(attitudes, rotations=attitudes.rotations + turn)
         commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
         samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])

@@ -49,16 +49,25 @@ def still_turns(frames: Keyframes, arm: Arm, terms: Terms, *, branch: int) -> It
             yield float(turn)
 
 
-def axial_rotation(joint_6: FloatArray, robot: Robot, *, deposit: BoolArray) -> float:
+def axial_weights(joints: FloatArray, *, deposit: BoolArray) -> FloatArray:
+    """Return (s,) how much it counts that joint 6 of an axial nozzle is near a border at (s, 6) joint angles [rad].
+
+    On deposit it counts once, and once more where axes 1 and 4 are clear; on travel it does not count.
+    """
+    others = np.any(border_distances(joints)[:, :2] < BORDER_MARGIN, axis=1)
+    return np.where(deposit, np.where(others, 1.0, 2.0), 0.0)
+
+
+def axial_rotation(joint_6: FloatArray, robot: Robot, *, weights: FloatArray) -> float:
     """Return how far to turn joint 6 of a whole stream: inside its range, clear of borders, and nearest to home.
 
     Args:
         joint_6: (s,) continuous angles [rad].
         robot: limits and home.
-        deposit: (s,) where nearness to borders counts.
+        weights: (s,) of nearness to borders.
 
     Returns:
-        The turn [rad], by which fewest deposits are near a border, and of such the nearest to home; where the stream
+        The turn [rad], by which least is near a border, and of such the nearest to home; where the stream
         needs more than the whole range its middle is put on that of the range, and where no angle is known it is zero.
     """
     if not joint_6.size:
@@ -73,9 +82,9 @@ def axial_rotation(joint_6: FloatArray, robot: Robot, *, deposit: BoolArray) -> 
     steps = steps[np.argsort(np.abs(steps), kind="stable")]
     turns = nearest + AXIAL_STEP * steps
     steps, turns = steps[(turns >= least) & (turns <= most)], turns[(turns >= least) & (turns <= most)]
-    laid = np.floor((joint_6[deposit] + nearest) / AXIAL_STEP).astype(np.int64) % slots
-    counts = np.bincount(laid, minlength=slots)
-    # A deposit in slot i is turned by k steps into slot i + k, which is near a border among the first or the last ones.
+    slot = np.floor((joint_6 + nearest) / AXIAL_STEP).astype(np.int64) % slots
+    counts = np.bincount(slot, weights=weights, minlength=slots)
+    # What is in slot i is turned by k steps into slot i + k, which is near a border among the first or the last ones.
     reach = int(np.ceil(QUADRANT_NEAR / AXIAL_STEP))
     near = counts[(np.arange(-reach, reach) - steps[:, None]) % slots].sum(axis=1)
     return float(turns[int(near.argmin())])

@@ -65,10 +65,10 @@ def test_joint_6_stays_inside_its_range_before_it_is_near_home() -> None:
     robot = straight_cell().robot
     most = float(robot.limits[5, 1])
     near_the_end = replace(robot, home=np.append(robot.home[:5], most))
-    travel = np.zeros(2, dtype=np.bool_)
-    assert axial_rotation(np.array([0.0, 1.0]), near_the_end, deposit=travel) == pytest.approx(most - 1.0)
-    assert axial_rotation(np.array([-10.0, 10.0]), robot, deposit=travel) == pytest.approx(0.0)
-    assert axial_rotation(np.empty(0), robot, deposit=travel[:0]) == 0.0
+    travel = np.zeros(2)
+    assert axial_rotation(np.array([0.0, 1.0]), near_the_end, weights=travel) == pytest.approx(most - 1.0)
+    assert axial_rotation(np.array([-10.0, 10.0]), robot, weights=travel) == pytest.approx(0.0)
+    assert axial_rotation(np.empty(0), robot, weights=travel[:0]) == 0.0
 
 
 def test_bent_nozzle_turns_along_the_path_without_winding_up() -> None:

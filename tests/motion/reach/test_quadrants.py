@@ -13,7 +13,7 @@ from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, Targets
 from geoprint.motion.arm.nozzle import about_nozzle
 from geoprint.motion.reach.inverse import reach
 from geoprint.motion.reach.pose_samples import tool_poses
-from geoprint.motion.reach.quadrants import axial_rotation
+from geoprint.motion.reach.quadrants import axial_rotation, axial_weights
 from tests.motion.cells import bent_cell, straight_cell
 from tests.motion.joint_paths import arc, arm_of, line, solved, stream
 
@@ -134,7 +134,7 @@ def test_joint_6_of_an_axial_nozzle_is_turned_off_the_border_and_no_farther(
     home = robot.home.copy()
     home[5] = np.radians(65.0) if low == 20.0 else 0.0
     angles = np.radians(np.linspace(low, high, 101))
-    turn = np.degrees(axial_rotation(angles, replace(robot, home=home), deposit=np.ones(101, dtype=np.bool_)))
+    turn = np.degrees(axial_rotation(angles, replace(robot, home=home), weights=np.ones(101)))
     assert least - 1e-9 <= abs(turn) <= most + 1e-9
     past = (np.degrees(angles) + turn) % 90.0
     assert np.minimum(past, 90.0 - past).min() >= 1.0
@@ -143,7 +143,20 @@ def test_joint_6_of_an_axial_nozzle_is_turned_off_the_border_and_no_farther(
 def test_joint_6_of_an_axial_nozzle_stays_nearest_home_on_travel() -> None:
     robot = straight_cell().robot
     angles = np.radians(np.linspace(-10.0, 10.0, 101))
-    assert axial_rotation(angles, robot, deposit=np.zeros(101, dtype=np.bool_)) == pytest.approx(0.0, abs=1e-12)
+    assert axial_rotation(angles, robot, weights=np.zeros(101)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_joint_6_is_rather_near_a_border_where_another_axis_is() -> None:
+    # Over 120 degrees it has to cross one border at least; axis 1 does so in the middle.
+    robot = straight_cell().robot
+    sweep = np.radians(np.linspace(-60.0, 60.0, 1201))
+    joints = np.tile(np.radians([45.0, 0.0, 0.0, 45.0, 60.0, 0.0]), (1201, 1))
+    joints[:, 0], joints[:, 5] = sweep / 3.0, sweep
+    laid = np.ones(1201, dtype=np.bool_)
+    np.testing.assert_array_equal(axial_weights(joints, deposit=laid)[[0, 600, 1200]], [2.0, 1.0, 2.0])
+    assert not axial_weights(joints, deposit=~laid).any()
+    turn = np.degrees(axial_rotation(sweep, robot, weights=axial_weights(joints, deposit=laid)))
+    assert turn == pytest.approx(0.0, abs=1e-9)
 
 
 def test_axial_nozzle_prints_with_joint_6_off_its_border() -> None:
