@@ -63,9 +63,10 @@ def reach(
     one of the eight branches, the cheapest that holds along all samples of the stream; the straight moves between the
     poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which can turn more than
     once, is unwound along the stream; of the whole turns that keep all of it inside the limits the nearest to home is
-    taken. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the places where
-    the arm cannot follow or the nozzle lacks room, and nowhere else. An arm whose inverse is iteration gets the best of
-    some constant turns, and no lean.
+    taken. On deposit axes 1, 4 and 6 keep away from the borders of their quadrants where a turn about the nozzle does
+    that, and cross them quickly elsewhere. The nozzle stays as upright as the path has it, unless it may lean: then it
+    does, around the places where the arm cannot follow or the nozzle lacks room, and nowhere else. An arm whose inverse
+    is iteration gets the best of some constant turns, and no lean.
 
     Args:
         poses: p poses in the work frame.
