@@ -36,7 +36,9 @@ class MeshFile:
         unit: of the positions, a key of UNITS; empty where the format carries none and nobody has said it.
         notes: how the mesh was made, where the file holds something else.
         regions: groups, objects, solids and labels that the file gives to faces.
-        name: of the file.
+        name: of the file, or of the one that a stored mesh was read from.
+        digest: SHA-256 of the bytes of that file; empty where there was none.
+        label: that was asked for of a label volume, or None.
         step: between neighbouring numbers that the file can hold where the mesh lies, in its unit; 0 where these are of
             double precision.
     """
@@ -47,6 +49,8 @@ class MeshFile:
     notes: Notes = ()
     regions: Regions = field(default_factory=dict[str, IntArray])
     name: str = "surface"
+    digest: str = ""
+    label: int | None = None
     step: float = 0.0
 
     @property
