@@ -36,9 +36,10 @@ from geoprint.account.run_tables import (
 from geoprint.account.spacing_table import samples_table as samples_table
 from geoprint.account.summary import (
     record_plan as record_plan,
+    record_timings as record_timings,
     summary as summary,
 )
 from geoprint.account.texts.calibration import calibration_text as calibration_text
 from geoprint.account.texts.comparison import comparison_table as comparison_table
-from geoprint.account.texts.plan import outcome_text as outcome_text
+from geoprint.account.texts.plan import again_text as again_text, outcome_text as outcome_text
 from geoprint.account.verdict import verdict as verdict

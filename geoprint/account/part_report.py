@@ -189,7 +189,7 @@ def report_table(
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:
         table += _robot(rows)
-    return (*table, _row("Computing", "planning time [s]", "", rows, lambda r: f"{r.planning_s:.1f}"))
+    return tuple(table)
 
 
 def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:

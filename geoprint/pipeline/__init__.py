@@ -1,5 +1,10 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
+from geoprint.pipeline.bundles.again import (
+    job_file_of as job_file_of,
+    job_from as job_from,
+    written_bundle as written_bundle,
+)
 from geoprint.pipeline.calibrating import (
     calibrate as calibrate,
     calibrate_cell as calibrate_cell,

@@ -6,19 +6,16 @@ wrong is listed with file, line and reason; nothing is repaired.
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import final
 
 from geoprint.account.checked import Checked, Finding
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
-from geoprint.errors import GeoprintError, InputError, VerificationError
+from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import (
-    MANIFEST,
     Event,
     Orders,
     PosesTable,
@@ -31,11 +28,9 @@ from geoprint.export import (
     switching_events,
 )
 from geoprint.export.rapid import (
-    CELL_MODULE,
     Settings,
     Step,
     Timeline,
-    as_new,
     check_names,
     check_timeline,
     program_findings,
@@ -46,6 +41,7 @@ from geoprint.export.rapid import (
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
 from geoprint.pipeline.checking_motion import (
     check_aloft,
     check_configuration,
@@ -54,11 +50,6 @@ from geoprint.pipeline.checking_motion import (
     check_speeds,
     check_zones,
 )
-
-# Where a bundle keeps the program.
-RAPID_FOLDER = "rapid"
-# What a person asks to check who named another folder.
-_WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 
 
 def check_bundle(folder: Path | str) -> Checked:
@@ -75,10 +66,10 @@ def check_bundle(folder: Path | str) -> Checked:
         InputError: the folder is no bundle with a program.
     """
     folder = Path(folder)
-    names = _listed(folder)
+    names = listed_bundle(folder)
     checked = check_program(folder, list(names))
     said = {finding.file for finding in checked.findings}
-    changed = [Finding(name, 1, reason) for name, reason in _changes(folder, names) if name not in said]
+    changed = [Finding(name, 1, reason) for name, reason in changes(folder, names) if name not in said]
     return replace(checked, findings=(*checked.findings, *changed))
 
 
@@ -100,68 +91,6 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
         settings=checking.settings,
         switching=checking.switching,
     )
-
-
-def _listed(folder: Path) -> dict[str, str]:
-    """Return the hash of each file that the manifest lists: the bundle's own, or that of the comparison it is in."""
-    if not folder.is_dir():
-        raise InputError(f"there is no folder {folder}; {_WHICH_FOLDER}.")
-    try:
-        place = next(place for place in (folder, *folder.absolute().parents[:2]) if (place / MANIFEST).is_file())
-        below = folder.absolute().relative_to(place.absolute())
-        listed = dict(json.loads((place / MANIFEST).read_bytes())["sha256"])
-        paths = {PurePosixPath(str(name)): str(digest) for name, digest in listed.items()}
-        names = {str(path.relative_to(below)): digest for path, digest in paths.items() if path.is_relative_to(below)}
-    except StopIteration:
-        raise InputError(f"{folder} is no bundle of geoprint: it holds no {MANIFEST}; {_WHICH_FOLDER}.") from None
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(
-            f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); {_WHICH_FOLDER}."
-        ) from error
-    if not names:
-        raise InputError(
-            f"{folder} is no bundle of geoprint: the {MANIFEST} above it lists none here; {_WHICH_FOLDER}."
-        )
-    if "plan.json" not in names:
-        raise InputError(f"{folder} {_several(folder, names)}.")
-    if not any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
-        raise InputError(
-            f"{folder} holds no program: it was planned without the robot, or compared and found not to be printable "
-            "(compare.json says why); plan it without `--no-robot`."
-        )
-    return names
-
-
-def _several(folder: Path, names: Iterable[str]) -> str:
-    """Say what a folder of several bundles is, and which of them can be checked."""
-    bundles = sorted(PurePosixPath(name).parent for name in names if PurePosixPath(name).name == "plan.json")
-    programs = [
-        str(folder / one) for one in bundles if any(name.startswith(f"{one / RAPID_FOLDER}/") for name in names)
-    ]
-    found = f"holds a comparison of {len(bundles)} bundles, not one bundle"
-    if programs:
-        return f"{found}: check one that has a program, {' or '.join(programs)}"
-    return f"{found}, and none of them has a program (compare.json says why)"
-
-
-def _changes(folder: Path, names: dict[str, str]) -> Iterator[tuple[str, str]]:
-    for name, digest in names.items():
-        path = folder / name
-        if not path.is_file():
-            yield name, "the file is missing"
-        elif digest not in _digests(path):
-            yield name, "the file was changed after it was written: its hash is not that of the manifest"
-    for path in sorted((folder / RAPID_FOLDER).glob("*")):
-        if f"{RAPID_FOLDER}/{path.name}" not in names:
-            yield f"{RAPID_FOLDER}/{path.name}", "the manifest does not list this file"
-
-
-def _digests(path: Path) -> Iterator[str]:
-    """Yield the hash of a file; of GeoCell also that with its switches as they were written."""
-    content = path.read_bytes()
-    yield hashlib.sha256(content).hexdigest()
-    if path.name == CELL_MODULE:
-        yield hashlib.sha256(as_new(content.decode("latin-1")).encode("latin-1")).hexdigest()
 
 
 @final

@@ -18,9 +18,10 @@ from geoprint.account.records.comparison import ComparisonRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.spacing_table import spacing_table
-from geoprint.account.summary import record_plan
+from geoprint.account.summary import record_plan, record_timings
 from geoprint.errors import VerificationError
 from geoprint.export import (
+    TIMINGS,
     Setup,
     json_bytes,
     poses_table,
@@ -31,7 +32,9 @@ from geoprint.export import (
     verify_trajectory_table,
     write_bundle,
 )
-from geoprint.pipeline.checking import RAPID_FOLDER, check_program
+from geoprint.pipeline.bundles.again import input_files
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER
+from geoprint.pipeline.checking import check_program
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
@@ -54,7 +57,13 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> 
     """
     told = record_plan(plan)
     files = plan_files(plan, told)
-    write_bundle(directory, files, overwrite=overwrite, verify=lambda folder: verify_files(plan, told, folder))
+    write_bundle(
+        directory,
+        files,
+        overwrite=overwrite,
+        verify=lambda folder: verify_files(plan, told, folder),
+        unlisted={TIMINGS: _timings(plan)},
+    )
     return told
 
 
@@ -104,8 +113,13 @@ def save_comparisons(
                 "compare.json does not read back as it was told; the disk may be faulty: write again."
             )
 
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
+    write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
+
+
+def _timings(plan: Plan) -> bytes:
+    return json_bytes(as_json(record_timings(plan)))
 
 
 def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str, bytes]:
@@ -129,7 +143,7 @@ def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
     seen: Counter[str] = Counter()
     folders: list[str] = []
     for part in parts:
-        stem = part.job.surface.stem
+        stem = (part.job.surface if isinstance(part, FailedPart) else Path(part.workpiece.name)).stem
         seen[stem] += 1
         folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
     return folders
@@ -146,6 +160,7 @@ def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:
         "plan.json": json_bytes(as_json(told)),
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
+        **input_files(plan),
     }
     files |= chart_pictures(plan)
     for robot, folder in zip(plan.robot, robot_folders(plan), strict=True):

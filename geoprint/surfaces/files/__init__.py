@@ -13,3 +13,4 @@ from geoprint.surfaces.files.regions import (
     LONGEST_NAME as LONGEST_NAME,
     region_faces as region_faces,
 )
+from geoprint.surfaces.files.stored import stored_mesh as stored_mesh
