@@ -8,14 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import final
 
-from geoprint.account.checked import Checked, Finding
+from geoprint.account import program_digest
+from geoprint.account.checked import Checked, CheckedComparison, Finding
+from geoprint.account.records.comparison import ComparisonRecord, PartRecord
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
+from geoprint.account.verdict import ranked
 from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import (
+    EVIDENCE,
+    PLAN,
     Event,
     Orders,
     PosesTable,
@@ -41,7 +46,18 @@ from geoprint.export.rapid import (
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
-from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
+from geoprint.pipeline.bundles.contents import (
+    COMPARISON,
+    RAPID_FOLDER,
+    bundles,
+    changes,
+    listed,
+    listed_bundle,
+    part_folders,
+)
+from geoprint.pipeline.bundles.paths import path_findings
+from geoprint.pipeline.bundles.proof import read_seen
+from geoprint.pipeline.bundles.repeating import repeat
 from geoprint.pipeline.checking_motion import (
     check_aloft,
     check_configuration,
@@ -52,25 +68,96 @@ from geoprint.pipeline.checking_motion import (
 )
 
 
-def check_bundle(folder: Path | str) -> Checked:
-    """Check a bundle that `geoprint plan` wrote.
+def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
+    """Check a bundle that `geoprint plan` or `compare` wrote, with or without a program.
 
     Args:
         folder: the bundle.
+        full: whether the collision check and the measurement of evenness are repeated, from the bundle's own part.
 
     Returns:
         What was found. A file that merely changed is a finding too, at its first line; the switches of GeoCell may be
         set as its run sheet asks.
 
     Raises:
-        InputError: the folder is no bundle with a program.
+        InputError: the folder is no bundle.
     """
     folder = Path(folder)
     names = listed_bundle(folder)
-    checked = check_program(folder, list(names))
+    if any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
+        checked = check_program(folder, list(names))
+    else:
+        checked = _check_paths(folder)
     said = {finding.file for finding in checked.findings}
     changed = [Finding(name, 1, reason) for name, reason in changes(folder, names) if name not in said]
-    return replace(checked, findings=(*checked.findings, *changed))
+    checked = replace(checked, findings=(*checked.findings, *changed))
+    if full and checked.told is not None:
+        motion = checked.setup and checked.orders and (checked.setup, checked.orders)
+        repeated, found = repeat(folder, checked.told, motion)
+        checked = replace(checked, repeated=repeated, findings=(*checked.findings, *found))
+    try:
+        return replace(checked, seen=read_seen(folder))
+    except GeoprintError as error:
+        return replace(checked, findings=(*checked.findings, Finding(EVIDENCE, 1, str(error))))
+
+
+def check_folder(folder: Path | str, *, full: bool = False) -> Checked | CheckedComparison:
+    """Check what a folder holds: a bundle, or a comparison with all bundles in it.
+
+    Args:
+        folder: that `geoprint plan` or `compare` wrote.
+        full: as for `check_bundle`.
+
+    Raises:
+        InputError: geoprint did not write the folder.
+    """
+    folder = Path(folder)
+    names = listed(folder)
+    if PLAN in names:
+        return check_bundle(folder, full=full)
+    inner = bundles(names)
+    beside = {
+        name: digest
+        for name, digest in names.items()
+        if not any(PurePosixPath(name).is_relative_to(one) for one in inner)
+    }
+    own = [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
+    order = _order(folder, own)
+    best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))
+    checked = tuple((str(one), check_bundle(folder / one, full=full)) for one in best_first)
+    return CheckedComparison(folder, tuple(own), checked)
+
+
+def _order(folder: Path, findings: list[Finding]) -> list[str]:
+    """Return the folders of a comparison's bundles in the order of its verdict; where it cannot be read, none."""
+    if not (folder / COMPARISON).is_file():
+        return []
+    try:
+        parts = read_record(folder / COMPARISON, ComparisonRecord).parts
+    except GeoprintError as error:
+        findings.append(Finding(COMPARISON, 1, str(error)))
+        return []
+    places = part_folders([part.part for part in parts])
+    return [
+        f"{place}{row.backend}"
+        for place, part in zip(places, parts, strict=True)
+        if isinstance(part, PartRecord)
+        for row in ranked(part.backends)
+    ]
+
+
+def _check_paths(folder: Path) -> Checked:
+    """Check a bundle without a program: its paths lie on its surface and are those of plan.json."""
+    findings: list[Finding] = []
+    told: PlanRecord | None = None
+    try:
+        told = read_record(folder / PLAN, PlanRecord)
+        findings += path_findings(folder, told)
+    except GeoprintError as error:
+        findings.append(_finding(error, PLAN if told is None else "poses.csv"))
+    if told is not None and told.robot:
+        findings.append(Finding(PLAN, 1, "it tells of a program, but the manifest lists none"))
+    return Checked(folder, tuple(findings), told, program=False)
 
 
 def check_program(folder: Path, names: Sequence[str]) -> Checked:
@@ -90,6 +177,7 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
         orders=checking.orders,
         settings=checking.settings,
         switching=checking.switching,
+        program_sha256=program_digest(checking.modules(names)),
     )
 
 
@@ -112,7 +200,7 @@ class _Checking:
         with_file("setup.json", self._read_setup)
         if self.setup is None:
             # Whatever it was written for, nothing loads that declares a name twice.
-            with_file(RAPID_FOLDER, lambda: check_names(tuple(self._modules(names))))
+            with_file(RAPID_FOLDER, lambda: check_names(tuple(self.modules(names))))
             return
         setup = self.setup
         moved: list[TrajectoryTable] = []
@@ -146,7 +234,7 @@ class _Checking:
         self._collecting("trajectory.csv", lambda: check_passing(orders, tips(orders.times)))
         self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=setup.cell.process))
         self._collecting("targets.csv", lambda: check_zones(orders, tips))
-        modules = tuple(self._modules(names))
+        modules = tuple(self.modules(names))
         wanted: list[tuple[Event, ...]] = []
         self._collecting(
             "targets.csv",
@@ -174,7 +262,7 @@ class _Checking:
         self.switching = timeline(steps, orders, signals=setup.cell.signals, tips_at=tips)
         check_timeline(self.switching)
 
-    def _modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    def modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:
         """Yield name and text of the program's files that exist, in the order of the manifest."""
         for name in names:
             path = self._folder / name

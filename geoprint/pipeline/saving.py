@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -33,7 +32,7 @@ from geoprint.export import (
     write_bundle,
 )
 from geoprint.pipeline.bundles.again import input_files
-from geoprint.pipeline.bundles.contents import RAPID_FOLDER
+from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, part_folders
 from geoprint.pipeline.checking import check_program
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
@@ -95,9 +94,9 @@ def save_comparisons(
         VerificationError: what was written differs from the plans when it is read back.
     """
     told = tell_comparison(parts)
-    files = {"compare.json": json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
+    files = {COMPARISON: json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
-    for part, plans, folder in zip(parts, told.plans, part_folders(parts), strict=True):
+    for part, plans, folder in zip(parts, told.plans, part_folders(_names(parts)), strict=True):
         if not isinstance(part, FailedPart):
             shown = _shown_files(part, samples=samples, figures=figures)
             files |= {f"{folder}{file}": content for file, content in shown.items()}
@@ -108,7 +107,7 @@ def save_comparisons(
     def verify(written: Path) -> None:
         for plan, of, folder in bundles:
             verify_files(plan, of, written / folder)
-        if read_record(written / "compare.json", ComparisonRecord) != told.record:
+        if read_record(written / COMPARISON, ComparisonRecord) != told.record:
             raise VerificationError(
                 "compare.json does not read back as it was told; the disk may be faulty: write again."
             )
@@ -116,6 +115,10 @@ def save_comparisons(
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
     write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
+
+
+def _names(parts: Sequence[Comparison | FailedPart]) -> list[str]:
+    return [part.job.surface.name if isinstance(part, FailedPart) else part.workpiece.name for part in parts]
 
 
 def _timings(plan: Plan) -> bytes:
@@ -134,19 +137,6 @@ def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str,
         drawn = paper_files(part.workpiece, part.planned)
         files |= {f"figures/{file}": content for file, content in drawn.items()}
     return files
-
-
-def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
-    """Return the folder of each part, with a slash at its end: none for a single part; equal names are numbered."""
-    if len(parts) == 1:
-        return [""]
-    seen: Counter[str] = Counter()
-    folders: list[str] = []
-    for part in parts:
-        stem = (part.job.surface if isinstance(part, FailedPart) else Path(part.workpiece.name)).stem
-        seen[stem] += 1
-        folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
-    return folders
 
 
 def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:

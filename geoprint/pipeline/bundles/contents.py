@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
 from geoprint.errors import InputError
@@ -13,6 +14,8 @@ from geoprint.export.rapid import CELL_MODULE, as_new
 
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
+# What stands beside the bundles of a comparison.
+COMPARISON = "compare.json"
 # What a person asks for who named another folder.
 WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 
@@ -59,6 +62,19 @@ def listed_bundle(folder: Path) -> dict[str, str]:
 def bundles(names: Iterable[str]) -> list[PurePosixPath]:
     """Return the folders of the bundles among listed names, in their order there."""
     return [PurePosixPath(name).parent for name in names if PurePosixPath(name).name == PLAN]
+
+
+def part_folders(names: Sequence[str]) -> list[str]:
+    """Return the folder of each compared part, after its file, with a slash: none for one; equal ones are numbered."""
+    if len(names) == 1:
+        return [""]
+    seen: Counter[str] = Counter()
+    folders: list[str] = []
+    for name in names:
+        stem = Path(name).stem
+        seen[stem] += 1
+        folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
+    return folders
 
 
 def changes(folder: Path, names: Mapping[str, str]) -> Iterator[tuple[str, str]]:
