@@ -6,10 +6,11 @@ import os
 import secrets
 from datetime import datetime
 from pathlib import Path
+from typing import cast
 
 from geoprint.account import as_json, read_record
 from geoprint.account.checked import Checked
-from geoprint.account.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord
+from geoprint.account.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord, Stage
 from geoprint.errors import ExportError, UsageError, VerificationError
 from geoprint.export import EVIDENCE, json_bytes
 
@@ -41,8 +42,7 @@ def record_seen(
         VerificationError: the bundle is not as it was planned, or evidence.json cannot be read.
         ExportError: it cannot be written.
     """
-    known = next((one for one in STAGES if one == stage), None)
-    if known is None:
+    if stage not in STAGES:
         raise UsageError(f"`--record {stage}` is unknown; what people see is one of {', '.join(STAGES)}.")
     if not note.strip():
         raise UsageError("say what you saw: `--note` with a few words, such as the name of who watched.")
@@ -53,11 +53,11 @@ def record_seen(
             f"{checked.folder} is not the plan that was made ({checked.findings[0].file}: "
             f"{checked.findings[0].reason}): what was seen of it is not recorded; `geoprint check` lists all."
         )
-    if known == "printed" and checked.setup is not None and checked.setup.placement.missing:
+    if stage == "printed" and checked.setup is not None and checked.setup.placement.missing:
         missing = " and ".join(checked.setup.placement.missing)
         raise UsageError(f"this program runs only dry, nobody has stated {missing}: it cannot have printed.")
     seen = SeenRecord(
-        stage=known,
+        stage=cast("Stage", stage),
         date=(when or datetime.now().astimezone()).isoformat(timespec="seconds"),
         controller=(controller or "").strip() or None,
         note=note.strip(),

@@ -125,10 +125,10 @@ def _kinds(regions: Regions, *, faces: int) -> tuple[list[str], list[list[int]],
         marks = np.zeros(faces, dtype=np.int64)
         marks[members] = 1
         kinds = np.unique(2 * kinds + marks, return_inverse=True)[1].reshape(-1)
-    count = int(kinds.max(initial=0)) + 1
-    sets: list[list[int]] = [[] for _ in range(count)]
+    sets: list[list[int]] = [[] for _ in range(int(kinds.max(initial=0)) + 1)]
     for number, members in enumerate(regions.values()):
-        for kind in np.unique(kinds[members]).tolist():
+        held: list[int] = np.unique(kinds[members]).tolist()
+        for kind in held:
             sets[kind].append(number)
     return list(regions), sets, kinds
 
