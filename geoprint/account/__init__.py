@@ -30,10 +30,6 @@ from geoprint.account.records.rounding import (
 )
 from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
 from geoprint.account.robot_summary import program_digest as program_digest
-from geoprint.account.run_sheet import (
-    check_summary as check_summary,
-    run_sheet as run_sheet,
-)
 from geoprint.account.run_tables import (
     csv_text as csv_text,
     levels_table as levels_table,
@@ -52,4 +48,8 @@ from geoprint.account.texts.calibration import calibration_text as calibration_t
 from geoprint.account.texts.checking import check_text as check_text
 from geoprint.account.texts.comparison import comparison_table as comparison_table
 from geoprint.account.texts.plan import again_text as again_text, outcome_text as outcome_text
+from geoprint.account.texts.run_sheet import (
+    check_summary as check_summary,
+    run_sheet as run_sheet,
+)
 from geoprint.account.verdict import verdict as verdict

@@ -11,12 +11,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
+from geoprint.account.evidence import WORDS, evidence_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.replaying import machine, replay
-from geoprint.account.texts.evidence import WORDS, evidence_rows
 from geoprint.backends import backend, predicted_spacing
 from geoprint.model import IntArray
 from geoprint.report import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from geoprint.account.checked import Checked, CheckedComparison, Finding
-from geoprint.account.run_sheet import entry, repeated_texts, run_sheet
+from geoprint.account.texts.run_sheet import entry, repeated_texts, run_sheet
 
 
 def check_text(checked: Checked | CheckedComparison, *, width: int | None = None) -> str:

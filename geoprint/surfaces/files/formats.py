@@ -12,7 +12,7 @@ from typing import Protocol
 
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.surfaces.files.archives import only_mesh
-from geoprint.surfaces.files.mesh_file import MeshFile, check_mesh
+from geoprint.surfaces.files.mesh_file import ORIGIN, MeshFile, check_mesh
 from geoprint.surfaces.files.optional_readers import (
     read_cad,
     read_cloud,
@@ -20,7 +20,6 @@ from geoprint.surfaces.files.optional_readers import (
     read_nifti_label,
     read_nrrd_label,
 )
-from geoprint.surfaces.files.stored import ORIGIN
 from geoprint.surfaces.files.text_formats import read_obj, read_off
 from geoprint.surfaces.files.three_mf import read_3mf
 from geoprint.surfaces.files.triangle_formats import read_ply, read_stl
@@ -119,10 +118,15 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
     check_mesh(file, name=path.name)
     if not file.digest:
         file = replace(file, name=path.name, digest=digest, label=label if suffix in VOLUMES else None)
-    if label is not None and file.label != label:
-        held = "no label of a volume" if file.label is None else f"its label {file.label}"
-        raise UsageError(f"`{path.name}` holds what was read from {file.name}, {held}; leave `--label` out.")
+    _check_label(file, label, name=path.name)
     return file
+
+
+def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
+    """Refuse another label than the one that a stored mesh was made of."""
+    if label not in {None, file.label}:
+        held = "no label of a volume" if file.label is None else f"its label {file.label}"
+        raise UsageError(f"`{name}` holds what was read from {file.name}, {held}; leave `--label` out.")
 
 
 def _content(path: Path) -> bytes:

@@ -10,8 +10,7 @@ import numpy as np
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.files.formats import read_mesh
-from geoprint.surfaces.files.mesh_file import UNITS, MeshFile, resolves, single_step
-from geoprint.surfaces.files.stored import ply_content
+from geoprint.surfaces.files.mesh_file import UNITS, MeshFile, ply_content, resolves, single_step
 from geoprint.surfaces.topology import used_vertices
 
 # Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.

@@ -17,10 +17,9 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import IntArray
-from geoprint.surfaces.files.mesh_file import MeshFile, resolves, single_step, written_step
+from geoprint.surfaces.files.mesh_file import MeshFile, origin_of, resolves, restored, single_step, written_step
 from geoprint.surfaces.files.optional_readers import read_cloud_ply
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
-from geoprint.surfaces.files.stored import origin_of, restored
 
 STL_HEADER_BYTES = 84
 STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -11,9 +12,9 @@ import pytest
 import geoprint
 from geoprint import cli
 from geoprint.account import check_summary
+from geoprint.account.evidence import evidence_rows
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, ScenarioRecord
 from geoprint.account.texts.checking import check_text
-from geoprint.account.texts.evidence import evidence_rows
 from geoprint.errors import UsageError, VerificationError
 from geoprint.pipeline import check_bundle, plan, record_seen, save_plan
 
@@ -82,6 +83,12 @@ def test_what_nobody_can_have_seen_is_refused(copy: Path, compared: Path) -> Non
         record_seen(check_bundle(copy), "dry", note=" \n")
     with pytest.raises(UsageError, match="holds no program that anybody could have seen"):
         record_seen(check_bundle(compared / "heat"), "dry", note="fine")
+    checked = check_bundle(copy)
+    assert checked.setup is not None
+    unplaced = replace(checked.setup.placement, part_stated=False)
+    nowhere = replace(checked, setup=replace(checked.setup, placement=unplaced))
+    with pytest.raises(UsageError, match="runs only dry, nobody has stated where the part stands on the fixture"):
+        record_seen(nowhere, "printed", note="fine")
     assert not (copy / "evidence.json").exists()
 
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.account.checked import Checked, CheckedComparison, Repeated
+from geoprint.account.evidence import evidence_rows
 from geoprint.account.records.check import (
     CheckedComparisonRecord,
     CheckRecord,
@@ -23,7 +24,6 @@ from geoprint.account.records.plan import DepositionRecord, PatchRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.robot_summary import record_switching
-from geoprint.account.texts.evidence import evidence_rows
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray
