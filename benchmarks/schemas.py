@@ -12,14 +12,20 @@ import json
 from pathlib import Path
 
 from geoprint import account
-from geoprint.account import ComparisonRecord, PlanRecord
+from geoprint.account import CheckedComparisonRecord, CheckRecord, ComparisonRecord, PlanRecord, SeenFile
 
 FOLDER = Path(account.__file__).parent / "schemas"
 
 
 def schemas() -> dict[str, str]:
     """Return name and text of each schema."""
-    records = {"plan": PlanRecord, "compare": ComparisonRecord}
+    records = {
+        "plan": PlanRecord,
+        "compare": ComparisonRecord,
+        "check": CheckRecord,
+        "check-comparison": CheckedComparisonRecord,
+        "evidence": SeenFile,
+    }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"
         for name, record in records.items()

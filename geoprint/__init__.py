@@ -1,7 +1,8 @@
 """Plan evenly spaced print paths on curved surfaces and write the robot program that prints them.
 
 `job_of` says what to plan, `plan` runs every stage for one backend, `compare` for several on the same part; `save_plan`
-and `save_comparisons` write the result, `check_bundle` reads it back. The stages themselves are functions too:
+and `save_comparisons` write the result, `check_bundle` reads it back, and `job_from` is the job that it was planned
+from. The stages themselves are functions too:
 
     mesh      load, prepare, refine, remesh, smooth, decimate, deviation, cut_patch, save_ply
     curves    boundary_seed, point_seed, BACKENDS, PATTERNS, isolines; on a surface: closest, positions, normals
@@ -107,6 +108,7 @@ if TYPE_CHECKING:
         compare_parts as compare_parts,
         cut_patch as cut_patch,
         inspect_file as inspect_file,
+        job_from as job_from,
         plan as plan,
         propose_placement as propose_placement,
         remesh_file as remesh_file,
@@ -137,6 +139,7 @@ if TYPE_CHECKING:
 __all__ = [  # noqa: RUF022  (in the order of the stages)
     # A whole job: from its keys to files, and back.
     "job_of",
+    "job_from",
     "plan",
     "compare",
     "compare_parts",
@@ -223,8 +226,8 @@ _FROM = {
     "motion.timing": "retime",
     "paths": "arrange poses",
     "patterns": "PATTERNS register_pattern=register",
-    "pipeline": "plan compare compare_parts propose_placement save_plan save_comparisons check_bundle inspect_file "
-    "remesh_file cut_patch PatchChoice calibrate_cell calibrate_tool save_calibrated",
+    "pipeline": "plan compare compare_parts propose_placement save_plan save_comparisons check_bundle job_from "
+    "inspect_file remesh_file cut_patch PatchChoice calibrate_cell calibrate_tool save_calibrated",
     "quality": "uniformity agreement",
     "results": "Plan Comparison",
     "surfaces": "boundary_seed point_seed closest positions normals",

@@ -3,6 +3,7 @@
 from geoprint.account.calibration import calibration_summary as calibration_summary
 from geoprint.account.checked import (
     Checked as Checked,
+    CheckedComparison as CheckedComparison,
     Finding as Finding,
 )
 from geoprint.account.comparison_summary import (
@@ -13,20 +14,22 @@ from geoprint.account.comparison_summary import (
 from geoprint.account.inspection import inspection_summary as inspection_summary, inspection_text as inspection_text
 from geoprint.account.patches import patch_summary as patch_summary, patch_text as patch_text
 from geoprint.account.proposal import proposal_summary as proposal_summary, proposal_text as proposal_text
+from geoprint.account.records.check import (
+    CheckedComparisonRecord as CheckedComparisonRecord,
+    CheckRecord as CheckRecord,
+)
 from geoprint.account.records.comparison import (
     ComparisonRecord as ComparisonRecord,
     ToldComparison as ToldComparison,
 )
+from geoprint.account.records.evidence import STAGES as STAGES, SeenFile as SeenFile
 from geoprint.account.records.plan import PlanRecord as PlanRecord
 from geoprint.account.records.rounding import (
     as_json as as_json,
     read_record as read_record,
 )
 from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
-from geoprint.account.run_sheet import (
-    check_summary as check_summary,
-    run_sheet as run_sheet,
-)
+from geoprint.account.robot_summary import program_digest as program_digest
 from geoprint.account.run_tables import (
     csv_text as csv_text,
     levels_table as levels_table,
@@ -35,10 +38,18 @@ from geoprint.account.run_tables import (
 )
 from geoprint.account.spacing_table import samples_table as samples_table
 from geoprint.account.summary import (
+    peak_memory as peak_memory,
+    record_evenness as record_evenness,
     record_plan as record_plan,
+    record_timings as record_timings,
     summary as summary,
 )
 from geoprint.account.texts.calibration import calibration_text as calibration_text
+from geoprint.account.texts.checking import check_text as check_text
 from geoprint.account.texts.comparison import comparison_table as comparison_table
-from geoprint.account.texts.plan import outcome_text as outcome_text
+from geoprint.account.texts.plan import again_text as again_text, outcome_text as outcome_text
+from geoprint.account.texts.run_sheet import (
+    check_summary as check_summary,
+    run_sheet as run_sheet,
+)
 from geoprint.account.verdict import verdict as verdict

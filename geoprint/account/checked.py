@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import final
 
-from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.evidence import SeenRecord
+from geoprint.account.records.plan import EvennessRecord, PlanRecord
 from geoprint.export import Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
-from geoprint.model import comparable, frozen
+from geoprint.model import Clearance, comparable, frozen
 
 
 @final
@@ -19,6 +20,26 @@ class Finding:
     file: str
     line: int
     reason: str
+
+
+@final
+@frozen
+class Repeated:
+    """What was computed once more from the bundle's own part, body, cell and targets.
+
+    Attributes:
+        printing: clearance of the print, or None without a program or where it is not clear.
+        dry: clearance of the dry run, or None likewise.
+        uniformity: how even the paths are, or None where that cannot be measured.
+        seconds: that it took [s].
+        memory: most that the process has taken so far [MB].
+    """
+
+    printing: Clearance | None
+    dry: Clearance | None
+    uniformity: EvennessRecord | None
+    seconds: float
+    memory: int
 
 
 @final
@@ -34,12 +55,46 @@ class Checked:
         orders: the targets, or None where they cannot be read.
         settings: how the program is set to run, or None where the program is not the plan's.
         switching: what flows when, or None where the program is not the plan's.
+        program: whether there is a program at all.
+        program_sha256: of its modules with their switches as written; empty without a program.
+        repeated: what was computed once more, or None where nobody asked.
+        seen: what people saw a program of this bundle do.
     """
 
     folder: Path
     findings: tuple[Finding, ...]
     told: PlanRecord | None
-    setup: Setup | None
-    orders: Orders | None
-    settings: Settings | None
-    switching: Timeline | None
+    setup: Setup | None = None
+    orders: Orders | None = None
+    settings: Settings | None = None
+    switching: Timeline | None = None
+    program: bool = True
+    program_sha256: str = ""
+    repeated: Repeated | None = None
+    seen: tuple[SeenRecord, ...] = ()
+
+
+@final
+@frozen
+class CheckedComparison:
+    """A comparison whose bundles were checked.
+
+    Attributes:
+        folder: where it stands.
+        own: what is wrong with the files beside the bundles.
+        bundles: part by part, in the order of the verdict, each by its folder in the comparison.
+    """
+
+    folder: Path
+    own: tuple[Finding, ...]
+    bundles: tuple[tuple[str, Checked], ...]
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """All that is wrong, files named from the comparison's folder."""
+        inner = [
+            Finding(f"{name}/{one.file}", one.line, one.reason)
+            for name, checked in self.bundles
+            for one in checked.findings
+        ]
+        return (*self.own, *inner)

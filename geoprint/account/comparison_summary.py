@@ -27,7 +27,7 @@ from geoprint.report import html_report
 from geoprint.results import Comparison, FailedPart, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
-COMPARISON_SCHEMA = 3
+COMPARISON_SCHEMA = 4
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
@@ -45,13 +45,18 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
         else FailedRecord(part=part.job.surface.name, failed=part.reason)
         for part, of in zip(parts, plans, strict=True)
     )
-    return ToldComparison(ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=told), plans)
+    seconds = tuple(
+        {name: outcome.planning_time for name, outcome in part.planned} if isinstance(part, Comparison) else {}
+        for part in parts
+    )
+    record = ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=told)
+    return ToldComparison(record, plans, seconds)
 
 
 def comparison_picture(comparison: Comparison) -> bytes:
     """Return a PNG: the backends side by side, their beads coloured by local spacing, what no path covers marked."""
     spacing = comparison.planned[0][1].plan.contours.spacing
-    title = f"{comparison.job.surface.name}, paths {spacing:.3g} mm apart"
+    title = f"{comparison.workpiece.name}, paths {spacing:.3g} mm apart"
     return coverage_picture(comparison.workpiece, comparison.planned, title=title)
 
 
@@ -85,7 +90,7 @@ def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:
         else RefusedRecord(backend=name, refused=outcome.reason)
         for name, outcome in part.outcomes
     )
-    name, planned = part.job.surface.name, [outcome.plan for _, outcome in part.planned]
+    name, planned = part.workpiece.name, [outcome.plan for _, outcome in part.planned]
     apart = agreement([plan.poses for plan in planned], spacing=planned[0].contours.spacing)
     return PartRecord(
         part=name,
@@ -119,6 +124,5 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
         not_reached=dict(outcome.lost),
         print_time_s=max((robot.trajectory.duration for robot in plan.robot), default=None),
         smallest_clearance_mm=min((robot.clearance.smallest for robot in plan.robot), default=None),
-        planning_s=outcome.planning_time,
         warnings=told.warnings,
     )

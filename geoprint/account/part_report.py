@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
+from geoprint.account.evidence import WORDS, evidence_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
@@ -38,6 +39,8 @@ Told = TypeVar("Told", str, float)
 
 # Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
+# What the rows on what people see mean in a page that is written before anybody can have seen it.
+SEEN_LATER = "as this page was written; `geoprint check` tells what people recorded since"
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -188,8 +191,8 @@ def report_table(
     if any(plan.flattenings for plan in plans):
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:
-        table += _robot(rows)
-    return (*table, _row("Computing", "planning time [s]", "", rows, lambda r: f"{r.planning_s:.1f}"))
+        table += [*_robot(rows), *_evidence([told[row.backend] for row in rows])]
+    return tuple(table)
 
 
 def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
@@ -301,6 +304,19 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
             group, "smallest clearance [mm]", "tool to part and body, above the tip", rows,
             lambda r: "-" if r.smallest_clearance_mm is None else f"{r.smallest_clearance_mm:.2f}",
         ),
+    ]  # fmt: skip
+
+
+def _evidence(told: Sequence[PlanRecord]) -> list[Row]:
+    """Return how far each program was proven when the page was written; what people see later `geoprint check` says."""
+    each = [dict(evidence_rows(plan.robot[0].evidence, (), program_sha256="")) if plan.robot else {} for plan in told]
+    names = dict.fromkeys(name for one in each for name in one)
+    return [
+        Row(
+            "Evidence", name, SEEN_LATER if name in WORDS.values() else "",
+            tuple(one.get(name, "no program") for one in each),
+        )
+        for name in names
     ]  # fmt: skip
 
 

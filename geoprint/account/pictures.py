@@ -59,7 +59,7 @@ def _picture(plan: Plan, index: int) -> bytes:
         flattened,
         R_view_work=workpiece.upright,
         spacing=contours.spacing,
-        title=f"{plan.job.surface.name}{which}, flattened by {shown.mapped}",
+        title=f"{plan.workpiece.name}{which}, flattened by {shown.mapped}",
     )
 
 

@@ -103,7 +103,7 @@ def _record(proposal: Proposal) -> ProposalRecord:
     robot = proposal.robot
     position, rpy = _stand(proposal.stand)
     return ProposalRecord(
-        part=proposal.plan.job.surface.name,
+        part=proposal.plan.workpiece.name,
         cell=proposal.plan.workpiece.cell.name,
         position_mm=position,
         rpy_deg=rpy,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from hashlib import sha256
 
 import numpy as np
 
+from geoprint.account.records.evidence import EvidenceRecord, ParsedRecord
 from geoprint.account.records.robot import (
     ClearanceRecord,
     DryRunRecord,
@@ -23,8 +25,8 @@ from geoprint.account.records.robot import (
     TiltRecord,
 )
 from geoprint.account.records.rounding import place_of
-from geoprint.export.rapid import Timeline
-from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Slowdown, Targets
+from geoprint.export.rapid import CELL_MODULE, Timeline, as_new
+from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
 from geoprint.motion.arm import BORDER_MARGIN, BORDERED, border_distances, is_axial, tilts
 from geoprint.motion.controller import LIFT, close_targets
 from geoprint.motion.reach import laying
@@ -48,7 +50,32 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
             dry_run_only=program.dry_run,
             switching=record_switching(robot.switching),
         ),
+        evidence=record_evidence(program),
     )
+
+
+def record_evidence(program: Program) -> EvidenceRecord:
+    """Return how far geoprint itself has proven a program: one that exists was read back and compared.
+
+    What executes programs fills in `executed` here.
+    """
+    return EvidenceRecord(
+        program_sha256=program_digest(program.modules),
+        parsed=ParsedRecord(
+            modules=len(program.modules),
+            lines=sum(len(text.splitlines()) for _, text in program.modules),
+            targets=program.targets,
+        ),
+    )
+
+
+def program_digest(modules: Iterable[tuple[str, str]]) -> str:
+    """Return the SHA-256 of a program: names and texts of its files in order, its switches as they were written."""
+    digest = sha256()
+    for name, text in modules:
+        written = as_new(text) if name == CELL_MODULE else text
+        digest.update(f"{name}\0{written}\0".encode("latin-1"))
+    return digest.hexdigest()
 
 
 def record_switching(switching: Timeline) -> SwitchingRecord:

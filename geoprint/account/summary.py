@@ -36,6 +36,7 @@ from geoprint.account.records.plan import (
     StraightRecord,
     SurfaceRecord,
     ThicknessRecord,
+    TimingsRecord,
     WorstPlaceRecord,
 )
 from geoprint.account.records.rounding import as_json, place_of
@@ -50,7 +51,7 @@ from geoprint.surfaces import component_labels, describe, edge_lengths, face_are
 from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 3
+PLAN_SCHEMA = 4
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
@@ -73,11 +74,20 @@ def record_plan(plan: Plan) -> PlanRecord:
         uniformity=None if plan.uniformity is None else record_evenness(plan.uniformity),
         deposition=None if plan.laid is None else _deposition(plan.laid),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
-        timings_s=dict(plan.timings),
-        peak_memory_mb=round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
+        not_printable=plan.not_printable,
         warnings=(),
     )
     return told.model_copy(update={"warnings": warnings_of(plan, told), "notes": notes_of(plan, told)})
+
+
+def record_timings(plan: Plan) -> TimingsRecord:
+    """Return the content of timings.json."""
+    return TimingsRecord(timings_s=dict(plan.timings), peak_memory_mb=peak_memory())
+
+
+def peak_memory() -> int:
+    """Return the most memory that this process has taken so far [MB]."""
+    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 
 
 def summary(plan: Plan) -> dict[str, Json]:
@@ -125,15 +135,11 @@ def _spacing(measured: Uniformity) -> SpacingRecord:
 
 
 def _input(plan: Plan) -> InputRecord:
-    names, workpiece = [plan.job.surface.name, None if plan.job.body is None else plan.job.body.name], plan.workpiece
-    files = [
-        FileRecord(name=name, sha256=workpiece.digests[i], unit=workpiece.units[i])
-        for i, name in enumerate(names)
-        if name is not None
-    ]
+    read = plan.workpiece.files
+    files = [FileRecord(name=file.name, sha256=file.digest, unit=file.unit) for file in read]
     return InputRecord(
         **dict(files[0]),
-        made=dict(workpiece.notes) if workpiece.notes else None,
+        made=dict(read[0].notes) if read[0].notes else None,
         body=files[1] if len(files) > 1 else None,
     )
 

@@ -15,15 +15,14 @@ Part = Annotated[
     Path,
     typer.Argument(metavar="PART", help=f"{_PARTS}.", show_default=False),
 ]
-PartOrJob = Annotated[
-    Path,
-    typer.Argument(
-        metavar="PART",
-        help=f"{_PARTS}; or a job file (.toml), which `geoprint init` writes: its keys count where no option is given "
-        "here.",
-        show_default=False,
-    ),
-]
+_PART_OR_JOB = typer.Argument(
+    metavar="PART",
+    help=f"{_PARTS}; or a job file (.toml), which `geoprint init` writes: its keys count where no option is given "
+    "here.",
+    show_default=False,
+)
+PartOrJob = Annotated[Path, _PART_OR_JOB]
+PartOrJobOrNone = Annotated[Path | None, _PART_OR_JOB]
 PartsOrJobs = Annotated[
     list[Path],
     typer.Argument(

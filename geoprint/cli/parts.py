@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -125,22 +126,42 @@ def remesh(
 
 
 def check(
-    bundle: Annotated[Path, typer.Argument(help="Folder that `geoprint plan` wrote.", show_default=False)],
+    bundle: Annotated[Path, typer.Argument(help="Folder that `geoprint plan` or `compare` wrote.", show_default=False)],
     *,
+    full: Annotated[
+        bool, typer.Option("--full", help="Also repeat the collision check, and measure evenness again.")
+    ] = False,
+    record: Annotated[
+        str | None,
+        typer.Option(help="Record what you saw its program do: loaded (on a virtual controller), dry or printed."),
+    ] = None,
+    note: Annotated[str, typer.Option(help="With `--record`: what you saw, in your words.")] = "",
+    controller: Annotated[
+        str | None, typer.Option(help="With `--record`: the controller's name and RobotWare release.")
+    ] = None,
+    max_memory: MaxMemory = None,
     as_json: AsJson = False,
 ) -> None:
     """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
-    from geoprint.account import check_summary, run_sheet
-    from geoprint.pipeline import check_bundle
+    from geoprint.account import Checked, check_summary, check_text
+    from geoprint.pipeline import check_folder, record_seen
 
-    checked = check_bundle(bundle)
+    if record is None and (note or controller):
+        raise UsageError("`--note` and `--controller` belong to what you saw: add `--record loaded`, dry or printed.")
+    limit_memory(max_memory)
+    checked = check_folder(bundle, full=full)
+    if record is not None:
+        if not isinstance(checked, Checked):
+            named = ", ".join(name for name, _ in checked.bundles)
+            raise UsageError(f"{bundle} holds several bundles: name the one whose program you saw, of {named}.")
+        checked = replace(checked, seen=(*checked.seen, record_seen(checked, record, note=note, controller=controller)))
     found = VerificationError(
         f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
         "program; write it again with `geoprint plan`."
     )
     if as_json:
         tell_json(check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}))
-    say(run_sheet(checked, width=columns()))
+    say(check_text(checked, width=columns()))
     if checked.findings:
         say(f"geoprint: {found}")
         raise typer.Exit(found.exit_status)

@@ -16,19 +16,29 @@ from geoprint.cli.options import (
     Out,
     Overwrite,
     PartOrJob,
+    PartOrJobOrNone,
     PartsOrJobs,
     Samples,
     Verbose,
     backends_of,
 )
 from geoprint.cli.terminal import columns, say, tell_json
+from geoprint.errors import UsageError
 
 
 @takes()
 def plan(
-    surface: PartOrJob,
+    surface: PartOrJobOrNone = None,
     *,
     out: Out,
+    again: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="BUNDLE",
+            help="Plan this bundle again, instead of a part; options change its job.",
+        ),
+    ] = None,
     keys: Keys,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
@@ -36,11 +46,14 @@ def plan(
     as_json: AsJson = False,
 ) -> None:
     """Plan one part with one backend and write the program, the tables and plan.json."""
-    from geoprint.account import as_json as json_of, outcome_text
+    from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
     from geoprint.export import check_writable
-    from geoprint.pipeline import plan as run, save_plan
+    from geoprint.pipeline import job_file_of, plan as run, save_plan, written_bundle
 
-    job = job_asked(surface, keys)
+    if (surface is None) is (again is None):
+        raise UsageError("give a part or a job file, or `--from` a bundle that shall be planned again: one of them.")
+    source = None if again is None else written_bundle(again)
+    job = job_asked(surface or job_file_of(again or Path()), keys)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
@@ -48,8 +61,11 @@ def plan(
         observe("writing")
         told = save_plan(planned, out, overwrite=overwrite)
     if as_json:
-        tell_json(json_of(told))
+        tell_json(json_of(told) | json_of(record_timings(planned)))
     say(f"{outcome_text(told, verbose=verbose)}\nwritten and verified: {out}")
+    if source is not None:
+        differing = source.differing(out)
+        say(again_text(source.folder, written_by=source.version, differing=differing, changed=[*keys]))
 
 
 @takes(but=("backend",))

@@ -7,6 +7,7 @@ default.
 from geoprint.config.cells import (
     PACKAGED_CELLS as PACKAGED_CELLS,
     cell_of as cell_of,
+    cell_text as cell_text,
     load_cell as load_cell,
     packaged_cell_text as packaged_cell_text,
 )
@@ -19,4 +20,5 @@ from geoprint.config.job_file import (
     job_file_text as job_file_text,
     job_named as job_named,
     job_of as job_of,
+    job_text as job_text,
 )

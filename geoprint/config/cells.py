@@ -52,11 +52,19 @@ def load_cell(path: Path | str | None) -> Cell:
     if path is None:
         return cell_of(packaged_cell_text(PACKAGED_CELLS[0]), name=f"{PACKAGED_CELLS[0]}.toml")
     path = Path(path)
+    return cell_of(cell_text(path), name=path.name, folder=path.parent)
+
+
+def cell_text(path: Path) -> str:
+    """Return the text of a cell file.
+
+    Raises:
+        UsageError: the file is missing or cannot be read.
+    """
     try:
-        text = text_of(path)
+        return text_of(path)
     except (OSError, ValueError) as error:
         raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
-    return cell_of(text, name=path.name, folder=path.parent)
 
 
 def cell_of(text: str, *, name: str, folder: Path | str = Path()) -> Cell:

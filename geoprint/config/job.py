@@ -122,6 +122,17 @@ class Job(Table):
         ),
     ] = None
     backend: Annotated[str, Key("Planning backend.", "# heat, fast-marching or lscm", group="paths")] = "heat"
+    compared: Annotated[
+        list[str],
+        Key(
+            "",
+            '["lscm", "heat"] # plan as in a comparison of these: on the surface that all of them need, and what no '
+            "robot can print, too",
+            group="paths",
+            option="",
+            told="",
+        ),
+    ] = Field(default=[])
     pattern: Annotated[
         str,
         Key("How paths cover the surface.", "# how paths cover the surface: contours", group="paths", always=False),

@@ -22,6 +22,9 @@ _HEAD = """\
 # compares backends on it; options given there count more than the keys here. Lengths in mm, angles in degrees. Files
 # are found from the folder of this file. Keys that are commented out show their default, or what they could be.
 """
+_PLANNED = """\
+# The job that these files were planned from; `geoprint plan --from` this folder plans it again.
+"""
 # Keys of a job that name files.
 _FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
 
@@ -82,6 +85,18 @@ def job_file_text(model: type[Table] = Job) -> str:
                     lines += [line for within, one, inner in keys_of(table) for line in one.lines(within, inner)]
         parts.append("".join(f"{line}\n" for line in lines))
     return "\n".join(parts)
+
+
+def job_text(job: Job) -> str:
+    """Return the text of the job file of a job: every key that is given or has a default, files as the job names them.
+
+    Read again from the folder that these names are seen from, it is the same job.
+    """
+    import tomlkit
+
+    values = job.model_dump(exclude_none=True)
+    kept = {name: value.as_posix() if isinstance(value, Path) else value for name, value in values.items()}
+    return _PLANNED + tomlkit.dumps({name: value for name, value in kept.items() if value not in ([], {})})
 
 
 def _read_job_file(path: Path) -> dict[str, object]:

@@ -3,7 +3,10 @@
 from typing import TYPE_CHECKING
 
 from geoprint.export.bundle import (
+    EVIDENCE as EVIDENCE,
     MANIFEST as MANIFEST,
+    PLAN as PLAN,
+    TIMINGS as TIMINGS,
     Json as Json,
     check_writable as check_writable,
     json_bytes as json_bytes,

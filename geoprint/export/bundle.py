@@ -4,8 +4,8 @@ A bundle is written into a temporary folder beside its place, brought to the dis
 run leaves at most hidden folders `.NAME.tmp-PID-*` (unfinished) and `.NAME.old-PID-*` (the bundle it was about to
 replace); the next run that writes the same bundle removes them, or puts the old bundle back where nothing stands.
 
-`manifest.json` lists every file of a bundle with its hash. Only a folder in which nothing else lies is ever replaced,
-so that no file of a user can be lost.
+`manifest.json` lists the files of a bundle with their hashes, all but `timings.json` and `evidence.json`. Only a folder
+in which nothing else lies is ever replaced, so that no file of a user can be lost; evidence is taken over.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import shutil
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 from typing import TypeAlias
 
 from geoprint.errors import ExportError, UsageError, VerificationError
@@ -27,6 +28,11 @@ Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json
 
 # What geoprint wrote into a folder; anything else there is the user's.
 MANIFEST = "manifest.json"
+# Beside the files that it lists: what varies from run to run, and what people saw of a program, which no overwriting
+# may lose.
+TIMINGS, EVIDENCE = "timings.json", "evidence.json"
+# The file that makes a folder a bundle.
+PLAN = "plan.json"
 
 
 def json_bytes(value: Json) -> bytes:
@@ -71,7 +77,12 @@ def check_writable(directory: Path | str, *, overwrite: bool) -> None:
 
 
 def write_bundle(
-    directory: Path | str, files: Mapping[str, bytes], *, overwrite: bool, verify: Callable[[Path], None]
+    directory: Path | str,
+    files: Mapping[str, bytes],
+    *,
+    overwrite: bool,
+    verify: Callable[[Path], None],
+    unlisted: Mapping[str, bytes] = MappingProxyType({}),
 ) -> None:
     """Write files as one folder that appears complete and verified, or not at all.
 
@@ -80,14 +91,17 @@ def write_bundle(
         files: name (with `/` between folders) to content; `manifest.json` is added.
         overwrite: whether an existing bundle may be replaced; it goes only after the new one stands.
         verify: called with the temporary folder; what it raises ends the writing.
+        unlisted: likewise name to content, of files that the manifest leaves out: `timings.json` beside a file that it
+            lists.
 
     Raises:
         UsageError: the folder exists and may not or must not be replaced.
         ExportError: nothing can be written there.
         VerificationError: a file does not read back as it was written, or `verify` says so.
     """
-    contents = {_relative(name): content for name, content in {**files, MANIFEST: manifest(files)}.items()}
-    if len(contents) != len(files) + 1:
+    every = {**files, **unlisted, MANIFEST: manifest(files)}
+    contents = {_relative(name): content for name, content in every.items()}
+    if len(contents) != len(files) + len(unlisted) + 1:
         raise ExportError("two files of the bundle have the same name; give each its own.")
     check_writable(directory, overwrite=overwrite)
     made: list[Path] = []
@@ -102,6 +116,7 @@ def write_bundle(
             _compare(temporary, contents)
         verify(temporary)
         with _translated(directory):
+            _keep_evidence(place, temporary)
             _swap_in(temporary, place, overwrite=overwrite)
     except BaseException:
         _remove(temporary, made)
@@ -141,15 +156,32 @@ def _check_place(place: Path, *, overwrite: bool) -> None:
 
 
 def _listed(path: Path) -> set[str]:
-    """Return the names that a manifest lists, its own among them; none where there is no manifest of geoprint's."""
+    """Return the names that a manifest lists and those beside them; none where there is no manifest of geoprint's."""
     try:
-        return {MANIFEST, *json.loads(path.read_bytes())["sha256"]}
+        names = [PurePosixPath(name) for name in json.loads(path.read_bytes())["sha256"]]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return set()
+    return {MANIFEST, *map(str, names), *(str(name.with_name(TIMINGS)) for name in names if name.name == PLAN)}
 
 
 def _is_foreign(path: Path, place: Path, known: set[str]) -> bool:
-    return (path.is_symlink() or not path.is_dir()) and path.relative_to(place).as_posix() not in known
+    if path.is_dir() and not path.is_symlink():
+        return False
+    kept = path.name == EVIDENCE and not path.is_symlink() and bool(known)
+    return not kept and path.relative_to(place).as_posix() not in known
+
+
+def _keep_evidence(place: Path, temporary: Path) -> None:
+    """Take over what people saw of the bundles that are replaced: each entry names the program that it is about."""
+    for path in sorted(place.rglob(EVIDENCE)) if place.is_dir() else ():
+        taken = temporary / path.relative_to(place)
+        taken.parent.mkdir(parents=True, exist_ok=True)
+        content = path.read_bytes()
+        with taken.open("xb") as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
+        _compare(temporary, {PurePosixPath(path.relative_to(place)): content})
 
 
 def _place(directory: Path | str) -> Path:

@@ -1,5 +1,11 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
+from geoprint.pipeline.bundles.again import (
+    job_file_of as job_file_of,
+    job_from as job_from,
+    written_bundle as written_bundle,
+)
+from geoprint.pipeline.bundles.proof import record_seen as record_seen
 from geoprint.pipeline.calibrating import (
     calibrate as calibrate,
     calibrate_cell as calibrate_cell,
@@ -9,6 +15,7 @@ from geoprint.pipeline.calibrating import (
 from geoprint.pipeline.cell_writer import check_cell_writable as check_cell_writable
 from geoprint.pipeline.checking import (
     check_bundle as check_bundle,
+    check_folder as check_folder,
 )
 from geoprint.pipeline.comparison import (
     compare as compare,

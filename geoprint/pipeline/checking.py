@@ -6,19 +6,21 @@ wrong is listed with file, line and reason; nothing is repaired.
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import final
 
-from geoprint.account.checked import Checked, Finding
+from geoprint.account import program_digest
+from geoprint.account.checked import Checked, CheckedComparison, Finding
+from geoprint.account.records.comparison import ComparisonRecord, PartRecord
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
-from geoprint.errors import GeoprintError, InputError, VerificationError
+from geoprint.account.verdict import ranked
+from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import (
-    MANIFEST,
+    EVIDENCE,
+    PLAN,
     Event,
     Orders,
     PosesTable,
@@ -31,12 +33,12 @@ from geoprint.export import (
     switching_events,
 )
 from geoprint.export.rapid import (
-    CELL_MODULE,
+    RESIDENT,
     Settings,
     Step,
     Timeline,
-    as_new,
     check_names,
+    check_resident,
     check_timeline,
     program_findings,
     program_settings,
@@ -46,6 +48,18 @@ from geoprint.export.rapid import (
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
+from geoprint.pipeline.bundles.contents import (
+    COMPARISON,
+    RAPID_FOLDER,
+    bundles,
+    changes,
+    listed,
+    listed_bundle,
+    part_folders,
+)
+from geoprint.pipeline.bundles.paths import path_findings
+from geoprint.pipeline.bundles.proof import read_seen
+from geoprint.pipeline.bundles.repeating import repeat
 from geoprint.pipeline.checking_motion import (
     check_aloft,
     check_configuration,
@@ -55,31 +69,97 @@ from geoprint.pipeline.checking_motion import (
     check_zones,
 )
 
-# Where a bundle keeps the program.
-RAPID_FOLDER = "rapid"
-# What a person asks to check who named another folder.
-_WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 
-
-def check_bundle(folder: Path | str) -> Checked:
-    """Check a bundle that `geoprint plan` wrote.
+def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
+    """Check a bundle that `geoprint plan` or `compare` wrote, with or without a program.
 
     Args:
         folder: the bundle.
+        full: whether the collision check and the measurement of evenness are repeated, from the bundle's own part.
 
     Returns:
         What was found. A file that merely changed is a finding too, at its first line; the switches of GeoCell may be
         set as its run sheet asks.
 
     Raises:
-        InputError: the folder is no bundle with a program.
+        InputError: the folder is no bundle.
     """
     folder = Path(folder)
-    names = _listed(folder)
-    checked = check_program(folder, list(names))
+    names = listed_bundle(folder)
+    if any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
+        checked = check_program(folder, list(names))
+    else:
+        checked = _check_paths(folder)
     said = {finding.file for finding in checked.findings}
-    changed = [Finding(name, 1, reason) for name, reason in _changes(folder, names) if name not in said]
-    return replace(checked, findings=(*checked.findings, *changed))
+    changed = [Finding(name, 1, reason) for name, reason in changes(folder, names) if name not in said]
+    checked = replace(checked, findings=(*checked.findings, *changed))
+    if full and checked.told is not None:
+        motion = checked.setup and checked.orders and (checked.setup, checked.orders)
+        repeated, found = repeat(folder, checked.told, motion)
+        checked = replace(checked, repeated=repeated, findings=(*checked.findings, *found))
+    try:
+        return replace(checked, seen=read_seen(folder))
+    except GeoprintError as error:
+        return replace(checked, findings=(*checked.findings, Finding(EVIDENCE, 1, str(error))))
+
+
+def check_folder(folder: Path | str, *, full: bool = False) -> Checked | CheckedComparison:
+    """Check what a folder holds: a bundle, or a comparison with all bundles in it.
+
+    Args:
+        folder: that `geoprint plan` or `compare` wrote.
+        full: as for `check_bundle`.
+
+    Raises:
+        InputError: geoprint did not write the folder.
+    """
+    folder = Path(folder)
+    names = listed(folder)
+    if PLAN in names:
+        return check_bundle(folder, full=full)
+    inner = bundles(names)
+    beside = {
+        name: digest
+        for name, digest in names.items()
+        if not any(PurePosixPath(name).is_relative_to(one) for one in inner)
+    }
+    own = [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
+    order = _order(folder, own)
+    best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))
+    checked = tuple((str(one), check_bundle(folder / one, full=full)) for one in best_first)
+    return CheckedComparison(folder, tuple(own), checked)
+
+
+def _order(folder: Path, findings: list[Finding]) -> list[str]:
+    """Return the folders of a comparison's bundles in the order of its verdict; where it cannot be read, none."""
+    if not (folder / COMPARISON).is_file():
+        return []
+    try:
+        parts = read_record(folder / COMPARISON, ComparisonRecord).parts
+    except GeoprintError as error:
+        findings.append(Finding(COMPARISON, 1, str(error)))
+        return []
+    places = part_folders([part.part for part in parts])
+    return [
+        f"{place}{row.backend}"
+        for place, part in zip(places, parts, strict=True)
+        if isinstance(part, PartRecord)
+        for row in ranked(part.backends)
+    ]
+
+
+def _check_paths(folder: Path) -> Checked:
+    """Check a bundle without a program: its paths lie on its surface and are those of plan.json."""
+    findings: list[Finding] = []
+    told: PlanRecord | None = None
+    try:
+        told = read_record(folder / PLAN, PlanRecord)
+        findings += path_findings(folder, told)
+    except GeoprintError as error:
+        findings.append(_finding(error, PLAN if told is None else "poses.csv"))
+    if told is not None and told.robot:
+        findings.append(Finding(PLAN, 1, "it tells of a program, but the manifest lists none"))
+    return Checked(folder, tuple(findings), told, program=False)
 
 
 def check_program(folder: Path, names: Sequence[str]) -> Checked:
@@ -99,69 +179,8 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
         orders=checking.orders,
         settings=checking.settings,
         switching=checking.switching,
+        program_sha256=program_digest(checking.modules(names)),
     )
-
-
-def _listed(folder: Path) -> dict[str, str]:
-    """Return the hash of each file that the manifest lists: the bundle's own, or that of the comparison it is in."""
-    if not folder.is_dir():
-        raise InputError(f"there is no folder {folder}; {_WHICH_FOLDER}.")
-    try:
-        place = next(place for place in (folder, *folder.absolute().parents[:2]) if (place / MANIFEST).is_file())
-        below = folder.absolute().relative_to(place.absolute())
-        listed = dict(json.loads((place / MANIFEST).read_bytes())["sha256"])
-        paths = {PurePosixPath(str(name)): str(digest) for name, digest in listed.items()}
-        names = {str(path.relative_to(below)): digest for path, digest in paths.items() if path.is_relative_to(below)}
-    except StopIteration:
-        raise InputError(f"{folder} is no bundle of geoprint: it holds no {MANIFEST}; {_WHICH_FOLDER}.") from None
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(
-            f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); {_WHICH_FOLDER}."
-        ) from error
-    if not names:
-        raise InputError(
-            f"{folder} is no bundle of geoprint: the {MANIFEST} above it lists none here; {_WHICH_FOLDER}."
-        )
-    if "plan.json" not in names:
-        raise InputError(f"{folder} {_several(folder, names)}.")
-    if not any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
-        raise InputError(
-            f"{folder} holds no program: it was planned without the robot, or compared and found not to be printable "
-            "(compare.json says why); plan it without `--no-robot`."
-        )
-    return names
-
-
-def _several(folder: Path, names: Iterable[str]) -> str:
-    """Say what a folder of several bundles is, and which of them can be checked."""
-    bundles = sorted(PurePosixPath(name).parent for name in names if PurePosixPath(name).name == "plan.json")
-    programs = [
-        str(folder / one) for one in bundles if any(name.startswith(f"{one / RAPID_FOLDER}/") for name in names)
-    ]
-    found = f"holds a comparison of {len(bundles)} bundles, not one bundle"
-    if programs:
-        return f"{found}: check one that has a program, {' or '.join(programs)}"
-    return f"{found}, and none of them has a program (compare.json says why)"
-
-
-def _changes(folder: Path, names: dict[str, str]) -> Iterator[tuple[str, str]]:
-    for name, digest in names.items():
-        path = folder / name
-        if not path.is_file():
-            yield name, "the file is missing"
-        elif digest not in _digests(path):
-            yield name, "the file was changed after it was written: its hash is not that of the manifest"
-    for path in sorted((folder / RAPID_FOLDER).glob("*")):
-        if f"{RAPID_FOLDER}/{path.name}" not in names:
-            yield f"{RAPID_FOLDER}/{path.name}", "the manifest does not list this file"
-
-
-def _digests(path: Path) -> Iterator[str]:
-    """Yield the hash of a file; of GeoCell also that with its switches as they were written."""
-    content = path.read_bytes()
-    yield hashlib.sha256(content).hexdigest()
-    if path.name == CELL_MODULE:
-        yield hashlib.sha256(as_new(content.decode("latin-1")).encode("latin-1")).hexdigest()
 
 
 @final
@@ -183,9 +202,10 @@ class _Checking:
         with_file("setup.json", self._read_setup)
         if self.setup is None:
             # Whatever it was written for, nothing loads that declares a name twice.
-            with_file(RAPID_FOLDER, lambda: check_names(tuple(self._modules(names))))
+            with_file(RAPID_FOLDER, lambda: check_names(tuple(self.modules(names))))
             return
         setup = self.setup
+        with_file(f"{RAPID_FOLDER}/{RESIDENT}", lambda: self._check_resident(setup))
         moved: list[TrajectoryTable] = []
         posed: list[PosesTable] = []
         with_file("trajectory.csv", lambda: moved.append(read_trajectory_table(self._folder / "trajectory.csv")))
@@ -203,6 +223,11 @@ class _Checking:
     def _read_setup(self) -> None:
         self.setup = read_setup(self._folder / "setup.json")
 
+    def _check_resident(self, setup: Setup) -> None:
+        path = self._folder / RAPID_FOLDER / RESIDENT
+        if path.is_file():
+            check_resident(path.read_bytes().decode("latin-1"), cell=setup.cell, placement=setup.placement)
+
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
             self._folder / "targets.csv", poses, standoff=setup.cell.process.standoff, start=setup.start,
@@ -217,7 +242,7 @@ class _Checking:
         self._collecting("trajectory.csv", lambda: check_passing(orders, tips(orders.times)))
         self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=setup.cell.process))
         self._collecting("targets.csv", lambda: check_zones(orders, tips))
-        modules = tuple(self._modules(names))
+        modules = tuple(self.modules(names))
         wanted: list[tuple[Event, ...]] = []
         self._collecting(
             "targets.csv",
@@ -245,11 +270,11 @@ class _Checking:
         self.switching = timeline(steps, orders, signals=setup.cell.signals, tips_at=tips)
         check_timeline(self.switching)
 
-    def _modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    def modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:
         """Yield name and text of the program's files that exist, in the order of the manifest."""
         for name in names:
             path = self._folder / name
-            if name.startswith(f"{RAPID_FOLDER}/") and path.is_file():
+            if name == f"{RAPID_FOLDER}/{path.name}" and path.is_file():
                 yield path.name, path.read_bytes().decode("latin-1")
 
     def _collecting(self, file: str, check: Callable[[], None]) -> None:

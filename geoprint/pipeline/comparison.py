@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from geoprint.backends import compared_backends
 from geoprint.config import Job
-from geoprint.errors import FieldError, InputError, PlanError
-from geoprint.motion.reach import lost_shares
-from geoprint.pipeline.choice import check_options, check_part, with_backend
-from geoprint.pipeline.planning import plan_paths, with_robot
+from geoprint.errors import FieldError, InputError
+from geoprint.pipeline.choice import check_part, with_backend
+from geoprint.pipeline.planning import compared_workpiece, plan_compared
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
+from geoprint.pipeline.workpiece import with_rounds
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece
 
 
@@ -39,9 +37,8 @@ def compare(
     """
     backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
     check_part(job)
-    check_options(job, backends)
-    workpiece, unplaced = _placed_workpiece(job, Stages(observe), backends=backends)
-    job = with_rounds(job, workpiece.cell)
+    workpiece, unplaced = compared_workpiece(job, Stages(observe), backends=backends)
+    job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
     outcomes = tuple(
         (name, _outcome(with_backend(job, name), workpiece, unplaced=unplaced, observe=observe)) for name in backends
     )
@@ -84,25 +81,12 @@ def _named(observe: Callable[[str], None], part: str, *, of: int) -> Callable[[s
     return observe if of == 1 else lambda stage: observe(f"{part}: {stage}")
 
 
-def _placed_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:
-    """Prepare the workpiece; where it cannot be placed, without a robot and with the reason."""
-    try:
-        return prepare_workpiece(job, stage, backends=backends), None
-    except PlanError as error:
-        return prepare_workpiece(job.model_copy(update={"robot": False}), stage, backends=backends), str(error)
-
-
 def _outcome(
     job: Job, workpiece: Workpiece, *, unplaced: str | None, observe: Callable[[str], None]
 ) -> Planned | Refused:
     stage = Stages(lambda name: observe(f"{job.backend}: {name}"))
     try:
-        paths = plan_paths(job, workpiece, stage)
+        plan, lost = plan_compared(job, workpiece, stage, unplaced=unplaced)
     except FieldError as error:
         return Refused(str(error))
-    if workpiece.placement is None:
-        return Planned(paths, unplaced)
-    try:
-        return Planned(with_robot(paths, workpiece.placement, stage), None)
-    except PlanError as error:
-        return Planned(replace(paths, timings=tuple(stage.timings)), str(error), lost_shares(error))
+    return Planned(plan, plan.not_printable, lost)

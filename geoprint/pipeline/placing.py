@@ -75,7 +75,7 @@ def propose_placement(
     # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
     higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(
-        f"{job.surface.name} finds no place in {workpiece.cell.name}{higher}; the best of {len(candidates)} candidates "
+        f"{workpiece.name} finds no place in {workpiece.cell.name}{higher}; the best of {len(candidates)} candidates "
         f"is refused: {refused[0]}",
         margin_deg=float(np.degrees(candidates[0].margin)),
     )

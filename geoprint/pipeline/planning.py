@@ -10,7 +10,7 @@ over everything.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -19,7 +19,7 @@ import numpy as np
 from geoprint.backends import Piecewise
 from geoprint.config import Job
 from geoprint.deposition import exposure, following_flow
-from geoprint.errors import ClearanceError, ReachError, naming
+from geoprint.errors import ClearanceError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
 from geoprint.export.rapid import check_timeline, rapid_program, read_back, timeline
 from geoprint.model import (
@@ -43,10 +43,10 @@ from geoprint.motion.controller import (
     there_and_back,
     written_targets,
 )
-from geoprint.motion.reach import Leaning, NozzleRoom, reach
+from geoprint.motion.reach import Leaning, NozzleRoom, lost_shares, reach
 from geoprint.motion.timing import retime, tips_at
 from geoprint.paths import arrange, poses
-from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of
+from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of, with_backend
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
@@ -71,10 +71,52 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     check_part(job)
     check_options(job, [job.backend])
     stage = Stages(observe)
+    if job.compared:
+        workpiece, unplaced = compared_workpiece(job, stage, backends=[*job.compared, job.backend])
+        return plan_compared(with_rounds(job, workpiece.cell), workpiece, stage, unplaced=unplaced)[0]
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
     return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
+
+
+def compared_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:
+    """Prepare what several backends plan on; where it cannot be placed, without a robot and with the reason.
+
+    Whichever of them asks, the surface is the same: the job's own backend does not count.
+    """
+    check_options(job, backends)
+    job = with_backend(job, Job.model_fields["backend"].default)
+    try:
+        return prepare_workpiece(job, stage, backends=backends), None
+    except PlanError as error:
+        return prepare_workpiece(job.model_copy(update={"robot": False}), stage, backends=backends), str(error)
+
+
+def plan_compared(
+    job: Job, workpiece: Workpiece, stage: Stages, *, unplaced: str | None
+) -> tuple[Plan, tuple[tuple[str, float], ...]]:
+    """Plan one of several backends: evenness counts whether or not the robot can print it.
+
+    Args:
+        job: of this backend.
+        workpiece: of all of them.
+        stage: names and times the work.
+        unplaced: why the part cannot be placed, or None.
+
+    Returns:
+        The plan, which says why it cannot be printed, and what the arm cannot reach, as `Planned.lost`.
+
+    Raises:
+        FieldError: the backend cannot plan on this part.
+    """
+    paths = plan_paths(job, workpiece, stage)
+    if workpiece.placement is None:
+        return replace(paths, not_printable=unplaced), ()
+    try:
+        return with_robot(paths, workpiece.placement, stage), ()
+    except PlanError as error:
+        return replace(paths, timings=tuple(stage.timings), not_printable=str(error)), lost_shares(error)
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
@@ -249,7 +291,7 @@ def _program(paths: Plan, orders: Orders, tips: TipsAt, found: Clearance, *, pla
         placement=placement,
         surface_within=paths.workpiece.surface_within,
         tips_at=tips,
-        part_name=paths.job.surface.name,
+        part_name=paths.workpiece.name,
         spacing=paths.contours.spacing,
         checked=(*found.checked, check_load(cell.tool, arm).sentence),
         not_checked=found.not_checked,

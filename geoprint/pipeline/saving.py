@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -18,9 +17,10 @@ from geoprint.account.records.comparison import ComparisonRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.spacing_table import spacing_table
-from geoprint.account.summary import record_plan
+from geoprint.account.summary import record_plan, record_timings
 from geoprint.errors import VerificationError
 from geoprint.export import (
+    TIMINGS,
     Setup,
     json_bytes,
     poses_table,
@@ -31,7 +31,10 @@ from geoprint.export import (
     verify_trajectory_table,
     write_bundle,
 )
-from geoprint.pipeline.checking import RAPID_FOLDER, check_program
+from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
+from geoprint.pipeline.bundles.again import input_files
+from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, part_folders
+from geoprint.pipeline.checking import check_program
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
@@ -54,7 +57,13 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> 
     """
     told = record_plan(plan)
     files = plan_files(plan, told)
-    write_bundle(directory, files, overwrite=overwrite, verify=lambda folder: verify_files(plan, told, folder))
+    write_bundle(
+        directory,
+        files,
+        overwrite=overwrite,
+        verify=lambda folder: verify_files(plan, told, folder),
+        unlisted={TIMINGS: _timings(plan)},
+    )
     return told
 
 
@@ -86,9 +95,9 @@ def save_comparisons(
         VerificationError: what was written differs from the plans when it is read back.
     """
     told = tell_comparison(parts)
-    files = {"compare.json": json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
+    files = {COMPARISON: json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
-    for part, plans, folder in zip(parts, told.plans, part_folders(parts), strict=True):
+    for part, plans, folder in zip(parts, told.plans, part_folders(_names(parts)), strict=True):
         if not isinstance(part, FailedPart):
             shown = _shown_files(part, samples=samples, figures=figures)
             files |= {f"{folder}{file}": content for file, content in shown.items()}
@@ -99,13 +108,22 @@ def save_comparisons(
     def verify(written: Path) -> None:
         for plan, of, folder in bundles:
             verify_files(plan, of, written / folder)
-        if read_record(written / "compare.json", ComparisonRecord) != told.record:
+        if read_record(written / COMPARISON, ComparisonRecord) != told.record:
             raise VerificationError(
                 "compare.json does not read back as it was told; the disk may be faulty: write again."
             )
 
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
+    write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
+
+
+def _names(parts: Sequence[Comparison | FailedPart]) -> list[str]:
+    return [part.job.surface.name if isinstance(part, FailedPart) else part.workpiece.name for part in parts]
+
+
+def _timings(plan: Plan) -> bytes:
+    return json_bytes(as_json(record_timings(plan)))
 
 
 def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str, bytes]:
@@ -122,19 +140,6 @@ def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str,
     return files
 
 
-def part_folders(parts: Sequence[Comparison | FailedPart]) -> list[str]:
-    """Return the folder of each part, with a slash at its end: none for a single part; equal names are numbered."""
-    if len(parts) == 1:
-        return [""]
-    seen: Counter[str] = Counter()
-    folders: list[str] = []
-    for part in parts:
-        stem = part.job.surface.stem
-        seen[stem] += 1
-        folders.append(f"{stem}/" if seen[stem] == 1 else f"{stem}-{seen[stem]}/")
-    return folders
-
-
 def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:
     """Return name and content of every file of a plan's bundle.
 
@@ -146,6 +151,7 @@ def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:
         "plan.json": json_bytes(as_json(told)),
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
+        **input_files(plan),
     }
     files |= chart_pictures(plan)
     for robot, folder in zip(plan.robot, robot_folders(plan), strict=True):
@@ -160,6 +166,7 @@ def robot_folders(plan: Plan) -> list[str]:
 
 def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
     orders = robot.orders
+    loading = any(name.startswith("GeoPath") for name, _ in robot.program.modules)
     setup = Setup(
         workpiece.cell,
         robot.placement,
@@ -173,6 +180,10 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
         "targets.csv": targets_table(orders),
         "setup.json": setup_file(setup),
         **{f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in robot.program.modules},
+        **{
+            f"{RAPID_FOLDER}/{CONTROLLER_FOLDER}/{name}": text.encode("ascii")
+            for name, text in controller_files(workpiece.cell, placement=robot.placement, loading=loading).items()
+        },
     }
 
 

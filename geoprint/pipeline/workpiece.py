@@ -5,17 +5,16 @@ The printed side is that of the file's winding, unless the body that the part li
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
-from pathlib import Path
+from typing import final
 
 import numpy as np
 
 from geoprint.backends import BackendFactory, Piecewise, backend
-from geoprint.config import Job, load_cell
+from geoprint.config import Job, cell_text, load_cell
 from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.export.rapid import check_cell
-from geoprint.model import Cell, Placement, Seed, Surface, TouchedPoints
+from geoprint.model import Cell, Placement, Seed, Surface, TouchedPoints, frozen
 from geoprint.motion.arm import Arm, check_load, require_abb_conventions
 from geoprint.motion.placing import (
     FixtureCalibration,
@@ -26,7 +25,7 @@ from geoprint.motion.placing import (
     refuse_uncertain,
 )
 from geoprint.pipeline.choice import backend_of
-from geoprint.pipeline.several_patches import prepared_part
+from geoprint.pipeline.several_patches import PreparedPart, prepared_part
 from geoprint.pipeline.stages import Stages
 from geoprint.results import Side, Workpiece
 from geoprint.surfaces import (
@@ -42,7 +41,7 @@ from geoprint.surfaces import (
     united,
     vertex_normals,
 )
-from geoprint.surfaces.files import load_file
+from geoprint.surfaces.files import MeshFile, load_file
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
 from geoprint.transforms import apply
@@ -82,34 +81,67 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
-        prepared = prepared_part(job, loaded)
-        named = None if job.body is None else load_file(job.body, unit=job.unit)
-        body = prepared.body if named is None else _body(prepared.surface, named.surface)
-        # Only now: the readers refuse what would never end, as a pipe or a device.
-        digests = tuple(_sha256(path) for path in (job.surface, job.body) if path is not None)
-        asked = turned_over(prepared.surface) if job.flip else prepared.surface
-        part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
-        placement, uncertainty = _placement(job, cell, part)
+        sided = sided_part(job, loaded)
+        placement, uncertainty = _placement(job, cell, sided.part)
     with stage("refining"):
-        wanted, factories = _wanted_spacing(job, part), [backend(name).factory for name in backends]
-        surface, edge_length = _refined(part, factories, spacing=wanted)
+        wanted, factories = _wanted_spacing(job, sided.part), [backend(name).factory for name in backends]
+        surface, edge_length = _refined(sided.part, factories, spacing=wanted)
         seed = _seed(job, surface)
     return Workpiece(
         cell=cell,
-        part=part,
-        units=(loaded.unit,) if named is None else (loaded.unit, named.unit),
-        notes=loaded.notes,
-        side=side,
-        body=body,
-        digests=digests,
-        patches=prepared.patches,
-        preparations=prepared.preparations,
+        part=sided.part,
+        side=sided.side,
+        body=sided.body,
+        files=sided.files,
+        cell_text=None if job.cell is None else cell_text(job.cell),
+        patches=sided.prepared.patches,
+        preparations=sided.prepared.preparations,
         edge_length=edge_length,
         surface=surface,
         seed=seed,
         placement=placement,
         uncertainty=uncertainty,
     )
+
+
+@final
+@frozen
+class SidedPart:
+    """The part of a job on the side that is printed.
+
+    Attributes:
+        files: as `Workpiece.files`.
+        prepared: as the file is wound.
+        part: on the printed side.
+        side: how that was found.
+        body: what the part lies on, or None.
+    """
+
+    files: tuple[MeshFile, ...]
+    prepared: PreparedPart
+    part: Surface
+    side: Side
+    body: Surface | None
+
+
+def read_part(job: Job) -> SidedPart:
+    """Read the part of a job and its body, and decide which side is printed.
+
+    Raises:
+        UsageError: a unit or a label is unclear.
+        InputError: a file cannot be planned on.
+    """
+    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label))
+
+
+def sided_part(job: Job, loaded: MeshFile) -> SidedPart:
+    """Return what `read_part` does of a part that was read."""
+    prepared = prepared_part(job, loaded)
+    named = None if job.body is None else load_file(job.body, unit=job.unit)
+    body = prepared.body if named is None else _body(prepared.surface, named.surface)
+    asked = turned_over(prepared.surface) if job.flip else prepared.surface
+    part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
+    return SidedPart((loaded,) if named is None else (loaded, named), prepared, part, side, body)
 
 
 def _require_placement(job: Job, cell: Cell) -> None:
@@ -133,13 +165,6 @@ def _fixture(cell: Cell) -> TouchedPoints:
             "only runs dry, or `--no-robot` for the path alone."
         )
     return cell.fixture
-
-
-def _sha256(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except (OSError, ValueError) as error:
-        raise InputError(f"`{path}` cannot be read ({error}); check its name and its rights.") from error
 
 
 def _body(part: Surface, body: Surface) -> Surface:

@@ -113,6 +113,7 @@ class Plan:
         timings: seconds each stage took, in order.
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.
+        not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
     """
 
     job: Job
@@ -126,6 +127,7 @@ class Plan:
     timings: tuple[tuple[str, float], ...]
     flattenings: tuple[Shown, ...]
     laid: Laid | None = None
+    not_printable: str | None = None
 
     @property
     def flat_surface(self) -> Surface:

@@ -8,7 +8,8 @@ import numpy as np
 
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, frozen
 from geoprint.motion.placing import Uncertainty
-from geoprint.surfaces import Notes, mean_normal
+from geoprint.surfaces import mean_normal
+from geoprint.surfaces.files import MeshFile
 from geoprint.surfaces.repair import PreparationReport
 from geoprint.transforms import smallest_rotation
 
@@ -62,11 +63,10 @@ class Workpiece:
     Attributes:
         cell: the machine.
         part: the surface as prepared, before refinement.
-        notes: how the part's mesh was made, where its file holds something else.
         side: which side of the part is printed on, and how that was found.
         body: what the part lies on, which is what it was cut from where the job names no other; or None.
-        digests: SHA-256 of the part's file and, where there is one, of the body's, as they were read; and
-        units: of these files.
+        files: the part's mesh and, where the job names one, the body's, as they were read.
+        cell_text: of the cell's file, or None for the cell that comes with geoprint.
         patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
         preparations: what preparing changed, patch by patch.
         edge_length: that the part was refined to [mm], the shortest of all patches.
@@ -79,11 +79,10 @@ class Workpiece:
 
     cell: Cell
     part: Surface
-    notes: Notes
     side: Side
     body: Surface | None
-    digests: tuple[str, ...]
-    units: tuple[str, ...]
+    files: tuple[MeshFile, ...]
+    cell_text: str | None
     patches: tuple[Patch, ...]
     preparations: tuple[PreparationReport, ...]
     edge_length: float
@@ -91,6 +90,11 @@ class Workpiece:
     seed: Seed
     placement: Placement | None
     uncertainty: Uncertainty | None
+
+    @property
+    def name(self) -> str:
+        """Of the part's file."""
+        return self.files[0].name
 
     @property
     def surface_within(self) -> float | None:

@@ -54,7 +54,9 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, t
     found = json.loads(stdout)
     assert found["paths"]["levels"] == 5
     assert "written and verified" in stderr
-    assert sorted(path.name for path in out.iterdir()) == ["manifest.json", "plan.json", "poses.csv", "surface.ply"]
+    assert {path.name for path in out.iterdir()} == {
+        "job.toml", "manifest.json", "part.ply", "plan.json", "poses.csv", "surface.ply", "timings.json",
+    }  # fmt: skip
 
 
 def test_the_version_is_shown(run: Run) -> None:

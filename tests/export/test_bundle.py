@@ -278,3 +278,39 @@ def test_json_keeps_the_order_and_ends_with_a_newline() -> None:
 def test_json_refuses_what_is_not_finite(number: float) -> None:
     with pytest.raises(VerificationError, match="no finite number"):
         json_bytes({"uniformity": {"cv": number}})
+
+
+def test_what_varies_stands_beside_the_manifest_and_is_replaced_with_the_rest(tmp_path: Path) -> None:
+    def keep(_: Path) -> None:
+        return
+
+    place = tmp_path / "plan"
+    for seconds in (b"1", b"2"):
+        write_bundle(place, FILES, overwrite=True, verify=keep, unlisted={"timings.json": seconds})
+        assert (place / "timings.json").read_bytes() == seconds
+        assert "timings.json" not in json.loads((place / MANIFEST).read_text())["sha256"]
+    # Beside no bundle a file of that name is somebody's.
+    (place / "rapid" / "timings.json").write_text("mine")
+    with pytest.raises(UsageError, match=r"holds rapid/timings\.json, which geoprint did not write"):
+        check_writable(place, overwrite=True)
+
+
+def test_evidence_outlives_whatever_is_written_over_it(tmp_path: Path) -> None:
+    place = tmp_path / "plan"
+    write(place)
+    (place / "evidence.json").write_bytes(b"seen")
+    (place / "heat").mkdir()
+    (place / "heat" / "evidence.json").write_bytes(b"also seen")
+    with pytest.raises(VerificationError):
+        write_bundle(place, FILES, overwrite=True, verify=refuse)
+    for _ in range(2):
+        write(place, overwrite=True)
+        assert (place / "evidence.json").read_bytes() == b"seen"
+        assert (place / "heat" / "evidence.json").read_bytes() == b"also seen"
+    assert listed(tmp_path) == ["plan"]
+
+
+def test_evidence_without_a_bundle_is_not_geoprints(tmp_path: Path) -> None:
+    (tmp_path / "evidence.json").write_bytes(b"seen")
+    with pytest.raises(UsageError, match=r"holds evidence\.json, which geoprint did not write"):
+        check_writable(tmp_path, overwrite=True)

@@ -97,8 +97,7 @@ def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
         check_bundle(tmp_path)
     (tmp_path / "manifest.json").write_text('{"sha256": {"plan.json": ""}}')
-    with pytest.raises(InputError, match=r"holds no program: .* plan it without `--no-robot`"):
-        check_bundle(tmp_path)
+    assert "plan.json cannot be read" in check_bundle(tmp_path).findings[0].reason
     (tmp_path / "beside").mkdir()
     with pytest.raises(InputError, match=r"the manifest\.json above it lists none here"):
         check_bundle(tmp_path / "beside")
@@ -123,7 +122,7 @@ def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(
     guard.write_text(guard.read_text().replace("    SetDO doUV,0;\n", "", 1))
     assert called(monkeypatch, "check", copy, "--json") == 5
     printed = capsys.readouterr()
-    line = guard.read_text().split("\n").index("  ENDPROC") + 1
+    line = guard.read_text().split("\n").index("    SetDO doValve,0;") + 2
     assert f"rapid/GeoGuard.mod, line {line}: the guard must say 'SetDO doUV,0;'" in printed.err
     assert json.loads(printed.out)["findings"][0]["line"] == line
     assert "geoprint: " in printed.err.split("\n")[-2]
@@ -338,9 +337,24 @@ def test_configuration_data_of_the_dry_run_that_tables_and_program_agree_on_but_
 def test_a_name_declared_twice_is_found_even_where_the_setup_cannot_be_read(copy: Path) -> None:
     (copy / "setup.json").write_text("{}")
     guard = copy / "rapid" / "GeoGuard.mod"
-    guard.write_text(guard.read_text().replace("geoCutShort", "geoStopped"))
+    guard.write_text(guard.read_text().replace("geoCutShort", "geoRefuse"))
     reasons = [finding.reason for finding in check_bundle(copy).findings if finding.file == "rapid/GeoGuard.mod"]
-    assert [reason.partition(":")[0] for reason in reasons] == ["GeoStopped is declared twice"]
+    assert [reason.partition(":")[0] for reason in reasons] == ["GeoRefuse is declared twice"]
+
+
+def test_a_changed_module_of_the_controller_is_found_by_hash_and_by_its_line(copy: Path) -> None:
+    resident = copy / "rapid" / "controller" / "GeoResident.sys"
+    text = resident.read_text()
+    line = text.split("\n").index("    IF doValve=1 GeoResidentCut;") + 1
+    resident.write_text(text.replace("    IF doValve=1 GeoResidentCut;\n", ""))
+    (copy / "rapid" / "controller" / "EIO.cfg").write_text("EIO:CFG_1.0:6:1::\n")
+    (copy / "rapid" / "controller" / "MOC.cfg").write_text("MOC:CFG_1.0:6:1::\n")
+    found = {(finding.file, finding.line): finding.reason for finding in check_bundle(copy).findings}
+    name = "rapid/controller/GeoResident.sys"
+    assert "must say 'IF doValve=1 GeoResidentCut;'" in found.pop((name, line))
+    assert set(found) <= {(name, 1), ("rapid/controller/EIO.cfg", 1), ("rapid/controller/MOC.cfg", 1)}
+    assert "hash" in found["rapid/controller/EIO.cfg", 1]
+    assert "does not list" in found["rapid/controller/MOC.cfg", 1]
 
 
 def test_missing_and_added_files_are_named(copy: Path) -> None:
@@ -357,13 +371,8 @@ def test_a_backend_of_a_comparison_is_checked_by_the_manifest_of_the_whole(bundl
     whole = {f"lscm/{name}": digest for name, digest in listed.items()} | {"report.html": ""}
     (tmp_path / "compared" / "manifest.json").write_text(json.dumps({"sha256": whole}))
     assert check_bundle(inner).findings == ()
-    with pytest.raises(InputError, match=rf"a comparison of 1 bundles.*: check one that has a program, {inner}\."):
+    with pytest.raises(InputError, match=rf"a comparison of several; name one of them, {inner}\."):
         check_bundle(tmp_path / "compared")
-    planned = {"lscm/plan.json": "", "heat/plan.json": "", "compare.json": ""}
-    (tmp_path / "compared" / "manifest.json").write_text(json.dumps({"sha256": planned}))
-    with pytest.raises(InputError, match=r"a comparison of 2 bundles.* none of them has a program \(compare\.json"):
-        check_bundle(tmp_path / "compared")
-    (tmp_path / "compared" / "manifest.json").write_text(json.dumps({"sha256": whole}))
     (inner / "surface.ply").write_text("")
     assert files_of(check_bundle(inner)) == {"surface.ply"}
 
@@ -491,7 +500,7 @@ def mutations(bundle: Path) -> Iterator[tuple[str, str, str, int]]:
 
 
 def test_two_hundred_mutations_of_the_modules_are_found_with_file_line_and_reason(copy: Path) -> None:
-    originals = {path.name: path.read_text() for path in (copy / "rapid").iterdir()}
+    originals = {path.name: path.read_text() for path in (copy / "rapid").glob("Geo*")}
     count, near = 0, 0
     for kind, module, text, line in mutations(copy):
         name = f"{module}.mod"

@@ -77,7 +77,7 @@ def test_the_table_fits_every_terminal_and_shows_first_what_decides(
         assert {"CV", "gap", "printable"} <= set(shown[0].split())
         assert len(shown[0].split()) <= fewer
         fewer = len(shown[0].split())
-        assert ("told in compare.json: " in text) is (" planned in s" not in shown[0])
+        assert ("told in compare.json and timings.json: " in text) is (" planned in s" not in shown[0])
     narrow = comparison_table(told, width=50)
     assert "---" not in narrow
     assert f"{'  ' if count > 1 else ''}heat: CV " in narrow

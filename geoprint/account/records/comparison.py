@@ -20,7 +20,7 @@ from geoprint.account.records.plan import (
     SettingsRecord,
     SurfaceRecord,
 )
-from geoprint.account.records.rounding import Record, Rounded, Thousandths
+from geoprint.account.records.rounding import Record, Rounded
 from geoprint.model import frozen
 
 
@@ -38,7 +38,6 @@ class PlannedRecord(Record):
     not_reached: dict[str, Rounded] = Field(description="share of the deposit that the arm cannot reach, by reason")
     print_time_s: float | None = Field(description="[s]")
     smallest_clearance_mm: Rounded | None = Field(description="of the tool [mm]")
-    planning_s: Thousandths = Field(description="that the backend's own stages took [s]; varies from run to run")
     warnings: tuple[str, ...] = Field(description="as in plan.json")
 
 
@@ -90,7 +89,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[3] = Field(alias="schema", description="version of this layout")
+    layout: Literal[4] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 
@@ -103,7 +102,9 @@ class ToldComparison:
     Attributes:
         record: the content of compare.json.
         plans: for each part the content of plan.json by backend; empty for a part that failed.
+        seconds: for each part what each backend's own stages took, by its name [s].
     """
 
     record: ComparisonRecord
     plans: tuple[Mapping[str, PlanRecord], ...]
+    seconds: tuple[Mapping[str, float], ...]

@@ -301,10 +301,17 @@ class DepositionRecord(Record):
     light: LightRecord | None = Field(description="null where nobody measured the lamp")
 
 
-class PlanRecord(Record):
-    """The content of plan.json; only `timings_s` and `peak_memory_mb` vary from run to run."""
+class TimingsRecord(Record):
+    """The content of timings.json, which no manifest lists: what varies from run to run."""
 
-    layout: Literal[3] = Field(alias="schema", description="version of this layout")
+    timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")
+    peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
+
+
+class PlanRecord(Record):
+    """The content of plan.json; what varies from run to run stands in timings.json."""
+
+    layout: Literal[4] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")
@@ -317,7 +324,6 @@ class PlanRecord(Record):
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")
     robot: tuple[RobotRecord, ...] = Field(description="one a placement of the part; none without a robot")
-    timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")
-    peak_memory_mb: Count = Field(description="[MB]")
+    not_printable: str | None = Field(default=None, description="why the robot cannot print what was compared")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
     notes: tuple[str, ...] = Field(default=(), description="what else a person may want to know")

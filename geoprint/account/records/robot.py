@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from geoprint.account.records.evidence import EvidenceRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 
@@ -157,3 +158,4 @@ class RobotRecord(Record):
     motion: MotionRecord = Field(description="of the arm")
     clearance: ClearanceRecord = Field(description="of the motion")
     program: ProgramRecord = Field(description="that runs it")
+    evidence: EvidenceRecord = Field(description="how far geoprint itself has proven the program")

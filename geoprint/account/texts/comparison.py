@@ -50,7 +50,7 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
     """
     parts = told.record.parts
     several = len(parts) > 1
-    rows = [_Rows(part.part, tuple(_cells(part))) for part in parts]
+    rows = [_Rows(part.part, tuple(_cells(part, took))) for part, took in zip(parts, told.seconds, strict=True)]
     said: list[str] = []
     for part in parts:
         said += (
@@ -75,7 +75,7 @@ def _table(parts: Sequence[_Rows], *, width: int | None) -> Iterator[str]:
         left_out.append(names.pop(names.index(max(names, key=COLUMNS.__getitem__))))
     yield from _grid(names, [part.cells for part in parts], [part.part if several else None for part in parts])
     if left_out:
-        yield from ("", f"left out at this width, told in compare.json: {', '.join(left_out)}")
+        yield from ("", f"left out at this width, told in compare.json and timings.json: {', '.join(left_out)}")
 
 
 def _width(names: Sequence[str], rows: Sequence[Cells]) -> int:
@@ -127,15 +127,15 @@ def _title(parts: tuple[PartRecord | FailedRecord, ...]) -> str:
     return f"{named}, paths {' / '.join(spacings)} mm apart; mean and p95 are multiples of that"
 
 
-def _cells(part: PartRecord | FailedRecord) -> Iterator[Cells]:
+def _cells(part: PartRecord | FailedRecord, took: Mapping[str, float]) -> Iterator[Cells]:
     if isinstance(part, FailedRecord):
         yield _empty(_NONE, "failed")
         return
     for row in part.backends:
-        yield _empty(row.backend, "refused") if isinstance(row, RefusedRecord) else _row(row)
+        yield _empty(row.backend, "refused") if isinstance(row, RefusedRecord) else _row(row, took[row.backend])
 
 
-def _row(row: PlannedRecord) -> Cells:
+def _row(row: PlannedRecord, seconds: float) -> Cells:
     measured, spacing = row.uniformity, row.uniformity.spacing
     return {
         "backend": row.backend,
@@ -149,7 +149,7 @@ def _row(row: PlannedRecord) -> Cells:
         "print s": _NONE if row.print_time_s is None else f"{row.print_time_s:.0f}",
         "printable": "not asked" if row.printable is None else "yes" if row.printable else "no",
         "clear mm": _NONE if row.smallest_clearance_mm is None else f"{row.smallest_clearance_mm:.2f}",
-        "planned in s": f"{row.planning_s:.1f}",
+        "planned in s": f"{seconds:.1f}",
     }
 
 

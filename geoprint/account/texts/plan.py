@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
@@ -39,9 +43,32 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(_layer_text(told.deposition))
     for robot in told.robot:
         lines += _robot_text(robot)
+    if told.not_printable is not None:
+        lines.append(f"no program: the robot cannot print this: {told.not_printable}")
     unchecked = [text for robot in told.robot for text in robot.clearance.not_checked]
     lines += marked_lines(warnings=told.warnings, notes=told.notes, not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
+
+
+def again_text(folder: Path, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:
+    """Return the line on a bundle that was planned again.
+
+    Args:
+        folder: the bundle that it was made from.
+        written_by: the version of geoprint that wrote that one.
+        differing: files that have other bytes than there.
+        changed: keys of the job that were given another value.
+    """
+    again = f"planned again from {folder}"
+    if changed:
+        keys = ", ".join(name.replace("_", " ") for name in changed)
+        return f"{again}, with another {keys}: {len(differing)} files differ"
+    if not differing:
+        return f"{again}: all files have the same bytes"
+    now = version("geoprint")
+    why = "last digits of numbers may turn with the machine and its libraries"
+    other = why if written_by == now else f"geoprint {written_by} wrote that one, this is {now}"
+    return f"warning: {again}, but {len(differing)} files differ ({', '.join(differing[:3])} ...): {other}"
 
 
 def _layer_text(told: DepositionRecord) -> str:

@@ -8,7 +8,7 @@ from geoprint.surfaces.files.io import (
     suggested_unit as suggested_unit,
     unit_hint as unit_hint,
 )
-from geoprint.surfaces.files.mesh_file import MeshFile as MeshFile
+from geoprint.surfaces.files.mesh_file import MeshFile as MeshFile, stored_mesh as stored_mesh
 from geoprint.surfaces.files.regions import (
     LONGEST_NAME as LONGEST_NAME,
     region_faces as region_faces,

@@ -6,12 +6,13 @@ import stat
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import Protocol
 
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.surfaces.files.archives import only_mesh
-from geoprint.surfaces.files.mesh_file import MeshFile, check_mesh
+from geoprint.surfaces.files.mesh_file import ORIGIN, MeshFile, check_mesh
 from geoprint.surfaces.files.optional_readers import (
     read_cad,
     read_cloud,
@@ -92,12 +93,14 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
             f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
             "export the mesh as one of these."
         )
-    if (thin or label is not None) and suffix not in VOLUMES:
-        option = "--thin" if label is None else "--label"
-        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
     data = _content(path)
+    digest = sha256(data).hexdigest()
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
+    stored = suffix == ".ply" and ORIGIN in data[:200]
+    if (thin or (label is not None and not stored)) and suffix not in VOLUMES:
+        option = "--thin" if label is None else "--label"
+        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
     try:
         if suffix in VOLUMES:
             file = VOLUMES[suffix](data, name=path.name, label=label, thin=thin)
@@ -113,7 +116,17 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
             "it again."
         ) from error
     check_mesh(file, name=path.name)
-    return replace(file, name=path.name)
+    if not file.digest:
+        file = replace(file, name=path.name, digest=digest, label=label if suffix in VOLUMES else None)
+    _check_label(file, label, name=path.name)
+    return file
+
+
+def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
+    """Refuse another label than the one that a stored mesh was made of."""
+    if label not in {None, file.label}:
+        held = "no label of a volume" if file.label is None else f"its label {file.label}"
+        raise UsageError(f"`{name}` holds what was read from {file.name}, {held}; leave `--label` out.")
 
 
 def _content(path: Path) -> bytes:

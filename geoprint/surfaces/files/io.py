@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.files.formats import read_mesh
-from geoprint.surfaces.files.mesh_file import UNITS, MeshFile, resolves, single_step
+from geoprint.surfaces.files.mesh_file import UNITS, MeshFile, ply_content, resolves, single_step
 from geoprint.surfaces.topology import used_vertices
 
 # Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
@@ -66,15 +66,7 @@ def load_file(path: Path | str, *, unit: str | None, label: int | None = None, t
 
 def ply_bytes(surface: Surface) -> bytes:
     """Return a surface as a binary little-endian PLY file with double coordinates [mm]; equal surfaces, equal bytes."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(surface.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
-        f"element face {len(surface.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    faces = np.empty(len(surface.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
-    faces["count"] = 3
-    faces["corners"] = surface.faces
-    return header.encode("ascii") + surface.vertices.astype("<f8").tobytes() + faces.tobytes()
+    return ply_content(surface.vertices, surface.faces)
 
 
 def save_ply(surface: Surface, path: Path | str) -> None:

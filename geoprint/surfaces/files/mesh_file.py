@@ -1,12 +1,19 @@
-"""What a reader makes of a file: a mesh, its unit and precision, how it was made, and the regions that it names."""
+"""What a reader makes of a file: a mesh, its unit and precision, how it was made, and the regions that it names.
+
+It is stored as PLY with all of that: vertices to the last bit, in the file's own unit, regions as a property of faces,
+and in a comment the file's name, hash, unit and how the mesh was made. Read again it is the same mesh, under the name
+of that file. The comment counts only while the vertices and faces are those that it was written for.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from types import MappingProxyType
-from typing import final
+from typing import Any, cast, final
 
 import numpy as np
 
@@ -24,6 +31,12 @@ RESOLUTION_SHARE = 1e-4
 SAMPLE = 1 << 16
 WRITTEN = re.compile(rb"[-+]?\d+\.(\d+)(?:[eE]([-+]?\d{1,3}))?")
 
+# The comment of a stored mesh, and the word that ends a header.
+ORIGIN = b"comment geoprint read this mesh: "
+_END = "end_header"
+# The property of a face that says which regions it lies in, by its place in the comment's list of such sets.
+_KIND = "regions"
+
 
 @final
 @frozen
@@ -36,7 +49,9 @@ class MeshFile:
         unit: of the positions, a key of UNITS; empty where the format carries none and nobody has said it.
         notes: how the mesh was made, where the file holds something else.
         regions: groups, objects, solids and labels that the file gives to faces.
-        name: of the file.
+        name: of the file, or of the one that a stored mesh was read from.
+        digest: SHA-256 of the bytes of that file; empty where there was none.
+        label: that was asked for of a label volume, or None.
         step: between neighbouring numbers that the file can hold where the mesh lies, in its unit; 0 where these are of
             double precision.
     """
@@ -47,6 +62,8 @@ class MeshFile:
     notes: Notes = ()
     regions: Regions = field(default_factory=dict[str, IntArray])
     name: str = "surface"
+    digest: str = ""
+    label: int | None = None
     step: float = 0.0
 
     @property
@@ -113,3 +130,115 @@ def written_step(text: bytes, vertices: FloatArray) -> float:
 def resolves(step: float, vertices: FloatArray) -> bool:
     """Return whether steps are small enough for the extent of a mesh."""
     return step <= RESOLUTION_SHARE * float(np.ptp(vertices, axis=0).max(initial=0.0))
+
+
+def ply_content(vertices: FloatArray, faces: IntArray, *, comment: bytes = b"", kinds: IntArray | None = None) -> bytes:
+    """Return a binary little-endian PLY file with double coordinates; equal arrays, equal bytes.
+
+    Args:
+        vertices: (n, 3).
+        faces: (m, 3).
+        comment: a line for the header without its end, or nothing.
+        kinds: (m,) a number for each face, or None.
+    """
+    fields: list[tuple[str, str] | tuple[str, str, int]] = [("count", "u1"), ("corners", "<i4", 3)]
+    labelled = "" if kinds is None else f"property int {_KIND}\n"
+    data = np.empty(len(faces), dtype=fields if kinds is None else [*fields, ("kind", "<i4")])
+    data["count"], data["corners"] = 3, faces
+    if kinds is not None:
+        data["kind"] = kinds
+    body = vertices.astype("<f8").tobytes() + data.tobytes()
+    said = comment and comment.replace(b"{", f'{{"content": "{_digest(body)}", '.encode("ascii"), 1) + b"\n"
+    header = (
+        f"element vertex {len(vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\n{labelled}{_END}\n"
+    )
+    return b"ply\nformat binary_little_endian 1.0\n" + said + header.encode("ascii") + body
+
+
+def stored_mesh(file: MeshFile) -> bytes:
+    """Return a mesh as it was read, as the PLY file from which it is read again with all that is known of it."""
+    names, sets, kinds = _kinds(file.regions, faces=len(file.faces))
+    origin = {
+        "name": file.name, "sha256": file.digest, "unit": file.unit, "label": file.label,
+        "notes": [list(note) for note in file.notes], "regions": names, "sets": sets,
+    }  # fmt: skip
+    # A name may hold the word that ends a header.
+    text = json.dumps(origin).replace(_END, _END.replace("h", "\\u0068"))
+    comment = ORIGIN + text.encode("ascii")
+    return ply_content(file.vertices, file.faces, comment=comment, kinds=kinds if names else None)
+
+
+def origin_of(header: bytes, body: bytes) -> tuple[bytes, dict[str, Any] | None]:
+    """Return the header of a PLY file without the comment of a stored mesh, and what that says.
+
+    Args:
+        header: up to the word that ends it.
+        body: behind that word.
+
+    Returns:
+        None for what it says where there is no such comment, or it does not belong to these vertices and faces.
+    """
+    start = header.find(b"\n" + ORIGIN) + 1
+    if start == 0:
+        return header, None
+    end = header.find(b"\n", start)
+    without = header[:start] + header[end + 1 :]
+    try:
+        said = json.loads(header[start + len(ORIGIN) : end])
+        known = said["content"] == _digest(body.partition(b"\n")[2]) and _is_sound(said)
+    except (ValueError, KeyError, TypeError, RecursionError):
+        known, said = False, None
+    return without, cast("dict[str, Any]", said) if known else None
+
+
+def restored(mesh: MeshFile, origin: dict[str, Any], labels: IntArray | None) -> MeshFile:
+    """Return a mesh with what `origin_of` says of the file it was read from; labels (m,) tell each face's regions."""
+    kinds = np.zeros(len(mesh.faces), dtype=np.int64) if labels is None else labels
+    members = {
+        name: np.flatnonzero(np.isin(kinds, [kind for kind, of in enumerate(origin["sets"]) if number in of]))
+        for number, name in enumerate(origin["regions"])
+    }
+    notes = cast("Notes", tuple(tuple(note) for note in origin["notes"]))
+    return replace(
+        mesh, name=origin["name"], digest=origin["sha256"], unit=origin["unit"], label=origin["label"], notes=notes,
+        regions=members, step=0.0,
+    )  # fmt: skip
+
+
+def _is_sound(said: dict[str, Any]) -> bool:
+    """Return whether a comment says what one of geoprint says."""
+    name, notes, sets = said["name"], said["notes"], said["sets"]
+    return (
+        isinstance(name, str)
+        and name.isprintable()
+        and bool(name)
+        and not {"/", "\\"} & set(name)
+        and isinstance(said["sha256"], str)
+        and len(bytes.fromhex(said["sha256"])) == hashlib.sha256().digest_size
+        and said["unit"] in UNITS
+        and (said["label"] is None or isinstance(said["label"], int))
+        and all(isinstance(one, str) and isinstance(value, str | float | int) for one, value in notes)
+        and all(isinstance(one, str) for one in said["regions"])
+        and all(isinstance(number, int) for one in sets for number in one)
+    )
+
+
+def _kinds(regions: Regions, *, faces: int) -> tuple[list[str], list[list[int]], IntArray]:
+    """Return the names of regions, the sets of them in which faces lie, by their numbers, and (m,) the set of each."""
+    kinds = np.zeros(faces, dtype=np.int64)
+    for members in regions.values():
+        # What differs so far stays apart; faces of the region leave those beside them.
+        marks = np.zeros(faces, dtype=np.int64)
+        marks[members] = 1
+        kinds = np.unique(2 * kinds + marks, return_inverse=True)[1].reshape(-1)
+    sets: list[list[int]] = [[] for _ in range(int(kinds.max(initial=0)) + 1)]
+    for number, members in enumerate(regions.values()):
+        held: list[int] = np.unique(kinds[members]).tolist()
+        for kind in held:
+            sets[kind].append(number)
+    return list(regions), sets, kinds
+
+
+def _digest(body: bytes) -> str:
+    return hashlib.sha256(body).hexdigest()

@@ -17,7 +17,7 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import IntArray
-from geoprint.surfaces.files.mesh_file import MeshFile, resolves, single_step, written_step
+from geoprint.surfaces.files.mesh_file import MeshFile, origin_of, resolves, restored, single_step, written_step
 from geoprint.surfaces.files.optional_readers import read_cloud_ply
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
 
@@ -87,7 +87,8 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
         name: what messages call it.
 
     Returns:
-        Vertices and triangles; the values of integer properties are regions, those of faces where all are triangles.
+        Vertices and triangles; the values of integer properties are regions, those of faces where all are triangles. A
+        mesh that geoprint stored is the one that it had read.
 
     Raises:
         InputError: the header is not one, or promises more than the file holds.
@@ -95,6 +96,7 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
     if _without_faces(data):
         return read_cloud_ply(data, name=name)
     header, end, body = data.partition(b"end_header")
+    header, origin = origin_of(header, body)
     if not end or data[:3] != b"ply":
         raise InputError(f"`{name}` does not begin with a PLY header; it is not a PLY file, so export the mesh again.")
     lines = [line.split() for line in header.decode("ascii", errors="replace").splitlines()]
@@ -123,6 +125,8 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
         )
     mesh, elements = _read_elements(header, body, counts=counts, name=name)
     of_faces = _integers(elements, "face", count=len(mesh.faces))
+    if origin is not None:
+        return restored(mesh, origin, next(iter(of_faces.values()), None))
     of_vertices = _integers(elements, "vertex", count=len(mesh.vertices))
     return replace(mesh, regions=labelled_faces(mesh.faces, of_faces=of_faces, of_vertices=of_vertices))
 

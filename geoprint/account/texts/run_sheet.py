@@ -5,18 +5,25 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import final
 
 import numpy as np
-from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.account.cautions import near_borders
-from geoprint.account.checked import Checked
+from geoprint.account.checked import Checked, CheckedComparison, Repeated
+from geoprint.account.evidence import evidence_rows
+from geoprint.account.records.check import (
+    CheckedComparisonRecord,
+    CheckRecord,
+    FindingRecord,
+    RepeatedRecord,
+    SettingsNow,
+)
+from geoprint.account.records.evidence import EvidenceRecord
 from geoprint.account.records.plan import DepositionRecord, PatchRecord
-from geoprint.account.records.robot import ClearanceRecord, MotionRecord, SwitchingRecord
-from geoprint.account.records.rounding import Record, as_json
+from geoprint.account.records.robot import ClearanceRecord, MotionRecord
+from geoprint.account.records.rounding import as_json
 from geoprint.account.robot_summary import record_switching
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
@@ -27,51 +34,48 @@ WIDTH, NARROW = 100, 60
 _LABEL = 18
 
 
-@final
-class FindingRecord(Record):
-    """Something that is wrong."""
-
-    file: str = Field(description="of the bundle")
-    line: int = Field(description="from 1")
-    reason: str = Field(description="one sentence")
-
-
-@final
-class SettingsNow(Record):
-    """How the program is set to run."""
-
-    dry_run: bool = Field(description="whether it runs dry")
-    speed_pct: float = Field(description="of the planned speed [%]")
-    first_run: int = Field(description="from which on it prints, from 1")
-
-
-@final
-class CheckRecord(Record):
-    """The result object of `geoprint check`."""
-
-    bundle: str = Field(description="name of the folder")
-    agrees: bool = Field(description="whether it is as it was planned")
-    findings: tuple[FindingRecord, ...] = Field(description="what is wrong")
-    set_to: SettingsNow | None = Field(default=None, description="left out where the program is not the plan's")
-    switching: SwitchingRecord | None = Field(default=None, description="as in plan.json; left out likewise")
-    extent_base_mm: tuple[tuple[float, ...], ...] | None = Field(
-        default=None, description="lowest and highest x, y, z of the tip, in base coordinates [mm]"
+def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
+    """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
+    if isinstance(checked, Checked):
+        return as_json(_record(checked, checked.folder.name))
+    return as_json(
+        CheckedComparisonRecord(
+            comparison=checked.folder.name,
+            agrees=not checked.findings,
+            findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
+            bundles=tuple(_record(one, name) for name, one in checked.bundles),
+        )
     )
 
 
-def check_summary(checked: Checked) -> dict[str, Json]:
-    """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
+def _record(checked: Checked, name: str) -> CheckRecord:
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
     extent = None if setup is None or orders is None else _extent(setup, orders)
-    return as_json(
-        CheckRecord(
-            bundle=checked.folder.name,
-            agrees=not checked.findings,
-            findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.findings),
-            set_to=None if settings is None else SettingsNow(**asdict(settings)),
-            switching=None if switching is None else record_switching(switching),
-            extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
-        )
+    robot = checked.told.robot[:1] if checked.told is not None else ()
+    return CheckRecord(
+        bundle=name,
+        agrees=not checked.findings,
+        program=checked.program,
+        findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.findings),
+        set_to=None if settings is None else SettingsNow(**asdict(settings)),
+        switching=None if switching is None else record_switching(switching),
+        extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
+        repeated=None if checked.repeated is None else _repeated(checked.repeated),
+        evidence=robot[0].evidence if robot else None,
+        seen=checked.seen,
+    )
+
+
+def _repeated(found: Repeated) -> RepeatedRecord:
+    printing, dry = found.printing, found.dry
+    return RepeatedRecord(
+        smallest_mm=None if printing is None else printing.smallest,
+        arm_smallest_mm=None if printing is None else printing.arm_smallest,
+        tip_margin_mm=None if printing is None else printing.tip_margin,
+        dry_run_smallest_mm=None if dry is None else dry.smallest,
+        uniformity=found.uniformity,
+        seconds=found.seconds,
+        peak_memory_mb=found.memory,
     )
 
 
@@ -100,13 +104,39 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("limits", _limits(setup, robot.motion)),
         ("before start", _steps(setup, orders)),
         ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
+        ("checked again", repeated_texts(checked)),
+        ("evidence", _evidence(checked, robot.evidence)),
     ):
-        lines += _entry(label, texts, width=min(width or WIDTH, WIDTH)) if texts else []
+        lines += entry(label, texts, width=width) if texts else []
     return "\n".join(lines)
 
 
-def _entry(label: str, texts: Sequence[str], *, width: int) -> list[str]:
-    """Return a label with its texts beside it, or below it where a line is short."""
+def repeated_texts(checked: Checked) -> list[str]:
+    """Return what `--full` found as it was planned, or nothing without it."""
+    again = checked.repeated
+    if again is None:
+        return []
+    clear = [] if again.printing is None else [f"{again.printing.smallest:.2f} mm clear"]
+    clear += [] if again.dry is None else [f"{again.dry.smallest:.2f} mm in the dry run"]
+    even = again.uniformity
+    clear += [] if even is None else [f"{even.gap + even.overlap:.2%} missed or laid twice"]
+    return [f"{', '.join(clear)}: as in plan.json ({again.seconds:.1f} s, {again.memory} MB)"]
+
+
+def _evidence(checked: Checked, told: EvidenceRecord) -> list[str]:
+    rows = evidence_rows(told, checked.seen, program_sha256=checked.program_sha256)
+    return [f"{stage}: {what}" for stage, what in rows]
+
+
+def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
+    """Return a label with its texts beside it, or below it where a line is short.
+
+    Args:
+        label: of a few letters.
+        texts: that are broken into lines.
+        width: letters in a line, where they are counted; it is never longer than 100.
+    """
+    width = min(width or WIDTH, WIDTH)
     if width < NARROW:
         return [
             label,
@@ -232,7 +262,7 @@ def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
 
 def _steps(setup: Setup, orders: Orders) -> list[str]:
     signals = setup.cell.signals
-    texts = ["1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0"]
+    texts = ["1. before the first load on a controller: rapid/controller/first_load.md; nothing runs without it"]
     if signals.mode == "analog" and signals.flow_lag > 0.0:
         texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
     texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")

@@ -1,0 +1,51 @@
+"""How far a program has been proven, in words: what geoprint did itself, what people saw, what nobody has seen yet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from geoprint.account.records.evidence import STAGES, EvidenceRecord, SeenRecord, Stage
+
+# What each stage is called.
+WORDS: dict[Stage, str] = {
+    "loaded": "loaded on a virtual controller",
+    "dry": "run dry",
+    "printed": "printed",
+}
+
+
+def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
+    """Return stage and what is known of it, from what geoprint did itself to the print.
+
+    Args:
+        told: what plan.json says.
+        seen: what people recorded; what was seen of another program does not count, and that is said.
+        program_sha256: of the program that is meant.
+    """
+    parsed, executed = told.parsed, told.executed
+    rows = [
+        ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
+        ("executed", "not yet" if executed is None else _executed(told)),
+    ]
+    for stage in STAGES:
+        of_it = [_said(one) for one in seen if one.stage == stage and one.program_sha256 == program_sha256]
+        rows.append((WORDS[stage], "seen " + "; ".join(of_it) if of_it else "not yet"))
+    others = [one for one in seen if one.program_sha256 != program_sha256]
+    if others:
+        listed = "; ".join(f"{WORDS[one.stage]} {_said(one)}" for one in others)
+        rows.append(("does not count", f"seen of another program: {listed}"))
+    return rows
+
+
+def _executed(told: EvidenceRecord) -> str:
+    executed = told.executed
+    if executed is None:
+        return "not yet"
+    failed = sum(one.failed for one in executed.scenarios)
+    runs = ", ".join(f"{one.runs} x {one.name}" for one in executed.scenarios)
+    return f"here, on no controller: {runs}; {failed or 'none'} failed, {executed.lines_executed} lines executed"
+
+
+def _said(one: SeenRecord) -> str:
+    where = "" if one.controller is None else f" on {one.controller}"
+    return f"{one.date[:10]}{where}: {one.note}"

@@ -1,0 +1,64 @@
+"""How far a program has been proven: by geoprint itself, in plan.json, and by who saw it run, in evidence.json."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias, get_args
+
+from pydantic import Field
+
+from geoprint.account.records.rounding import Count, Record
+
+# What people see a program do, each stage nearer to a print than the one before.
+Stage: TypeAlias = Literal["loaded", "dry", "printed"]
+STAGES: tuple[Stage, ...] = get_args(Stage)
+EVIDENCE_SCHEMA = 1
+
+_SHA256 = "^[0-9a-f]{64}$"
+
+
+class ParsedRecord(Record):
+    """The program read back by code that shares nothing with what wrote it."""
+
+    modules: Count = Field(description="files of the program")
+    lines: Count = Field(description="of all of them")
+    targets: Count = Field(description="that were read back and compared with the plan")
+
+
+class ScenarioRecord(Record):
+    """One manner of running the program on the machine that geoprint brings."""
+
+    name: str = Field(description="what was run")
+    runs: Count = Field(description="how often")
+    failed: Count = Field(description="how often it did not do what it must")
+
+
+class ExecutedRecord(Record):
+    """The program executed here, which is no controller."""
+
+    scenarios: tuple[ScenarioRecord, ...] = Field(description="what was run")
+    lines_executed: Count = Field(description="of the program, in at least one of them")
+
+
+class EvidenceRecord(Record):
+    """What geoprint itself has proven of a program; it claims no more than that it was executed here."""
+
+    program_sha256: str = Field(description="of its modules with their switches as written", pattern=_SHA256)
+    parsed: ParsedRecord = Field(description="read back")
+    executed: ExecutedRecord | None = Field(default=None, description="left out where it was not executed")
+
+
+class SeenRecord(Record):
+    """What a person saw a program do."""
+
+    stage: Stage = Field(description="loaded on a virtual controller, run dry on the robot, or printed")
+    date: str = Field(description="ISO 8601, with the offset of the clock")
+    controller: str | None = Field(default=None, description="its name and RobotWare release")
+    note: str = Field(description="in that person's words", min_length=1)
+    program_sha256: str = Field(description="of the program that it was", pattern=_SHA256)
+
+
+class SeenFile(Record):
+    """The content of evidence.json, which no manifest lists and no overwriting loses."""
+
+    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    seen: tuple[SeenRecord, ...] = Field(description="in the order in which it was recorded")

@@ -1,0 +1,157 @@
+"""`geoprint check --full`: collision check and evenness once more, from nothing but what the bundle holds.
+
+Part, body and cell are read from the bundle, the part is prepared anew, the motion is that of the targets as they are
+written. What comes out must be what plan.json says.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from geoprint.account import peak_memory, record_evenness
+from geoprint.account.checked import Finding, Repeated
+from geoprint.account.records.plan import EvennessRecord, PlanRecord
+from geoprint.account.records.robot import ClearanceRecord
+from geoprint.config import job_of
+from geoprint.errors import GeoprintError
+from geoprint.export import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
+from geoprint.model import Clearance, JointPath, PoseStream, Targets
+from geoprint.motion.arm import Arm
+from geoprint.motion.collision import clearance
+from geoprint.motion.controller import ALOFT_STEP, aloft_path, controller_path
+from geoprint.motion.reach import tool_poses
+from geoprint.motion.timing import joints_at
+from geoprint.pipeline.bundles.again import JOB
+from geoprint.pipeline.bundles.paths import stream_of
+from geoprint.pipeline.workpiece import SidedPart, read_part
+from geoprint.quality import uniformity
+
+# Clearances agree with those of the plan to this [mm], and figures of evenness to this.
+CLEARANCE_TOLERANCE = 0.01
+EVENNESS_TOLERANCE = 5e-4
+# Rows of the motion that is checked are this far apart, as in a plan [mm].
+PRINT_STEP = 0.5
+
+_T = TypeVar("_T")
+
+
+def repeat(folder: Path, told: PlanRecord, motion: tuple[Setup, Orders] | None) -> tuple[Repeated, tuple[Finding, ...]]:
+    """Check clearance and evenness of a bundle once more.
+
+    Args:
+        folder: the bundle.
+        told: its plan.json.
+        motion: its cell and targets, or None without a program.
+
+    Returns:
+        What was found now, and where that is not what plan.json says or could not be found.
+    """
+    started = time.perf_counter()
+    findings: list[Finding] = []
+    part = _found(JOB, lambda: read_part(job_of(surface=folder / JOB)), findings)
+    printing, dry, even = None, None, None
+    if part is not None:
+        even = _found("poses.csv", lambda: _evenness(folder, told, part), findings)
+        if motion is not None:
+            passed = _found("targets.csv", lambda: _clearances(folder, part, *motion), findings)
+            printing, dry = passed or (None, None)
+    if even is not None and told.uniformity is not None:
+        findings += _uneven(even, told.uniformity)
+    if printing is not None and dry is not None and told.robot:
+        findings += _closer(printing, dry, told.robot[0].clearance)
+    seconds = time.perf_counter() - started
+    return Repeated(printing, dry, even, seconds, peak_memory()), tuple(findings)
+
+
+def _found(file: str, check: Callable[[], _T], findings: list[Finding]) -> _T | None:
+    """Return what a check finds; where it refuses, that is a finding."""
+    try:
+        return check()
+    except GeoprintError as error:
+        findings.append(Finding(file, 1, f"checked again: {error}"))
+        return None
+
+
+def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord | None:
+    if told.uniformity is None:
+        return None
+    return record_evenness(uniformity(stream_of(folder, told), part.part, spacing=told.settings.spacing_mm))
+
+
+def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> tuple[Clearance, Clearance]:
+    """Return what the collision check finds of the print and of the dry run."""
+    cell = setup.cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    path, targets = _written_motion(setup, orders, read_trajectory_table(folder / "trajectory.csv"), arm)
+    aloft, aloft_targets = aloft_path(path, targets, arm)
+
+    def clear(one: JointPath, of: Targets, *, step: float) -> Clearance:
+        return clearance(
+            controller_path(one, of, arm, step=step), arm, tool=cell.tool, process=cell.process,
+            T_base_work=one.T_base_work, poses=one.poses, part=part.part, body=part.body, obstacles=cell.obstacles,
+        )  # fmt: skip
+
+    return clear(path, targets, step=PRINT_STEP), clear(aloft, aloft_targets, step=ALOFT_STEP)
+
+
+def _written_motion(setup: Setup, orders: Orders, table: TrajectoryTable, arm: Arm) -> tuple[JointPath, Targets]:
+    """Return a path whose poses are the targets as written, with the joints that the inverse has for them."""
+    none = np.zeros(orders.count)
+    stream = PoseStream(
+        tips=orders.tips,
+        quaternions=orders.quaternions / np.linalg.norm(orders.quaternions, axis=1, keepdims=True),
+        normals=np.tile([0.0, 0.0, 1.0], (orders.count, 1)),
+        runs=orders.runs,
+        levels=np.full(orders.count, -1),
+        layers=np.zeros(orders.count, dtype=np.int64),
+        deposit=orders.laid | np.insert(orders.laid[:-1], 0, np.False_),
+        stops=orders.zones == 0.0,
+        arcs=none,
+        flow=none,
+        standoff=setup.cell.process.standoff,
+    )
+    T_base_work = setup.placement.T_base_work
+    solutions = arm.solutions(tool_poses(stream, T_base_work=T_base_work))
+    planned = joints_at(table.times, table.joints, orders.times)
+    wound = solutions + 2.0 * np.pi * np.rint((planned[:, None] - solutions) / (2.0 * np.pi))
+    misses = np.abs(wound[0] - setup.start).max(axis=1)
+    branch = int(np.nanargmin(np.where(np.isnan(misses), np.inf, misses)))
+    path = JointPath(
+        poses=stream,
+        joints=wound[:, branch],
+        configuration=orders.configuration,
+        branch=branch,
+        rotations=none,
+        leans=np.zeros((orders.count, 2)),
+        T_base_work=T_base_work,
+    )
+    return path, Targets(np.arange(orders.count), orders.zones, orders.speeds)
+
+
+def _closer(printing: Clearance, dry: Clearance, told: ClearanceRecord) -> Iterator[Finding]:
+    """Yield each clearance that is not the one of the plan."""
+    pairs = {
+        "smallest_mm": (told.smallest_mm, printing.smallest),
+        "arm_smallest_mm": (told.arm_smallest_mm, printing.arm_smallest),
+        "tip_margin_mm": (told.tip_margin_mm, printing.tip_margin),
+        "dry_run.smallest_mm": (told.dry_run.smallest_mm, dry.smallest),
+    }
+    for name, (said, now) in pairs.items():
+        if (said is None) is not (now is None) or abs((said or 0.0) - (now or 0.0)) > CLEARANCE_TOLERANCE:
+            yield Finding(PLAN, 1, f"robot.1.clearance.{name} is {said}, checked again it is {now}")
+
+
+def _uneven(now: EvennessRecord, told: EvennessRecord) -> Iterator[Finding]:
+    """Yield each figure of evenness that is not the one of the plan."""
+    pairs = {name: (getattr(told, name), getattr(now, name)) for name in ("gap", "overlap", "fill", "width_cv")}
+    if told.spacing is not None and now.spacing is not None:
+        pairs["spacing.mean"] = told.spacing.mean, now.spacing.mean
+        pairs["spacing.cv"] = told.spacing.cv, now.spacing.cv
+    for name, (said, found) in pairs.items():
+        if abs(said - found) > EVENNESS_TOLERANCE:
+            yield Finding(PLAN, 1, f"uniformity.{name} is {said}, measured again it is {found}")
