@@ -175,6 +175,11 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
         "read_curve": lambda: config.read_curve(gone),
         "check_bundle": lambda: geoprint.check_bundle(gone),
+        "check_folder": lambda: pipeline.check_folder(gone),
+        "job_from": lambda: geoprint.job_from(gone),
+        "job_file_of": lambda: pipeline.job_file_of(gone),
+        "written_bundle": lambda: pipeline.written_bundle(gone),
+        "cell_text": lambda: config.cell_text(gone),
         "load_cell": lambda: geoprint.load_cell(gone),
         "cell_of": lambda: config.cell_of('[robot]\nurdf = "a.urdf"', name="a cell", folder=gone),
         "calibrate": lambda: pipeline.calibrate(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from benchmarks.guide import cells, surfaces
+from benchmarks.guide import cells, proof, surfaces
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -72,6 +72,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "fine-lines.png": cells.fine_lines,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
+    "again.png": proof.again,
     "report.png": report,
     "checked.png": cells.checked,
     "scripting.png": scripting,

@@ -65,7 +65,7 @@ def plan(
     say(f"{outcome_text(told, verbose=verbose)}\nwritten and verified: {out}")
     if source is not None:
         differing = source.differing(out)
-        say(again_text(source.folder, written_by=source.version, differing=differing, changed=[*keys]))
+        say(again_text(str(source.folder), written_by=source.version, differing=differing, changed=[*keys]))
 
 
 @takes(but=("backend",))

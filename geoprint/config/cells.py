@@ -55,14 +55,14 @@ def load_cell(path: Path | str | None) -> Cell:
     return cell_of(cell_text(path), name=path.name, folder=path.parent)
 
 
-def cell_text(path: Path) -> str:
+def cell_text(path: Path | str) -> str:
     """Return the text of a cell file.
 
     Raises:
         UsageError: the file is missing or cannot be read.
     """
     try:
-        return text_of(path)
+        return text_of(Path(path))
     except (OSError, ValueError) as error:
         raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
 

@@ -123,7 +123,7 @@ class Job(Table):
     ] = None
     backend: Annotated[str, Key("Planning backend.", "# heat, fast-marching or lscm", group="paths")] = "heat"
     compared: Annotated[
-        list[str],
+        list[str] | None,
         Key(
             "",
             '["lscm", "heat"] # plan as in a comparison of these: on the surface that all of them need, and what no '
@@ -132,7 +132,7 @@ class Job(Table):
             option="",
             told="",
         ),
-    ] = Field(default=[])
+    ] = None
     pattern: Annotated[
         str,
         Key("How paths cover the surface.", "# how paths cover the surface: contours", group="paths", always=False),

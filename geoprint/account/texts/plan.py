@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
 
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
@@ -50,7 +49,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     return "\n".join(lines)
 
 
-def again_text(folder: Path, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:
+def again_text(folder: str, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:
     """Return the line on a bundle that was planned again.
 
     Args:

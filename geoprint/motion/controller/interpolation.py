@@ -18,6 +18,9 @@ from geoprint.motion.reach import LARGEST_JUMP, TURN_STEP, tool_poses
 # form, and rounding grows by 1 / sin of the wrist angle only. A target so near to a quarter turn may count as either.
 SAME_JOINTS = 1e-6
 
+# A move of a whole number of steps but for this share of one takes no further step: a descent from the dry run is as
+# long as ten, and whoever reads the targets back, rounded to 1e-6 mm, finds the same rows.
+WHOLE_STEPS = 1e-5
 # Steps of a joint move are cut so that they stay below the largest one by this factor: equal steps of the joints are
 # not quite equal steps of the tip.
 STEP_MARGIN = 0.95
@@ -107,7 +110,8 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     start, end = passed[:-1], passed[1:]
     moves = np.linalg.norm(end[:, :3, 3] - start[:, :3, 3], axis=1)
     turns = transforms.rotation_angle(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3])
-    counts = np.maximum(np.ceil(np.maximum(moves / step, turns / TURN_STEP)), 1.0).astype(np.int64)
+    steps = np.maximum(moves / step, turns / TURN_STEP)
+    counts = np.maximum(np.ceil(steps - WHOLE_STEPS), 1.0).astype(np.int64)
     places = np.concatenate([[0], np.cumsum(counts)])
     rows = np.repeat(np.arange(counts.size), counts)
     shares = (np.arange(rows.size) - places[rows]) / counts[rows]

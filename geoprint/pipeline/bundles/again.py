@@ -61,13 +61,14 @@ class WrittenBundle:
         return [name for name, digest in listed_bundle(folder).items() if self.hashes.get(name) != digest]
 
 
-def written_bundle(folder: Path) -> WrittenBundle:
+def written_bundle(folder: Path | str) -> WrittenBundle:
     """Return what is said of a bundle before it is planned again.
 
     Raises:
         InputError: the folder is no bundle.
         VerificationError: its plan.json cannot be read.
     """
+    folder = Path(folder)
     hashes = listed_bundle(folder)
     return WrittenBundle(folder, _version(folder), hashes)
 

@@ -6,11 +6,10 @@ import os
 import secrets
 from datetime import datetime
 from pathlib import Path
-from typing import cast
 
 from geoprint.account import as_json, read_record
 from geoprint.account.checked import Checked
-from geoprint.account.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord, Stage
+from geoprint.account.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord
 from geoprint.errors import ExportError, UsageError, VerificationError
 from geoprint.export import EVIDENCE, json_bytes
 
@@ -57,7 +56,7 @@ def record_seen(
         missing = " and ".join(checked.setup.placement.missing)
         raise UsageError(f"this program runs only dry, nobody has stated {missing}: it cannot have printed.")
     seen = SeenRecord(
-        stage=cast("Stage", stage),
+        stage=stage,
         date=(when or datetime.now().astimezone()).isoformat(timespec="seconds"),
         controller=(controller or "").strip() or None,
         note=note.strip(),

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.surfaces.files.archives import only_mesh
-from geoprint.surfaces.files.mesh_file import ORIGIN, MeshFile, check_mesh
+from geoprint.surfaces.files.mesh_file import MeshFile, check_mesh
 from geoprint.surfaces.files.optional_readers import (
     read_cad,
     read_cloud,
@@ -93,14 +93,13 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
             f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
             "export the mesh as one of these."
         )
+    # A mesh that geoprint stored may be of a label.
+    if suffix not in VOLUMES and (thin or (label is not None and suffix != ".ply")):
+        raise _without_labels(path.name, option="--thin" if label is None else "--label")
     data = _content(path)
     digest = sha256(data).hexdigest()
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
-    stored = suffix == ".ply" and ORIGIN in data[:200]
-    if (thin or (label is not None and not stored)) and suffix not in VOLUMES:
-        option = "--thin" if label is None else "--label"
-        raise UsageError(f"`{path.name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
     try:
         if suffix in VOLUMES:
             file = VOLUMES[suffix](data, name=path.name, label=label, thin=thin)
@@ -123,10 +122,15 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
 
 
 def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
-    """Refuse another label than the one that a stored mesh was made of."""
+    """Refuse another label than the one that a mesh was made of."""
     if label not in {None, file.label}:
-        held = "no label of a volume" if file.label is None else f"its label {file.label}"
-        raise UsageError(f"`{name}` holds what was read from {file.name}, {held}; leave `--label` out.")
+        if file.label is None:
+            raise _without_labels(name, option="--label")
+        raise UsageError(f"`{name}` holds label {file.label} of {file.name}, not {label}; leave `--label` out.")
+
+
+def _without_labels(name: str, *, option: str) -> UsageError:
+    return UsageError(f"`{name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
 
 
 def _content(path: Path) -> bytes:

@@ -107,6 +107,6 @@ def test_the_command_says_whether_the_bytes_are_the_same(
 def test_another_version_is_named_where_bytes_differ() -> None:
     from geoprint.account import again_text
 
-    said = again_text(Path("old"), written_by="0.0.1", differing=["plan.json"], changed=[])
+    said = again_text("old", written_by="0.0.1", differing=["plan.json"], changed=[])
     assert said.startswith("warning: planned again from old, but 1 files differ (plan.json")
     assert "geoprint 0.0.1 wrote that one, this is " in said

@@ -35,6 +35,8 @@ def original(tmp_path: Path) -> MeshFile:
 def test_everything_that_a_reader_found_is_there_again(original: MeshFile, tmp_path: Path) -> None:
     file = replace(original, notes=(("label", 3), ("end_header", 0.1)), label=3)
     (tmp_path / "part.ply").write_bytes(stored_mesh(file))
+    with pytest.raises(UsageError, match=r"`part\.ply` holds label 3 of two groups .*, not 4; leave"):
+        read_mesh(tmp_path / "part.ply", label=4)
     found = read_mesh(tmp_path / "part.ply", label=3)
     assert found.vertices.tobytes() == file.vertices.tobytes()
     assert np.array_equal(found.faces, file.faces)
@@ -54,7 +56,7 @@ def test_it_carries_its_unit_and_its_label(original: MeshFile, tmp_path: Path) -
     assert load_file(path, unit=None).surface.name == "two groups \u00fc.obj"
     with pytest.raises(UsageError, match="says that its unit is mm, not in"):
         load_file(path, unit="in")
-    with pytest.raises(UsageError, match=r"holds what was read from two groups .*, no label of a volume"):
+    with pytest.raises(UsageError, match=r"`part\.ply` has no labels, only"):
         load_file(path, unit=None, label=1)
 
 

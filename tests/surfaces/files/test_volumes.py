@@ -298,7 +298,7 @@ def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.M
 
 def test_a_label_for_a_mesh_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="has no labels"):
-        load_file(tmp_path / "a.ply", unit="mm", label=1)
+        load_file(tmp_path / "a.stl", unit="mm", label=1)
 
 
 @pytest.mark.parametrize("name", ["rodero01_labels_1mm_ras", "rodero01_labels_sax_oblique_1.25x1.25x6mm"])
