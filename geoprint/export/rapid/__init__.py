@@ -1,7 +1,7 @@
 """RAPID: written, read, run in thought and verified; the reader shares no code with the writer."""
 
 from geoprint.export.rapid.cell_module import check_cell as check_cell
-from geoprint.export.rapid.names import check_names as check_names
+from geoprint.export.rapid.language.symbols import Task as Task, read_task as read_task
 from geoprint.export.rapid.program import rapid_program as rapid_program
 from geoprint.export.rapid.run import Step as Step
 from geoprint.export.rapid.settings import (
