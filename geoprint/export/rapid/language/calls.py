@@ -25,13 +25,15 @@ from geoprint.export.rapid.language.syntax import (
 )
 
 
-class _Judge(Protocol):
+class _ExpressionJudge(Protocol):
     def __call__(
         self, expression: Expression, here: Context, *, wanted: Kind | None = None, what: str = ""
     ) -> Kind | None: ...
 
 
-def judge_arguments(line: int, arguments: Sequence[Argument], symbol: Symbol, here: Context, *, judge: _Judge) -> None:
+def judge_arguments(
+    line: int, arguments: Sequence[Argument], symbol: Symbol, here: Context, *, judge: _ExpressionJudge
+) -> None:
     """Judge the arguments of a call.
 
     Args:
@@ -83,7 +85,9 @@ def _parameter_of(argument: Argument, parameters: Sequence[Parameter], last: int
     return next((one for one in parameters if not one.optional and one.group > last), None)
 
 
-def _judge_one(argument: Argument, parameter: Parameter, symbol: Symbol, here: Context, *, judge: _Judge) -> None:
+def _judge_one(
+    argument: Argument, parameter: Parameter, symbol: Symbol, here: Context, *, judge: _ExpressionJudge
+) -> None:
     routine = symbol.node
     what = f"{parameter.name} of {symbol.name}"
     is_switch = parameter.kind.lower() == "switch"
