@@ -62,9 +62,9 @@ def _matched(
 ) -> list[tuple[Argument, Parameter]]:
     """Return each argument with its parameter, as far as they have one."""
     found: list[tuple[Argument, Parameter]] = []
-    last = -1
+    last = last_required = -1
     for argument in arguments:
-        parameter = _parameter_of(argument, routine.parameters, last)
+        parameter = _parameter_of(argument, routine.parameters, last_required)
         if parameter is None:
             what = f"\\{argument.name}" if argument.optional else argument.name or "a further argument"
             here.say(argument.line, f"{name} takes no {what}")
@@ -74,6 +74,7 @@ def _matched(
         elif parameter.group < last:
             here.say(argument.line, f"{name} takes {parameter.name} before the arguments in front of it")
         last = max(last, parameter.group)
+        last_required = last_required if parameter.optional else max(last_required, parameter.group)
         found.append((argument, parameter))
     return found
 
