@@ -100,12 +100,10 @@ def _judge_one(
             here.say(argument.line, f"{what} {'is a switch and takes no value' if is_switch else 'wants a value'}")
         return
     # One value may fill one of several parameters: as the first of the kind that fits.
-    rivals = [
-        one
-        for one in (routine.parameters if isinstance(routine, Routine) else ())
-        if one.group == parameter.group and not argument.name
-    ]
-    kinds = [here.kinds.of_type(one.kind, file=symbol.file, dimensions=one.dimensions) for one in rivals or [parameter]]
+    rivals = [parameter]
+    if not argument.name and isinstance(routine, Routine):
+        rivals = [one for one in routine.parameters if one.group == parameter.group]
+    kinds = [here.kinds.of_type(one.kind, file=symbol.file, dimensions=one.dimensions) for one in rivals]
     wanted = kinds[0] if len(kinds) == 1 else None
     found = judge(argument.value, here, wanted=wanted, what=what)
     if len(kinds) > 1 and found is not None and not any(_alike(found, kind) for kind in kinds):
