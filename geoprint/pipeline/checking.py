@@ -37,12 +37,12 @@ from geoprint.export.rapid import (
     Settings,
     Step,
     Timeline,
-    check_names,
     check_resident,
     check_timeline,
     program_findings,
     program_settings,
     read_back,
+    read_task,
     timeline,
 )
 from geoprint.model import FloatArray
@@ -201,8 +201,9 @@ class _Checking:
         with_file("plan.json", self._read_plan)
         with_file("setup.json", self._read_setup)
         if self.setup is None:
-            # Whatever it was written for, nothing loads that declares a name twice.
-            with_file(RAPID_FOLDER, lambda: check_names(tuple(self.modules(names))))
+            # Whatever it was written for, nothing loads whose names mean nothing.
+            modules = tuple((name, text) for name, text in self.modules(names) if name.endswith(".mod"))
+            with_file(RAPID_FOLDER, lambda: read_task(modules, signals=None))
             return
         setup = self.setup
         with_file(f"{RAPID_FOLDER}/{RESIDENT}", lambda: self._check_resident(setup))
@@ -277,7 +278,7 @@ class _Checking:
             if name == f"{RAPID_FOLDER}/{path.name}" and path.is_file():
                 yield path.name, path.read_bytes().decode("latin-1")
 
-    def _collecting(self, file: str, check: Callable[[], None]) -> None:
+    def _collecting(self, file: str, check: Callable[[], object]) -> None:
         try:
             check()
         except GeoprintError as error:

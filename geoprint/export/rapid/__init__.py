@@ -6,7 +6,7 @@ from geoprint.export.rapid.controller_files import (
     controller_files as controller_files,
 )
 from geoprint.export.rapid.guard import RESIDENT as RESIDENT, check_resident as check_resident
-from geoprint.export.rapid.names import check_names as check_names
+from geoprint.export.rapid.language.symbols import Task as Task, read_task as read_task
 from geoprint.export.rapid.program import rapid_program as rapid_program
 from geoprint.export.rapid.run import Step as Step
 from geoprint.export.rapid.settings import (

@@ -4,22 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NoReturn, TypeAlias, final
+from typing import Literal, TypeAlias, final
 
-from geoprint.errors import VerificationError
+from geoprint.export.rapid.language.places import Place, refuse as refuse
 
 Value: TypeAlias = "float | int | bool | str | list[Value] | None"
 MoveVerb: TypeAlias = Literal["MoveL", "TriggL"]
 LoadVerb: TypeAlias = Literal["StartLoad", "WaitLoad", "UnLoad"]
-
-
-@final
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where something stands: module file and line, from 1."""
-
-    module: str
-    line: int
 
 
 @final
@@ -150,17 +141,3 @@ class RapidText:
     declarations: Mapping[str, Declaration]
     procedures: Mapping[str, Procedure]
     comments: Mapping[str, tuple[str, ...]]
-
-
-def refuse(place: Place, reason: str) -> NoReturn:
-    """Raise the error that names a place in a module and what is wrong there.
-
-    Raises:
-        VerificationError: always.
-    """
-    raise VerificationError(
-        f"{place.module}, line {place.line}: {reason}. Do not run this program; write it again from its plan.",
-        module=place.module,
-        line=place.line,
-        reason=reason,
-    )

@@ -11,7 +11,7 @@ from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.compare import UNIT_TOLERANCE, compare, declared
 from geoprint.export.rapid.guard import GUARD, check_guard
-from geoprint.export.rapid.names import check_names
+from geoprint.export.rapid.language.symbols import read_task
 from geoprint.export.rapid.reader import joined, read_module, read_modules, read_program_file
 from geoprint.export.rapid.run import Step, run_program
 from geoprint.export.rapid.settings import CELL_MODULE, Settings, check_new, read_settings
@@ -81,10 +81,10 @@ def program_findings(
 ) -> Iterator[VerificationError]:
     """Yield what is wrong with a program: the first finding of each kind, in the order in which they matter.
 
-    Checked: that no name is declared twice in the task; the guard, word for word; every target's position, attitude,
-    zone and speed, its configuration, printed and lifted, and that no move goes nowhere; the tool, the work object,
-    home and the times to and from it; that valve and lamp switch exactly where the plan has it, always by
-    `geoOn` or 0; the flow; that modules are there when they are called.
+    Checked: the guard, word for word; every target's position, attitude, zone and speed, its configuration, printed and
+    lifted, and that no move goes nowhere; the tool, the work object, home and the times to and from it; that valve and
+    lamp switch exactly where the plan has it, always by `geoOn` or 0; the flow; that modules are there when they are
+    called; at last that all of it is RAPID, and every name in it means something, once.
 
     Args:
         modules: name and text of each file.
@@ -98,7 +98,11 @@ def program_findings(
     paths = tuple((name, text) for name, text in modules if name not in {GUARD, _LIST})
     loading = any(name.startswith("GeoPath") for name, _ in paths)
     yield from _failing(lambda: _verify_list(texts, loading=loading))
-    yield from _failing(lambda: check_names(modules))
+    task = tuple((name, text) for name, text in modules if name != _LIST)
+    meaning = tuple(_failing(lambda: read_task(task, signals=_signals(cell))))
+    # What is declared twice is told first: later checks would only name its consequences.
+    twice = tuple(finding for finding in meaning if "declared twice" in str(finding))
+    yield from twice
     yield from _failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))
     read: list[RapidText] = []
     for name, text in paths:
@@ -109,6 +113,7 @@ def program_findings(
     for text in whole:
         yield from _failing(lambda text=text: verify_header(text, placement=placement, surface_within=surface_within))
         yield from _text_findings(text, orders, cell=cell, placement=placement, events=events)
+    yield from (finding for finding in meaning if finding not in twice)
 
 
 def read_back(modules: tuple[tuple[str, str], ...]) -> tuple[Step, ...]:
@@ -156,7 +161,14 @@ def _text_findings(
             yield from _failing(lambda steps=steps: _verify_flow(steps, orders, signals=cell.signals))
 
 
-def _failing(check: Callable[[], None]) -> Iterator[VerificationError]:
+def _signals(cell: Cell) -> dict[str, str]:
+    """Return the outputs of a cell with their types."""
+    signals = cell.signals
+    digital = [name for name in (signals.dispenser, signals.uv_lamp, signals.vacuum) if name]
+    return dict.fromkeys(digital, "signaldo") | ({signals.flow: "signalao"} if signals.flow else {})
+
+
+def _failing(check: Callable[[], object]) -> Iterator[VerificationError]:
     """Yield what a check raises."""
     try:
         check()

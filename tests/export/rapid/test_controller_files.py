@@ -15,7 +15,7 @@ from geoprint.errors import VerificationError
 from geoprint.export.rapid.cell_module import guard_module
 from geoprint.export.rapid.controller_files import controller_files
 from geoprint.export.rapid.guard import check_resident
-from geoprint.export.rapid.names import check_names
+from geoprint.export.rapid.language.symbols import read_task
 from geoprint.model import Cell, Placement, Program
 from tests.export.export_cases import CELL, DEMONSTRATION, PLACEMENT
 from tests.export.rapid.test_lint import CELLS, errors, written
@@ -195,7 +195,9 @@ def test_runs_follow_one_another_from_main_only() -> None:
 @pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION], ids=["known", "demo"])
 def test_program_and_resident_are_one_task_without_a_name_declared_twice(name: str, placement: Placement) -> None:
     program = written(CELLS[name], placement)
-    check_names([*program.modules, ("GeoResident.sys", files(CELLS[name], placement)["GeoResident.sys"])])
+    modules = [each for each in program.modules if each[0].endswith(".mod")]
+    task = read_task([*modules, ("GeoResident.sys", files(CELLS[name], placement)["GeoResident.sys"])], signals=None)
+    assert len(task.modules) == len(modules) + 1
 
 
 @pytest.mark.parametrize("name", ["io", "everything"])

@@ -1,0 +1,154 @@
+r"""Cuts RAPID text into tokens, line by line.
+
+A token is its kind, its value and its line. Operators and reserved words are their own kind (`:=`, `ENDPROC`, in
+capitals); the others are `name`, `number`, `string`, `numbers` (a whole aggregate of nothing but numbers, decoded by
+the JSON scanner, whose brackets and numbers are RAPID's), `call` and, at last, `end`. A `call` is a whole instruction
+of names behind such an aggregate, on a line of its own (`MoveL [...],v,z,tool\WObj:=w;`): a program has tens of
+thousands of them, and read so they cost a fifth. It is the node that the parser would make of the tokens; a test holds
+that.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import TypeAlias, cast
+
+from geoprint.export.rapid.language.places import Place, refusal
+from geoprint.export.rapid.language.syntax import Argument, Call, Literal, Name, Value
+
+Token: TypeAlias = tuple[str, "str | float | Value | Call", int]
+
+# Reserved words, which no name may be [3HAC050946, lexical elements].
+RESERVED = frozenset(
+    re.findall(
+        r"\w+",
+        """ALIAS AND BACKWARD CASE CONNECT CONST DEFAULT DIV DO ELSE ELSEIF ENDFOR ENDFUNC ENDIF ENDMODULE ENDPROC
+        ENDRECORD ENDTEST ENDTRAP ENDWHILE ERROR EXIT FALSE FOR FROM FUNC GOTO IF INOUT LOCAL MOD MODULE NOSTEPIN NOT
+        NOVIEW OR PERS PROC RAISE READONLY RECORD RETRY RETURN STEP SYSMODULE TASK TEST THEN TO TRAP TRUE TRYNEXT UNDO
+        VAR VIEWONLY WHILE WITH XOR""",
+    )
+)
+# What an editor leaves where a programmer has still to write something: a controller stops there.
+_PLACEHOLDERS = frozenset({"TDN", "DDN", "RDN", "PAR", "ALT", "DIM", "SMT", "VAR", "EIT", "CSE", "EXP", "ARG", "ID"})
+_TOKEN = re.compile(
+    r"""\s*(?:(?P<name>[^\W\d_]\w*)
+    |(?P<number>0[xX][0-9a-fA-F]+|0[oO][0-7]+|0[bB][01]+|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)
+    |(?P<string>"(?:[^"]|"")*")|(?P<comment>!.*)|<(?P<hole>[A-Z]{2,3})>
+    |(?P<sign>:=|<>|<=|>=|[-+*/=<>()\[\]{},;.:\\?|%])|(?P<bad>\S)|$)""",
+    re.VERBOSE | re.DOTALL,
+)
+_BASES = {"x": 16, "o": 8, "b": 2}
+# In a text a quotation mark is doubled, a backslash too, and a backslash with two digits is a character by its code.
+_ESCAPE = re.compile(r'""|\\\\|\\([0-9a-fA-F]{2})')
+_NUMBERS = re.compile(r"\[[-+0-9.eE,\[\] \t]*\]")
+_DECODER = json.JSONDecoder(parse_int=float)
+_WORD = r"[A-Za-z][A-Za-z0-9_]*"
+_CALL = re.compile(rf"\s*({_WORD})[ \t]+(?=\[)", re.ASCII)
+_TAIL = re.compile(rf"((?:(?:,|\\{_WORD}:=){_WORD})*);\s*$", re.ASCII)
+_PART = re.compile(rf"(?:,|\\({_WORD}):=)({_WORD})", re.ASCII)
+
+
+def tokens(
+    file: str, lines: list[str], comments: list[tuple[int, str]], *, whole_calls: bool = True
+) -> Iterator[Token]:
+    """Yield the tokens of a module, at last `end`.
+
+    Args:
+        file: its name, for errors.
+        lines: its text.
+        comments: takes the number and text of each line that is a comment.
+        whole_calls: whether instructions behind an aggregate of numbers come as one token.
+
+    Raises:
+        VerificationError: a character begins no token, a text has no end, or a placeholder was left standing.
+    """
+    # Only where a statement begins is a line with a whole instruction one.
+    begins = False
+    for number, line in enumerate(lines, start=1):
+        if begins and whole_calls and (call := _whole_call(line, number)) is not None:
+            yield "call", call, number
+            continue
+        at, last = 0, ""
+        while at < len(line):
+            match = cast("re.Match[str]", _TOKEN.match(line, at))
+            at = match.end()
+            kind = match.lastgroup
+            if kind is None:
+                break
+            text = match[kind]
+            if kind == "comment":
+                if not last and match.start(kind) == len(line) - len(line.lstrip()):
+                    comments.append((number, text.rstrip()))
+            elif kind == "sign" and text == "[" and (found := _numbers(line, at - 1)) is not None:
+                value, at = found
+                last = "numbers"
+                yield last, value, number
+            else:
+                token = _token(kind, text, Place(file, number))
+                last = token[0]
+                yield token
+        if last:
+            begins = last == ";"
+    yield "end", "", len(lines)
+
+
+def _token(kind: str, text: str, place: Place) -> Token:
+    if kind == "sign":
+        return text, text, place.line
+    if kind == "name":
+        word = text.upper()
+        return (word, text, place.line) if word in RESERVED else ("name", text, place.line)
+    if kind == "number":
+        base = _BASES.get(text[1:2].lower(), 10)
+        return "number", float(text) if base == 10 else float(int(text[2:], base)), place.line
+    if kind == "string":
+        return "string", _ESCAPE.sub(_unescaped, text[1:-1]), place.line
+    if kind == "hole" and text in _PLACEHOLDERS:
+        reason = f"the placeholder <{text}> was never filled in"
+    else:
+        reason = "a text has no closing quotation mark" if text == '"' else f"{text!r} begins nothing in RAPID"
+    raise refusal(place, reason)
+
+
+def _unescaped(escape: re.Match[str]) -> str:
+    return chr(int(escape[1], 16)) if escape[1] else escape[0][0]
+
+
+def _numbers(line: str, at: int) -> tuple[Value, int] | None:
+    """Return the aggregate of numbers that begins here and where it ends, or None where it is none for the scanner."""
+    bounds = _NUMBERS.match(line, at)
+    if bounds is None:
+        return None
+    try:
+        value, end = cast("tuple[list[object], int]", _DECODER.raw_decode(line, at))
+    except ValueError:
+        return None
+    return (_frozen(value), end) if end <= bounds.end() else None
+
+
+def _frozen(parts: list[object]) -> Value:
+    # Tens of thousands of targets come here; most lists are flat.
+    if list in map(type, parts):
+        nested = cast("list[list[object] | float]", parts)
+        return tuple([_frozen(part) if isinstance(part, list) else part for part in nested])
+    return tuple(cast("list[float]", parts))
+
+
+def _whole_call(line: str, number: int) -> Call | None:
+    head = _CALL.match(line)
+    if head is None:
+        return None
+    found = _numbers(line, head.end())
+    if found is None:
+        return None
+    value, at = found
+    tail = _TAIL.match(line, at)
+    if tail is None:
+        return None
+    parts = _PART.findall(tail[1])
+    if not RESERVED.isdisjoint([head[1].upper(), *(word.upper() for part in parts for word in part)]):
+        return None
+    rest = [Argument(number, option, Name(number, word), option != "") for option, word in parts]
+    return Call(number, head[1], None, (Argument(number, "", Literal(number, value), optional=False), *rest))
