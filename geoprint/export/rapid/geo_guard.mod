@@ -40,6 +40,9 @@ MODULE GeoGuard
     geoPct:=geoSpeedPct;
 @known|    geoPrints:=NOT geoDryRun;
 @known|    geoFrom:=geoFirstRun;
+@known+io|    IF geoPrints AND (geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100) THEN
+@known+io|      GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
+@known+io|    ENDIF
     ConfJ\On;
     ConfL\On;
     SingArea\Off;
