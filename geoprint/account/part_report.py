@@ -14,6 +14,7 @@ from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.evidence import WORDS, evidence_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
+from geoprint.account.records.evidence import STAGES
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.replaying import machine, replay
@@ -191,7 +192,7 @@ def report_table(
     if any(plan.flattenings for plan in plans):
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:
-        table += [*_robot(rows), *_evidence([told[row.backend] for row in rows])]
+        table += [*_robot(rows), *evidence_table([told[row.backend] for row in rows])]
     return tuple(table)
 
 
@@ -307,13 +308,13 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
     ]  # fmt: skip
 
 
-def _evidence(told: Sequence[PlanRecord]) -> list[Row]:
+def evidence_table(told: Sequence[PlanRecord]) -> list[Row]:
     """Return how far each program was proven when the page was written; what people see later `geoprint check` says."""
     each = [dict(evidence_rows(plan.robot[0].evidence, (), program_sha256="")) if plan.robot else {} for plan in told]
     names = dict.fromkeys(name for one in each for name in one)
     return [
         Row(
-            "Evidence", name, SEEN_LATER if name in WORDS.values() else "",
+            "Evidence", name, SEEN_LATER if name == WORDS[STAGES[0]] else "",
             tuple(one.get(name, "no program") for one in each),
         )
         for name in names

@@ -11,8 +11,9 @@ import pytest
 
 import geoprint
 from geoprint import cli
-from geoprint.account import check_summary
+from geoprint.account import PlanRecord, check_summary, read_record
 from geoprint.account.evidence import evidence_rows
+from geoprint.account.part_report import evidence_table
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, ScenarioRecord
 from geoprint.account.texts.checking import check_text
 from geoprint.errors import UsageError, VerificationError
@@ -129,6 +130,14 @@ def test_the_command_records_and_refuses(
     assert called(monkeypatch, "check", copy, "--record", "dry", "--note", "fine", "--controller", "c/6.15") == 0
     assert " on c/6.15: fine" in capsys.readouterr().err
     assert json.loads((copy / "evidence.json").read_text())["seen"][0]["controller"] == "c/6.15"
+
+
+def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared: Path) -> None:
+    plans = [read_record(folder / "plan.json", PlanRecord) for folder in (printed, compared / "heat")]
+    rows = {row.quantity: row.values for row in evidence_table(plans)}
+    assert rows["printed"] == ("not yet", "no program")
+    assert rows["parsed"][0].startswith("here: ")
+    assert evidence_table(plans[1:]) == []
 
 
 def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -> None:
