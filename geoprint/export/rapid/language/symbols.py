@@ -90,11 +90,11 @@ def examine(
     judge_names(modules, names, say, closed=closed)
     kinds = Kinds(names)
     for module in modules:
-        judge_module(
-            module,
-            Context(names, kinds, module.file, partial(say, module.file), partial(miss, module.file), assume),
-            closed=closed,
-        )
+        here = Context(names, kinds, module.file, partial(say, module.file), partial(miss, module.file), assume)
+        try:
+            judge_module(module, here, closed=closed)
+        except RecursionError:
+            say(module.file, 1, "statements or operators stand within one another too deeply")
     missing = [entry for entry in missing if entry[2].lower() not in assumed]
     if closed:
         for file, line, name in missing:
