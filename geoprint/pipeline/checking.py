@@ -202,8 +202,7 @@ class _Checking:
         with_file("setup.json", self._read_setup)
         if self.setup is None:
             # Whatever it was written for, nothing loads whose names mean nothing.
-            modules = tuple((name, text) for name, text in self.modules(names) if name.endswith(".mod"))
-            with_file(RAPID_FOLDER, lambda: read_task(modules, signals=None))
+            with_file(RAPID_FOLDER, lambda: read_task(tuple(self.modules(names)), signals=None))
             return
         setup = self.setup
         with_file(f"{RAPID_FOLDER}/{RESIDENT}", lambda: self._check_resident(setup))

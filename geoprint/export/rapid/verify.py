@@ -98,8 +98,7 @@ def program_findings(
     paths = tuple((name, text) for name, text in modules if name not in {GUARD, _LIST})
     loading = any(name.startswith("GeoPath") for name, _ in paths)
     yield from _failing(lambda: _verify_list(texts, loading=loading))
-    task = tuple((name, text) for name, text in modules if name != _LIST)
-    meaning = tuple(_failing(lambda: read_task(task, signals=_signals(cell))))
+    meaning = tuple(_failing(lambda: read_task(modules, signals=_signals(cell))))
     # What is declared twice is told first: later checks would only name its consequences.
     twice = tuple(finding for finding in meaning if "declared twice" in str(finding))
     yield from twice

@@ -11,6 +11,7 @@ from typing import cast
 
 from geoprint.export.rapid.language.cursor import Cursor
 from geoprint.export.rapid.language.expressions import expression, expressions
+from geoprint.export.rapid.language.places import Place, refusal
 from geoprint.export.rapid.language.statements import body
 from geoprint.export.rapid.language.syntax import (
     Alias,
@@ -49,6 +50,13 @@ def parse_module(file: str, text: str, *, whole_calls: bool = True) -> Module:
     text = _HEADER.sub(lambda header: "\n" * header[0].count("\n"), text, count=1) if _HEADER.match(text) else text
     lines = text.split("\n")
     cursor = Cursor(file, lines, whole_calls=whole_calls)
+    try:
+        return _module(file, cursor, lines=len(lines))
+    except RecursionError as error:
+        raise refusal(Place(file, cursor.line), "statements or brackets stand within one another too deeply") from error
+
+
+def _module(file: str, cursor: Cursor, *, lines: int) -> Module:
     cursor.need("MODULE", "the begin of the file")
     name = cursor.name("a module")
     attributes = _attributes(cursor)
@@ -71,9 +79,7 @@ def parse_module(file: str, text: str, *, whole_calls: bool = True) -> Module:
     cursor.step()
     if not cursor.ended:
         cursor.refuse(f"text stands behind ENDMODULE: found {cursor.shown()}")
-    return Module(
-        file, name, attributes, tuple(types), tuple(data), tuple(routines), tuple(cursor.comments), len(lines)
-    )
+    return Module(file, name, attributes, tuple(types), tuple(data), tuple(routines), tuple(cursor.comments), lines)
 
 
 def _attributes(cursor: Cursor) -> tuple[str, ...]:

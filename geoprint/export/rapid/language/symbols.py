@@ -41,14 +41,16 @@ def read_task(modules: Sequence[tuple[str, str]], *, signals: Mapping[str, str] 
     """Parse the modules of a task and resolve its names.
 
     Args:
-        modules: file name and text of each module, those loaded later among them.
+        modules: file name and text of each module, those loaded later among them; a list of modules (.pgf) says
+            nothing.
         signals: as for `resolve`.
         closed: as for `resolve`.
 
     Raises:
         VerificationError: a text is no RAPID, or something in it means nothing; the first such place is named.
     """
-    return resolve([parse_module(file, text) for file, text in modules], signals=signals, closed=closed)
+    texts = [(file, text) for file, text in modules if not file.endswith(".pgf")]
+    return resolve([parse_module(file, text) for file, text in texts], signals=signals, closed=closed)
 
 
 def resolve(modules: Sequence[Module], *, signals: Mapping[str, str] | None, closed: bool = True) -> Task:
@@ -90,11 +92,11 @@ def examine(
     judge_names(modules, names, say, closed=closed)
     kinds = Kinds(names)
     for module in modules:
-        judge_module(
-            module,
-            Context(names, kinds, module.file, partial(say, module.file), partial(miss, module.file), assume),
-            closed=closed,
-        )
+        here = Context(names, kinds, module.file, partial(say, module.file), partial(miss, module.file), assume)
+        try:
+            judge_module(module, here, closed=closed)
+        except RecursionError:
+            say(module.file, 1, "statements or operators stand within one another too deeply")
     missing = [entry for entry in missing if entry[2].lower() not in assumed]
     if closed:
         for file, line, name in missing:

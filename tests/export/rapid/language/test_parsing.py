@@ -7,6 +7,7 @@ from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import (
     Aggregate,
     Argument,
@@ -177,6 +178,12 @@ def test_an_encoded_module_is_refused_in_words() -> None:
     assert parse_module("H.mod", "MODULE Hidden(NOVIEW)\nVAR num x;\nENDMODULE\n").data
 
 
+WHOLE = (
+    "MODULE A RECORD r num x ; ENDRECORD VAR num y {2} := [1,2] ; PROC p ( num a \\ switch b ) VAR pos c ;\n "
+    "x := 1 ;\n MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v10,z1,tool0;\n "
+    "IF a = 1 AND NOT x THEN Foo \\b , y{1} ; ELSE GOTO off ; ENDIF off : FOR i FROM 1 TO 2 DO c.x := -i ; ENDFOR "
+    'TEST a CASE 1 : %"p"% 1 ; ENDTEST ERROR TRYNEXT ; ENDPROC ENDMODULE'
+)
 WORDS = st.sampled_from(["v1", "z_1", "True", "tool", "RETURN", "x"])
 NUMBERS = st.sampled_from(["1", "-0.5", "+3", ".5", "9E9", "2.5e-3", "007", "1.", "-", "a"])
 LISTS = st.recursive(NUMBERS, lambda part: st.lists(part, max_size=3).map(lambda parts: f"[{', '.join(parts)}]"))
@@ -227,3 +234,38 @@ def test_functions_know_their_arguments() -> None:
             Argument(3, "Z", Literal(3, 3.0), optional=False),
         ),
     )
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"x:={'(' * 3000}1{')' * 3000};",
+        f"x:={'[' * 3000}1{']' * 3000};",
+        f"x:={'-' * 5000}x;",
+        f"{'IF a THEN ' * 2000}{'ENDIF ' * 2000}",
+    ],
+    ids=["brackets", "aggregates", "signs", "branches"],
+)
+def test_what_stands_too_deep_is_refused_by_its_line(line: str) -> None:
+    with pytest.raises(VerificationError, match=r"line 3: statements or brackets stand within one another too deeply"):
+        parsed(line)
+
+
+def test_operators_in_too_long_a_row_are_refused() -> None:
+    module = parsed(f"x:=1{'+1' * 5000};")
+    assert "too deeply" in str(examine([module], signals=None)[1][0])
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_whatever_the_text_it_is_a_module_or_refused_by_a_line(data: st.DataObject) -> None:
+    words: list[str] = list[str](WHOLE.split(" "))
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(words) - 1))
+        words[at : at + data.draw(st.integers(0, 2))] = data.draw(
+            st.lists(st.sampled_from([*words, *'()[]{}\\%?;:,."!<>=+', "0x", "<SMT>", "9E9"]), max_size=2)
+        )
+    outcomes = [_outcome(" ".join(words), whole_calls=whole) for whole in (True, False)]
+    assert outcomes[0] == outcomes[1]
+    if isinstance(outcomes[0], Module):
+        examine([outcomes[0]], signals=None)
