@@ -131,7 +131,8 @@ def _numbers(line: str, at: int) -> tuple[Value, int] | None:
 def _frozen(parts: list[object]) -> Value:
     # Tens of thousands of targets come here; most lists are flat.
     if list in map(type, parts):
-        return tuple([_frozen(part) if type(part) is list else part for part in parts])  # pyright: ignore[reportArgumentType]
+        nested = cast("list[list[object] | float]", parts)
+        return tuple([_frozen(part) if isinstance(part, list) else part for part in nested])
     return tuple(cast("list[float]", parts))
 
 
