@@ -8,7 +8,6 @@ from typing import cast
 import numpy as np
 
 from geoprint import transforms
-from geoprint.export.rapid.machine.faults import fault
 from geoprint.export.rapid.machine.poses import Orient, Pos, Pose, between, compose, inverted
 from geoprint.export.rapid.machine.state import Motion, State
 from geoprint.model import FloatArray
@@ -37,8 +36,8 @@ def tip_of(motion: Motion, state: State, tool: Pose) -> Pose:
 def joints_of(motion: Motion, state: State) -> tuple[float, ...]:
     """Return the joints at the end of the last move: the solution nearest to the last ones that were known [rad].
 
-    Raises:
-        Fault: the arm does not reach there.
+    Where the arm does not reach, the last known ones stand: whether it can follow the targets is judged elsewhere, from
+    the arm's own side.
     """
     if motion.joints is not None:
         return motion.joints
@@ -47,7 +46,7 @@ def joints_of(motion: Motion, state: State) -> tuple[float, ...]:
     found = state.arm.solutions((flange @ state.arm.T_flange_tool)[None])[0]
     found = found[~np.isnan(found).any(axis=1)]
     if not len(found):
-        fault("ERR_ROBLIMIT", "the arm does not reach where it is to move from")
+        return motion.near
     near = np.array(motion.near)
     wound = found + 2.0 * math.pi * np.rint((near - found) / (2.0 * math.pi))
     best = wound[int(np.abs(wound - near).max(axis=1).argmin())]

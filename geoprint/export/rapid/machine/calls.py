@@ -14,7 +14,13 @@ if TYPE_CHECKING:
     from geoprint.export.rapid.machine.code import RoutineCode, Scope
 
 
-def binder(routine: RoutineCode, arguments: tuple[Argument, ...], scope: Scope) -> Callable[[State], list[Slot]]:
+# Options that name an output.
+OUTPUTS = frozenset({"dop", "aop", "gop"})
+
+
+def binder(
+    routine: RoutineCode, arguments: tuple[Argument, ...], scope: Scope, *, line: int
+) -> Callable[[State], list[Slot]]:
     """Return what makes the first slots of a routine's frame out of the arguments of a call.
 
     Raises:
@@ -33,7 +39,6 @@ def binder(routine: RoutineCode, arguments: tuple[Argument, ...], scope: Scope) 
         waiting = [parameter for parameter in waiting if parameter is not named]
         given[named.name.lower()] = argument
     if waiting:
-        line = arguments[0].line if arguments else 0
         unknown(scope.file, line, f"{routine.name} is not given its parameter {waiting[0].name}")
     makers = [_maker(parameter, given.get(parameter.name.lower()), scope) for parameter in routine.parameters]
     return lambda state: [make(state) for make in makers]
@@ -80,7 +85,7 @@ def options_of(
     Raises:
         VerificationError: one is not known.
     """
-    from geoprint.export.rapid.machine.expressions import compiled
+    from geoprint.export.rapid.machine.expressions import compiled, operand
 
     makers: dict[str, Callable[[State], Value]] = {}
     for argument in arguments:
@@ -89,7 +94,8 @@ def options_of(
             continue
         if name not in known:
             unknown(scope.file, argument.line, f"the option {argument.name} is none that this machine knows here")
-        makers[name] = (lambda _: True) if argument.value is None else compiled(argument.value, scope).run
+        look = compiled if name in OUTPUTS else operand
+        makers[name] = (lambda _: True) if argument.value is None else look(argument.value, scope).run
     if not makers:
         return _nothing
     return lambda state: {name: make(state) for name, make in makers.items()}

@@ -161,5 +161,3 @@ class Scope:
         """Return the routine of a name, whether its module is loaded or not."""
         name = name.lower()
         return self.names.own_routines.get((self.file, name)) or self.names.routines.get(name)
-
-

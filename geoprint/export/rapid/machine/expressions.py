@@ -190,7 +190,7 @@ def _function(expression: FunctionCall, scope: Scope) -> Code:
     name = expression.name.lower()
     routine = scope.routine(name)
     if routine is not None:
-        bind = binder(routine, expression.arguments, scope)
+        bind = binder(routine, expression.arguments, scope, line=expression.line)
 
         def call(state: State) -> Value:
             if routine.file not in state.loaded:

@@ -12,6 +12,7 @@ from pathlib import PurePosixPath
 from typing import Any, TypeAlias, cast, final
 
 from geoprint.export.rapid.language.syntax import Value
+from geoprint.export.rapid.machine.calls import OUTPUTS
 from geoprint.export.rapid.machine.execution import Switching
 from geoprint.export.rapid.machine.faults import fault
 from geoprint.export.rapid.machine.functions import text_of
@@ -22,8 +23,6 @@ from geoprint.export.rapid.machine.records import stored
 from geoprint.export.rapid.machine.state import Reference, State
 
 Run: TypeAlias = Callable[[State, list[Any], Mapping[str, Value]], None]
-# What TriggSpeed and the like may write at most by one option.
-_OUTPUTS = ("dop", "aop", "gop")
 
 
 @final
@@ -151,7 +150,7 @@ def _trigger_equipment(state: State, values: list[Any], options: Mapping[str, Va
 def _define(
     state: State, datum: Reference, options: Mapping[str, Value], *, distance: float, value: float, lead: float = 0.0
 ) -> None:
-    outputs = [cast("str", options[name]) for name in _OUTPUTS if name in options]
+    outputs = [cast("str", options[name]) for name in sorted(OUTPUTS) if name in options]
     if len(outputs) != 1:
         fault("ERR_ARGDUPCND", "a trigger switches one output")
     file, line = _place(state)
@@ -220,7 +219,7 @@ def _nothing(_: State, __: list[Any], ___: Mapping[str, Value]) -> None:
     pass
 
 
-_TRIGGER = frozenset({"start", "time", *_OUTPUTS})
+_TRIGGER = frozenset({"start", "time", *OUTPUTS})
 INSTRUCTIONS: Mapping[str, Instruction] = {
     "setdo": Instruction(_set_output, 2, 2, signals=(0,)),
     "setao": Instruction(_set_output, 2, 2, signals=(0,)),
@@ -233,7 +232,9 @@ INSTRUCTIONS: Mapping[str, Instruction] = {
     "tpreadfk": Instruction(_ask, 7, 7, references=(0,)),
     "tpreadnum": Instruction(_ask, 2, 2, references=(0,)),
     "waittime": Instruction(_wait, 1, 1, options=frozenset({"inpos"})),
-    "waitrob": Instruction(lambda state, _, __: _wait(state, [0.0], {"inpos": True}), 0, 0, options=frozenset({"inpos"})),
+    "waitrob": Instruction(
+        lambda state, _, __: _wait(state, [0.0], {"inpos": True}), 0, 0, options=frozenset({"inpos"})
+    ),
     "waituntil": Instruction(_wait_until, 1, 1, options=frozenset({"maxtime"})),
     "waitdi": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
     "waitdo": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),

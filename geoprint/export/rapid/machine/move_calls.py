@@ -131,9 +131,7 @@ def _line_step(
     return step
 
 
-def _joints_step(
-    order: Order, run: Mapping[str, Evaluate], options: Callable[[State], Mapping[str, Value]]
-) -> Step:
+def _joints_step(order: Order, run: Mapping[str, Evaluate], options: Callable[[State], Mapping[str, Value]]) -> Step:
     target, speed, zone, tool = (run[part] for part in ("target", "speed", "zone", "tool"))
 
     def step(state: State) -> None:

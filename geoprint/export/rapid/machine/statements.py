@@ -57,9 +57,7 @@ def compile_routine(routine: Routine, code: RoutineCode, task: Task) -> None:
     scope = Scope(task.names, code.file)
     compiler = _Compiler(code, scope, task)
     for parameter in routine.parameters:
-        scope.add(
-            parameter.name, parameter.kind, by_reference=by_reference(parameter), dimensions=parameter.dimensions
-        )
+        scope.add(parameter.name, parameter.kind, by_reference=by_reference(parameter), dimensions=parameter.dimensions)
     for datum in routine.data:
         sizes = tuple(int(cast("float", compiled(size, scope).run(task.blank))) for size in datum.sizes)
         first = array_of(initial(scope.kind(datum.kind), task.names.records), sizes)
@@ -320,7 +318,7 @@ class _Compiler:
             unknown(self._scope.file, statement.line, f"{statement.name} is no instruction that this machine knows")
 
     def _own_call(self, statement: Call, routine: RoutineCode) -> None:
-        bind = binder(routine, statement.arguments, self._scope)
+        bind = binder(routine, statement.arguments, self._scope, line=statement.line)
 
         def call(state: State) -> None:
             if routine.file not in state.loaded:
@@ -341,7 +339,7 @@ class _Compiler:
             if routine.kind != "PROC":
                 fault("ERR_CALLPROC", f"{name} is no procedure")
             if name not in binders:
-                binders[name] = binder(routine, statement.arguments, scope)
+                binders[name] = binder(routine, statement.arguments, scope, line=statement.line)
             enter(state, routine, binders[name](state))
 
         self.emit(call, statement.line)
