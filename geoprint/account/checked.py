@@ -7,7 +7,7 @@ from typing import final
 
 from geoprint.account.records.plan import PlanRecord
 from geoprint.export import Orders, Setup
-from geoprint.export.rapid import Settings, Timeline
+from geoprint.export.rapid import Executed, Settings, Timeline
 from geoprint.model import comparable, frozen
 
 
@@ -34,6 +34,7 @@ class Checked:
         orders: the targets, or None where they cannot be read.
         settings: how the program is set to run, or None where the program is not the plan's.
         switching: what flows when, or None where the program is not the plan's.
+        executed: what of the program was executed, or None where it does not run.
     """
 
     folder: Path
@@ -43,3 +44,4 @@ class Checked:
     orders: Orders | None
     settings: Settings | None
     switching: Timeline | None
+    executed: Executed | None

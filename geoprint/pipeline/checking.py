@@ -32,15 +32,15 @@ from geoprint.export import (
 )
 from geoprint.export.rapid import (
     CELL_MODULE,
+    Executed,
+    Made,
     Settings,
-    Step,
     Timeline,
     as_new,
     check_names,
     check_timeline,
-    program_findings,
+    judge_program,
     program_settings,
-    read_back,
     timeline,
 )
 from geoprint.model import FloatArray
@@ -99,6 +99,7 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
         orders=checking.orders,
         settings=checking.settings,
         switching=checking.switching,
+        executed=checking.executed,
     )
 
 
@@ -175,6 +176,7 @@ class _Checking:
         self.orders: Orders | None = None
         self.settings: Settings | None = None
         self.switching: Timeline | None = None
+        self.executed: Executed | None = None
         self._folder = folder
 
     def run(self, names: Sequence[str]) -> None:
@@ -223,26 +225,26 @@ class _Checking:
             "targets.csv",
             lambda: wanted.append(switching_events(orders, signals=setup.cell.signals, tips_at=tips)),
         )
-        wrong = [
-            finding
-            for events in wanted
-            for finding in program_findings(
+        judged = [
+            judge_program(
                 modules, orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
                 events=events,
             )
+            for events in wanted
         ]  # fmt: skip
-        self.findings += [_finding(error, RAPID_FOLDER) for error in wrong]
-        steps = () if wrong or not wanted else read_back(modules)
-        if len(steps) == orders.count:
-            self._collecting(RAPID_FOLDER, lambda: check_configuration(steps, orders, table, arm, T_base_work))
-            self._collecting(RAPID_FOLDER, lambda: check_aloft(steps, orders, arm, T_base_work))
-            self._collecting("targets.csv", lambda: self._simulate(steps, orders, setup, tips))
+        self.findings += [_finding(error, RAPID_FOLDER) for each in judged for error in each.findings]
+        for proof in [each.proof for each in judged if each.proof is not None]:
+            self.executed = proof.executed
+            made, lifted = proof.printing, proof.dry
+            if any(each.findings for each in judged) or made.count != orders.count:
+                return
+            self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
+            self._collecting(RAPID_FOLDER, lambda: check_aloft(made, lifted, orders, arm, T_base_work))
+            self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
             self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
 
-    def _simulate(
-        self, steps: tuple[Step, ...], orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]
-    ) -> None:
-        self.switching = timeline(steps, orders, signals=setup.cell.signals, tips_at=tips)
+    def _simulate(self, made: Made, orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]) -> None:
+        self.switching = timeline(made, orders, signals=setup.cell.signals, tips_at=tips)
         check_timeline(self.switching)
 
     def _modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:

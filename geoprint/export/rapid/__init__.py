@@ -1,9 +1,10 @@
 """RAPID: written, read, run in thought and verified; the reader shares no code with the writer."""
 
 from geoprint.export.rapid.cell_module import check_cell as check_cell
+from geoprint.export.rapid.executed import Executed as Executed, Proof as Proof
+from geoprint.export.rapid.made import Made as Made
 from geoprint.export.rapid.names import check_names as check_names
-from geoprint.export.rapid.program import rapid_program as rapid_program
-from geoprint.export.rapid.run import Step as Step
+from geoprint.export.rapid.program import proven_program as proven_program, rapid_program as rapid_program
 from geoprint.export.rapid.settings import (
     CELL_MODULE as CELL_MODULE,
     Settings as Settings,
@@ -15,6 +16,8 @@ from geoprint.export.rapid.timeline import (
     timeline as timeline,
 )
 from geoprint.export.rapid.verify import (
+    Judged as Judged,
+    judge_program as judge_program,
     program_findings as program_findings,
     program_settings as program_settings,
     read_back as read_back,

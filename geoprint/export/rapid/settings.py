@@ -56,9 +56,14 @@ def read_settings(text: RapidText, *, runs: int) -> Settings:
         refuse(data["geoDryRun"].place, f"geoDryRun must be TRUE or FALSE, found {dry_run}")
     if isinstance(speed_pct, bool) or not isinstance(speed_pct, int | float) or not 1 <= speed_pct <= 100:
         refuse(data["geoSpeedPct"].place, f"geoSpeedPct must lie between 1 and 100, found {speed_pct}")
-    if isinstance(first_run, bool) or not isinstance(first_run, int) or not 1 <= first_run <= runs:
+    if (
+        isinstance(first_run, bool)
+        or not isinstance(first_run, int | float)
+        or first_run != int(first_run)
+        or not 1 <= first_run <= runs
+    ):
         refuse(data["geoFirstRun"].place, f"geoFirstRun must be a run of this program, 1 to {runs}, found {first_run}")
-    return Settings(dry_run, float(speed_pct), first_run)
+    return Settings(dry_run, float(speed_pct), int(first_run))
 
 
 def check_new(text: RapidText) -> None:
@@ -69,8 +74,9 @@ def check_new(text: RapidText) -> None:
     """
     for name, (kind, value) in _NEW.items():
         datum = declared(text, name, kind=kind, storage="PERS", place=_CELL)
-        if str(datum.value).upper() != value:
-            refuse(datum.place, f"{name} must be declared {value} in a new program, found {datum.value}")
+        found = f"{datum.value:g}" if isinstance(datum.value, float) else str(datum.value).upper()
+        if found != value:
+            refuse(datum.place, f"{name} must be declared {value} in a new program, found {found}")
 
 
 def as_new(text: str) -> str:

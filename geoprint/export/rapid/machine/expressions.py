@@ -128,7 +128,7 @@ def _name(expression: Name, scope: Scope) -> Code:
             return Code(datum.kind, lambda state: cast("Value", state.data[at]), datum.dimensions)
         return Code(datum.kind, Reference(-1, at).get, datum.dimensions)
     if name == "errno":
-        return Code("num", lambda state: state.errno)
+        return Code("num", lambda state: state.error.number if state.error is not None else 0.0)
     if name in PREDEFINED:
         kind, value = PREDEFINED[name]
         return Code(kind, lambda _: value)

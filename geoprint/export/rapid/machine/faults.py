@@ -31,12 +31,15 @@ class Fault(Exception):  # noqa: N818  # RAPID calls it an error; whoever progra
     Attributes:
         number: that ERRNO takes.
         what: happened.
+        file: where it happened; empty until somebody looks.
+        line: where it happened.
     """
 
     def __init__(self, number: float, what: str) -> None:
         super().__init__(what)
         self.number = number
         self.what = what
+        self.file, self.line = "", 0
 
     @property
     def name(self) -> str:

@@ -124,10 +124,7 @@ def _keep(name: str) -> Run:
 
 
 def _displace(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
-    try:
-        state.motion.displacement = pose_of(stored(values[0]))
-    except ValueError as error:
-        fault("ERR_ARGVALERR", str(error))
+    state.motion.displacement = pose_of(stored(values[0]))
 
 
 def _displace_no_more(state: State, _: list[Any], __: Mapping[str, Value]) -> None:

@@ -64,7 +64,7 @@ def target_frame(state: State, work: Value) -> tuple[Pose, int]:
     held, fixed, _, user, part = cast("tuple[bool, bool, str, Value, Value]", work)
     if held or not fixed:
         fault("ERR_NORUNUNIT", "the work object is held by the robot, or moved by another unit")
-    pose = compose(compose(_pose(user), _pose(part)), displacement)
+    pose = compose(compose(pose_of(user), pose_of(part)), displacement)
     number = state.log.frames.setdefault(pose, len(state.log.frames))
     state.frame = (work, displacement, pose, number)
     return pose, number
@@ -79,14 +79,7 @@ def tool_frame(tool: Value) -> Pose:
     held, frame, _ = cast("tuple[bool, Value, Value]", tool)
     if not held:
         fault("ERR_NORUNUNIT", "the tool is not held by the robot")
-    return _pose(frame)
-
-
-def _pose(value: Value) -> Pose:
-    try:
-        return pose_of(value)
-    except ValueError as error:
-        fault("ERR_ARGVALERR", str(error))
+    return pose_of(frame)
 
 
 def scale(state: State) -> float:
@@ -103,10 +96,7 @@ def run_line(
 ) -> None:  # fmt: skip
     """Move the tip to a target, in a straight line or along the arc through another place."""
     place, turn, configuration, axes = cast("tuple[Pos, Orient, Orient, tuple[float, ...]]", target)
-    try:
-        turn = normalised(turn)
-    except ValueError as error:
-        fault("ERR_ARGVALERR", str(error))
+    turn = normalised(turn)
     frame, number = target_frame(state, work)
     held = tool_frame(tool)
     motion = state.motion
@@ -115,10 +105,7 @@ def run_line(
     length = distance(start[0], end[0])
     if through is not None:
         middle = compose(frame, (cast("tuple[Pos, Value]", through)[0], turn))
-        try:
-            length, _ = circle(start[0], middle[0], end[0])
-        except ValueError as error:
-            fault("ERR_ARGVALERR", str(error))
+        length, _ = circle(start[0], middle[0], end[0])
     v_tip, v_turn, _, _ = cast("tuple[float, float, float, float]", speed)
     v_tip = float(cast("float", options.get("v", v_tip)))
     duration = _duration(state, length, angle(start[1], end[1]), v_tip, v_turn, options)

@@ -6,6 +6,7 @@ import math
 from typing import TypeAlias, cast
 
 from geoprint.export.rapid.language.syntax import Value
+from geoprint.export.rapid.machine.faults import fault
 
 Pos: TypeAlias = tuple[float, float, float]
 Orient: TypeAlias = tuple[float, float, float, float]
@@ -17,7 +18,11 @@ _UNIT_TOLERANCE = 1e-3
 
 
 def pose_of(value: Value) -> Pose:
-    """Return a value as a pose with a unit quaternion."""
+    """Return a value as a pose with a unit quaternion.
+
+    Raises:
+        Fault: its quaternion is none.
+    """
     place, turn = cast("Pose", value)
     return place, normalised(turn)
 
@@ -26,12 +31,12 @@ def normalised(q: Orient) -> Orient:
     """Return a quaternion of length 1.
 
     Raises:
-        ValueError: it is none, by more than a controller corrects.
+        Fault: it is none, by more than a controller corrects.
     """
     w, x, y, z = q
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(length - 1.0) <= _UNIT_TOLERANCE:
-        raise ValueError(f"the orientation {list(q)} is no unit quaternion")
+        fault("ERR_ARGVALERR", f"the orientation {list(q)} is no unit quaternion")
     return w / length, x / length, y / length, z / length
 
 
@@ -100,13 +105,13 @@ def circle(start: Pos, through: Pos, end: Pos) -> tuple[float, float]:
     """Return length and radius of the arc through three places [mm].
 
     Raises:
-        ValueError: they lie on a line.
+        Fault: they lie on a line.
     """
     a, b, c = distance(through, end), distance(start, end), distance(start, through)
     half = (a + b + c) / 2.0
     area = math.sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))
     if area <= 1e-9 * max(a, b, c, 1e-9) ** 2:
-        raise ValueError("the circle's places lie on a line")
+        fault("ERR_ARGVALERR", "the circle's places lie on a line")
     radius = a * b * c / (4.0 * area)
     halves = [2.0 * math.asin(min(side / (2.0 * radius), 1.0)) for side in (c, a)]
     # A side longer than the two others would span has its arc around the far side.

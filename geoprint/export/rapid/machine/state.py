@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.execution import Called, Ending, Switching
-from geoprint.export.rapid.machine.faults import fault
+from geoprint.export.rapid.machine.faults import Fault, fault
 from geoprint.export.rapid.machine.poses import IDENTITY, Pose
 from geoprint.export.rapid.machine.scenario import Scenario
 from geoprint.model import FloatArray
@@ -193,7 +193,7 @@ class State:
     """Everything that a continuation depends on."""
 
     __slots__ = (
-        "answered", "arm", "base", "clock", "data", "ended", "errno", "file", "frame", "frames", "line", "loaded", "loading",
+        "answered", "arm", "base", "clock", "data", "ended", "error", "file", "frame", "frames", "line", "loaded", "loading",
         "local", "log", "motion", "order", "pending", "reason", "routines", "scenario", "signals", "steps", "task",
         "until", "watched",
     )  # fmt: skip
@@ -223,7 +223,8 @@ class State:
         # File and moment of what is being loaded, by the number of its session.
         self.loading: dict[float, tuple[str, float]] = {}
         self.answered = 0
-        self.errno = 0.0
+        # The error that is being handled, or was last.
+        self.error: Fault | None = None
         self.steps = 0
         self.ended: Ending = "runs"
         self.reason = ""
@@ -243,7 +244,7 @@ class State:
         other.signals, other.pending, other.order = dict(self.signals), list(self.pending), self.order
         other.motion, other.log = self.motion.copy(), self.log.copy()
         other.loaded, other.routines, other.loading = self.loaded, self.routines, dict(self.loading)
-        other.answered, other.errno, other.steps = self.answered, self.errno, self.steps
+        other.answered, other.error, other.steps = self.answered, self.error, self.steps
         other.ended, other.reason, other.file, other.line = self.ended, self.reason, self.file, self.line
         return other
 

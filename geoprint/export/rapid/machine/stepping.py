@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from geoprint.export.rapid.machine.code import RoutineCode
 
 
+# Routines that call one another deeper than this call themselves.
+_DEEPEST = 200
+
+
 def advance(state: State, until: float) -> None:
     """Execute until the program waits beyond a moment, or ends; outputs switch up to that moment."""
     state.until = until
@@ -43,6 +47,9 @@ def advance(state: State, until: float) -> None:
 
 def enter(state: State, routine: RoutineCode, arguments: list[Slot]) -> None:
     """Begin to execute a routine, whose arguments were bound."""
+    if len(state.frames) >= _DEEPEST:
+        state.end("error", f"calls nest deeper than {_DEEPEST}")
+        return
     if state.watched and routine.name.lower() in state.watched:
         _note(state, routine, arguments)
     data = arguments + [None] * (routine.size - len(arguments))
@@ -91,14 +98,15 @@ def evaluate_routine(state: State, routine: RoutineCode, arguments: list[Slot]) 
 def _handle(state: State, error: Fault) -> None:
     """Hand an error to the nearest handler up the calls; without one it ends the program."""
     frames = state.frames
-    routine, step = frames[-1].routine, frames[-1].pc - 1
+    if not error.file:
+        error.file, error.line = frames[-1].routine.file, frames[-1].routine.line_of(frames[-1].pc - 1)
     while len(frames) > state.base:
         frame = frames[-1]
         # An error in a handler is nobody's to handle [ABBRapid, error recovery].
         start = -1 if frame.failed >= 0 else _handler(state, frame, error.number)
         if start >= 0:
             frame.failed, frame.pc = frame.pc - 1, start
-            state.errno = error.number
+            state.error = error
             return
         if frame.failed >= 0 or len(frames) == 1:
             break
@@ -107,7 +115,7 @@ def _handle(state: State, error: Fault) -> None:
     if state.base and len(frames) == state.base:
         raise error
     state.ended, state.reason = "error", f"{error.name}: {error.what}"
-    state.file, state.line = routine.file, routine.line_of(step)
+    state.file, state.line = error.file, error.line
 
 
 def _handler(state: State, frame: Frame, number: float) -> int:
@@ -129,9 +137,11 @@ def raise_on(state: State, number: float | None) -> None:
         if number is None:
             fault("ERR_ILLRAISE", "RAISE without a number stands outside an error handler")
         raise Fault(number, "was raised")
-    error = Fault(state.errno if number is None else number, f"was raised on by {frame.routine.name}")
+    error = state.error if number is None or state.error is None else Fault(number, "was raised")
+    assert error is not None  # noqa: S101  # A handler runs because of one.
     if len(state.frames) == 1:
-        state.end("error", f"{error.name}: {error.what}, and nobody handles it")
+        state.end("error", f"{error.name}: {error.what}")
+        state.file, state.line = error.file or state.file, error.line or state.line
         return
     state.frames.pop()
     state.local = state.frames[-1].data

@@ -1,0 +1,146 @@
+"""Executes a program dry, printing, and resumed, and says how far what it did lies from the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.export.orders import Orders
+from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.machine import NOT_KNOWN, Execution
+from geoprint.export.rapid.made import Made, dry, make, printing, task_of
+from geoprint.export.rapid.text import refuse
+from geoprint.export.rapid.verify_outputs import verify_dry
+from geoprint.model import Cell, Placement, comparable
+from geoprint.motion.arm import Arm
+
+# Moves shorter than this [mm] turn the tool; their speed is that of the turning.
+_TURN_ON_THE_SPOT = 1e-3
+
+
+@final
+@comparable
+class Executed:
+    """What was executed of a program, in figures.
+
+    Attributes:
+        scenarios: how it was run, in words.
+        statements: how many its modules hold.
+        executed: how many of these were executed in at least one scenario.
+        not_executed: file and line of the others.
+        motion: how far a target lies from where the plan has it, at most [mm].
+        move_time: by how much a move takes longer or shorter than planned, at most [s].
+        run_time: the same of the moves of a run, as a share of its time, at most.
+        not_known: what no simulation knows.
+    """
+
+    scenarios: tuple[str, ...]
+    statements: int
+    executed: int
+    not_executed: tuple[tuple[str, int], ...]
+    motion: float
+    move_time: float
+    run_time: float
+    not_known: tuple[str, ...] = NOT_KNOWN
+
+
+@final
+@comparable
+class Proof:
+    """The executions of a program, and what they say.
+
+    Attributes:
+        dry: the dry run.
+        printing: from the first run on; where its placement is not known, what it would do if it could.
+        executed: figures.
+    """
+
+    dry: Made
+    printing: Made
+    executed: Executed
+
+
+def prove(modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: Placement) -> Proof:
+    """Execute a program dry, printing, and resumed at a run in the middle and at the last.
+
+    Args:
+        modules: all of its modules, parsed.
+        orders: the targets.
+        cell: tool, home and outputs.
+        placement: where the part stands.
+
+    Raises:
+        VerificationError: it does what the machine does not know, does not run to its end run by run, or resumed does
+            something else than from there on when it prints.
+    """
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    task = task_of(modules, cell=cell, arm=arm)
+    runs = int(orders.runs[-1]) + 1
+    lifted = make(task, dry(cell), orders=orders)
+    verify_dry(lifted)
+    made = make(task, printing(cell, placement=placement), orders=orders)
+    executions, told = [lifted.execution, made.execution], ["dry", "printing"]
+    for first in sorted({runs // 2 + 1, runs} - {1}):
+        resumed = make(task, printing(cell, placement=placement, first=first), orders=orders)
+        _check_resumed(resumed, made, first=first, known=not placement.missing)
+        executions.append(resumed.execution)
+        told.append(f"resumed at run {first}")
+    return Proof(lifted, made, _figures(made, orders, executions, told, placement=placement))
+
+
+def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> None:
+    """Check that a program that is resumed prints from that run on what it prints anyway, and nothing before."""
+    rows = np.flatnonzero(whole.runs < first)
+    behind = int(rows[-1]) + 1 if rows.size else 0
+    found, wanted = resumed.switchings, whole.switchings
+    for target in range(resumed.count):
+        some, others = found.get(target, ()), wanted.get(target, ())
+        values = [each.value for each in some]
+        if known and target < behind and any(values):
+            refuse(resumed.place(target), f"resumed at run {first}, something is switched on before that run")
+        if target >= behind and values != [each.value for each in others]:
+            refuse(resumed.place(target), f"resumed at run {first}, other outputs switch here than when it prints")
+
+
+def _figures(
+    made: Made, orders: Orders, executions: Sequence[Execution], told: Sequence[str], *, placement: Placement
+) -> Executed:
+    seen: dict[str, list[bool]] = {}
+    for execution in executions:
+        for file, (_, done) in execution.statements.items():
+            before = seen.get(file, [False] * len(done))
+            seen[file] = [a or b for a, b in zip(before, done.tolist(), strict=True)]
+    missed = [
+        (file, int(line))
+        for file, (lines, _) in executions[0].statements.items()
+        for line, done in zip(lines.tolist(), seen[file], strict=True)
+        if not done
+    ]
+    motion, move_time, run_time = deviations(made, orders, placement=placement)
+    statements = sum(map(len, seen.values()))
+    return Executed(
+        tuple(told), statements, statements - len(missed), tuple(sorted(set(missed))), motion, move_time, run_time
+    )
+
+
+def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[float, float, float]:
+    """Return how far motion and times lie from the plan's at most: mm, s of a move, share of a run's time."""
+    if made.count != orders.count:
+        return np.inf, np.inf, np.inf
+    moves = made.execution.moves
+    tips = transforms.apply(placement.T_base_work, orders.tips)
+    # Where the program only runs dry it lifts the path: what it would do is one frame higher.
+    found = transforms.apply(placement.T_base_work, made.places)
+    if not placement.missing:
+        found = moves.Ts_base_tip(made.rows)[:, :3, 3]
+    motion = float(np.linalg.norm(found - tips, axis=1).max(initial=0.0))
+    planned, took = np.diff(orders.times), (moves.ends - moves.begins)[made.rows[1:]]
+    moving = moves.lengths[made.rows[1:]] > _TURN_ON_THE_SPOT
+    off = np.where(moving, took - planned, 0.0)
+    same_run = made.runs[1:]
+    sums = [np.bincount(same_run, weights=np.where(moving, each, 0.0)) for each in (off, planned)]
+    shares = np.abs(sums[0]) / np.where(sums[1] > 0.0, sums[1], np.inf)
+    return motion, float(np.abs(off).max(initial=0.0)), float(shares.max(initial=0.0))
