@@ -23,6 +23,7 @@ from geoprint.export import (
     Orders,
     PosesTable,
     Setup,
+    TipsAt,
     TrajectoryTable,
     read_orders,
     read_poses_table,
@@ -34,6 +35,7 @@ from geoprint.export.rapid import (
     CELL_MODULE,
     Executed,
     Made,
+    Proof,
     Settings,
     Timeline,
     as_new,
@@ -233,15 +235,20 @@ class _Checking:
             for events in wanted
         ]  # fmt: skip
         self.findings += [_finding(error, RAPID_FOLDER) for each in judged for error in each.findings]
-        for proof in [each.proof for each in judged if each.proof is not None]:
-            self.executed = proof.executed
-            made, lifted = proof.printing, proof.dry
-            if any(each.findings for each in judged) or made.count != orders.count:
-                return
-            self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
-            self._collecting(RAPID_FOLDER, lambda: check_aloft(made, lifted, orders, arm, T_base_work))
-            self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
-            self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
+        for each in judged:
+            if each.proof is not None:
+                self.executed = each.proof.executed
+            if each.proof is not None and not each.findings and each.proof.printing.count == orders.count:
+                self._check_motion(each.proof, setup, orders, table, arm=arm, tips=tips)
+                self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
+
+    def _check_motion(
+        self, proof: Proof, setup: Setup, orders: Orders, table: TrajectoryTable, *, arm: Arm, tips: TipsAt
+    ) -> None:
+        made, T_base_work = proof.printing, setup.placement.T_base_work
+        self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
+        self._collecting(RAPID_FOLDER, lambda: check_aloft(made, proof.dry, orders, arm, T_base_work))
+        self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
 
     def _simulate(self, made: Made, orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]) -> None:
         self.switching = timeline(made, orders, signals=setup.cell.signals, tips_at=tips)

@@ -1,5 +1,4 @@
-"""Reads the modules of a program for verification, in the form in which geoprint writes them; it shares no code with
-the writer.
+"""Reads the modules of a program for verification, in the form in which geoprint writes them, without its writer.
 
 The language itself is read by `language`; here stands what a program of geoprint keeps besides: one statement a line,
 printable ASCII, lines and modules that a controller's editor opens, an error handler in every routine of the path.

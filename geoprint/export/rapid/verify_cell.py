@@ -93,8 +93,8 @@ def verify_names(text: RapidText, made: Made, *, cell: Cell) -> None:
     wrong = np.flatnonzero((moves.tools[rows] != wanted[0]) | (moves.works[rows] != wanted[1]))
     if wrong.size:
         row = int(rows[wrong[0]])
-        found = moves.names[moves.tools[row]], moves.names[moves.works[row]]
-        refuse(made.place(int(wrong[0])), f"the move is made with {found[0]} in {found[1]}")
+        tool, work = moves.names[int(moves.tools[row])], moves.names[int(moves.works[row])]
+        refuse(made.place(int(wrong[0])), f"the move is made with {tool} in {work}")
     for module in text.modules:
         if module.file in _PATHS or module.file.startswith("GeoPath"):
             used |= {name for routine in module.routines for each in routine.body for name in _named(each)}

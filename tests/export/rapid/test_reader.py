@@ -65,7 +65,8 @@ HANDLER = r"  ERROR\n    GeoSafe;\n    RAISE;\n"
 DAMAGES = {
     "missing semicolon": Damage(P, r"wGeoPart;", "wGeoPart", "; is missing", r"wGeoPart$"),
     "swapped groups": Damage(
-        P, r"\[(\[5[^]]*\]),(\[[^]]*\])", r"[\2,\1", "a pos has 3 components, found 4", r"TriggL \[\[[^]]*\],\[5\.0000,8"
+        P, r"\[(\[5[^]]*\]),(\[[^]]*\])", r"[\2,\1", "a pos has 3 components, found 4",
+        r"TriggL \[\[[^]]*\],\[5\.0000,8"
     ),
     "swapped coordinates": Damage(P, r"\[\[5\.0000,8\.6603", "[[8.6603,5.0000", "position", r"\[\[8\.6603"),
     "NaN": Damage(P, r"\[\[5\.0000,8\.6603", "[[NaN,8.6603", "NaN is declared nowhere", "NaN"),
@@ -83,9 +84,11 @@ DAMAGES = {
     "moved by half a micrometre": Damage(P, r"8\.6603", "8.6608", "position", "8.6608"),
     "valve never opened": Damage(
         P, r"    TriggIO tGeoValveOn.*\n", "", "pulls a trigger that nothing has defined", r"TriggL.*tGeoValveOn"),
-    "valve not pulled": Damage(P, r"tGeoValveOn\\T2:=", "", "1 outputs switch in the move here, the plan switches 2", r"TriggL.*tGeoLampOn"),
+    "valve not pulled": Damage(P,
+        r"tGeoValveOn\\T2:=", "", "1 outputs switch in the move here, the plan switches 2", r"TriggL.*tGeoLampOn"),
     "valve and lamp not pulled": Damage(
-        P, r"TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn", r"MoveL \1", "0 outputs switch in the move here, the plan switches 2", SECOND),
+        P, r"TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn", r"MoveL \1",
+        "0 outputs switch in the move here, the plan switches 2", SECOND),
     "valve opened one move late": Damage(
         P, r"((?:    TriggIO.*\n){2})(    )TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn(.*\n)    MoveL (.*),vGeo1,",
         r"\2MoveL \3\4\1    TriggL \5,vGeo1,tGeoValveOn\\T2:=tGeoLampOn,", "the plan switches 2", SECOND),
@@ -94,7 +97,8 @@ DAMAGES = {
     "valve opened at the end": Damage(P, r"tGeoValveOn,0\.0000\\Start", "tGeoValveOn,0.0000", "otherwise", "ValveOn,0"),
     "valve never shut": Damage(P, r"ValveOff,0\.0000\\DOp:=doValve,0", r"ValveOff,0.0000\\DOp:=doValve,geoOn",
                                "otherwise", r"ValveOff,0\.0000"),
-    "valve opened in a dry run": Damage(P, r"doValve,geoOn", "doValve,1", "switched to 1 here in a dry run", "doValve,1"),
+    "valve opened in a dry run": Damage(P, r"doValve,geoOn", "doValve,1", "switched to 1 here in a dry run",
+        "doValve,1"),
     "lamp for valve": Damage(P, r"DOp:=doValve,geoOn", "DOp:=doUV,geoOn", "otherwise", "tGeoValveOn"),
     "other output": Damage(P, r"DOp:=doUV,geoOn", "DOp:=doGripper,geoOn", "doGripper is declared nowhere", "doGripper"),
     "a flow that nobody asked for": Damage(
@@ -102,7 +106,8 @@ DAMAGES = {
         "aoFlow is declared nowhere", "TriggSpeed"),
     "triggers out of order": Damage(P, r"\\T2:=tGeoLampOn", r"\\T3:=tGeoLampOn", "one after the other", "T3"),
     "trigger without a trigger move": Damage(P, r"TriggL", "MoveL", r"MoveL takes no \T2", SECOND),
-    "trigger of another type": Damage(C, "VAR triggdata tGeoLampOn", "CONST num tGeoLampOn:=1", "wants a triggdata, found a num",
+    "trigger of another type": Damage(C, "VAR triggdata tGeoLampOn", "CONST num tGeoLampOn:=1",
+        "wants a triggdata, found a num",
                                       "no line"),
     "SetDO on the path": Damage(P, r"    TriggIO tGeoValveOn", "    SetDO doValve,1;\n    TriggIO tGeoValveOn",
                                 "switched to 1 here in a dry run", "SetDO"),
@@ -128,7 +133,8 @@ DAMAGES = {
     "no configuration of the dry run": Damage(
         P, r"GeoAloft\((.*),\[-1,0,-1,4\]\)", r"\1", "configuration of the dry run", "no line", nth=0),
     "configuration of three numbers": Damage(
-        P, r"(GeoAloft\(.*),\[-1,0,-1,4\]\)", r"\1,[-1,0,4])", "a confdata has 4 components, found 3", "GeoAloft", nth=0),
+        P, r"(GeoAloft\(.*),\[-1,0,-1,4\]\)", r"\1,[-1,0,4])", "a confdata has 4 components, found 3",
+        "GeoAloft", nth=0),
     "external axis": Damage(P, r"\[9E9,", "[0,", "external axes", r"\[0,9E9", nth=4),
     "wrong tool": Damage(P, "tGeoNozzle", "tool0", "tool0", "tool0", nth=3),
     "wrong work object": Damage(P, "wGeoPart", "wobj0", "wobj0", "wobj0", nth=3),
@@ -156,12 +162,15 @@ DAMAGES = {
     "faster home": Damage(C, r"nGeoBack:=1\.000", "nGeoBack:=0.500", "nGeoBack", "nGeoBack"),
     "faster to unknown places": Damage(C, r"vGeoSlow:=\[20", "vGeoSlow:=[200", "vGeoSlow", "vGeoSlow"),
     "begins without questions": Damage(P, "    GeoBegin 2;\n", "", "called where geobegin 2 must be", "GeoEnter 1"),
-    "more runs announced": Damage(P, "GeoBegin 2;", "GeoBegin 3;", "geobegin 3 is called where geobegin 2 must be", "GeoBegin 3"),
-    "ends without end": Damage(P, "    GeoEnd 2;\n", "", "the program ends without geoend 2", r"ENDPROC\n  PROC GeoRun1"),
+    "more runs announced": Damage(P, "GeoBegin 2;", "GeoBegin 3;", "geobegin 3 is called where geobegin 2 must be",
+        "GeoBegin 3"),
+    "ends without end": Damage(P, "    GeoEnd 2;\n", "", "the program ends without geoend 2",
+        r"ENDPROC\n  PROC GeoRun1"),
     "goes on after its end": Damage(P, "    GeoEnd 2;\n", "    GeoEnd 2;\n    GeoRun2;\n", "goes on after",
                                     "GeoEnter 2"),
     "run not entered": Damage(P, "    GeoEnter 2;\n", "", "geoend 2 is called where geoenter 2 must be", "GeoEnd 2"),
-    "run entered as another": Damage(P, "GeoEnter 2;", "GeoEnter 3;", "geoenter 3 is called where geoenter 2 must be", "GeoEnter 3"),
+    "run entered as another": Damage(P, "GeoEnter 2;", "GeoEnter 3;",
+        "geoenter 3 is called where geoenter 2 must be", "GeoEnter 3"),
     "guard that asks less": Damage(G, "far:=TRUE", "far:=FALSE", "the guard must say", "rax_1.*far:=FALSE"),
     "guard that never shuts": Damage(G, "    SetDO doUV,0;\n", "", "the guard must say 'SetDO doUV,0;'", "ENDPROC"),
     "guard with a line more": Damage(G, "ENDMODULE\n", "ENDMODULE\n! more\n", "the guard must say", "! more"),
@@ -171,7 +180,8 @@ DAMAGES = {
     "error handler that goes on": Damage(P, "RAISE;", "TRYNEXT;", "must be GeoSafe; RAISE", "TRYNEXT"),
     "run left out": Damage(P, "    GeoRun2;\n", "", "geoend 2 is called where geoenter 2 must be", "GeoEnd 2"),
     "run that does not exist": Damage(P, "    GeoRun2;\n", "    GeoRun3;\n", "GeoRun3 is declared nowhere", "GeoRun3"),
-    "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls nest deeper than 200", "no line"),
+    "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls nest deeper than 200",
+        "no line"),
     "run called late": Damage(P, "    GeoRun2;\n", '    %"GeoRun2"%;\n', "called by %", '%"'),
     "deposits at once": Damage(C, "geoDryRun:=TRUE", "geoDryRun:=FALSE", "must be declared TRUE", "geoDryRun:="),
     "at full speed at once": Damage(C, "geoSpeedPct:=25", "geoSpeedPct:=100", "must be declared 25", "geoSpeedPct"),

@@ -16,7 +16,7 @@ from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import tip_of
 from geoprint.export.rapid.machine.faults import fault
 from geoprint.export.rapid.machine.moves import NO_AXIS, ON_THE_SPOT, begins, scale, target_frame, tool_frame
-from geoprint.export.rapid.machine.poses import Orient, Pos, compose, inverted
+from geoprint.export.rapid.machine.poses import Orient, Pos, Pose, compose, inverted
 from geoprint.export.rapid.machine.state import ROW, Leg, State
 from geoprint.model import FloatArray, IntArray
 
@@ -87,9 +87,10 @@ class Batches:
             * self._turns[:-1], axis=1,
         )  # fmt: skip
         # The chord is exact where the cosine is not, near 0.
-        self._angles: FloatArray = np.append(
-            np.nan, np.where(dots > 0.99, 4.0 * np.arcsin((chords / 2.0).clip(0.0, 1.0)), 2.0 * np.arccos(dots))
+        angles: FloatArray = np.where(
+            dots > 0.99, 4.0 * np.arcsin((chords / 2.0).clip(0.0, 1.0)), 2.0 * np.arccos(dots)
         )
+        self._angles: FloatArray = np.append(np.nan, angles)
         steps = np.fromiter(self._rows, dtype=np.int64, count=len(self._rows))
         tools = np.array(self._tools)
         last = np.append((np.diff(steps) != 1) | (np.diff(tools) != 0), np.True_)
@@ -108,15 +109,36 @@ class Batches:
         tool, work, tool_name, work_name = self._table[self._tools[first]]
         held = tool_frame(tool(state))
         pose, number = target_frame(state, work(state))
+        tip = tip_of(state.motion, state, held)
+        block, entries = self._block(state, rows, tip=compose(inverted(pose), tip))
+        count = 1 + int(np.searchsorted(entries[:-1], state.until, side="right"))
+        block = block[:count]
+        block[:, 17:20] = tool_name, work_name, number
+        log, motion = state.log, state.motion
+        log.close()
+        log.closed.append(block)
+        log.count += count
+        legs = [self._leg(block, row, first, pose, tip) for row in range(max(count - 2, 0), count)]
+        motion.legs = (*motion.legs, *legs)[-2:]
+        motion.near = motion.joints if motion.joints is not None else motion.near
+        motion.tip, motion.joints, motion.tool = compose(pose, self._target(first + count - 1)), None, held
+        motion.end, motion.entry = float(block[-1, 21]), float(entries[count - 1])
+        state.clock = motion.entry
+        pc = frame.pc - 1
+        log.seen[frame.routine.number][pc : pc + count] = b"\x01" * count
+        frame.pc = pc + count
+        state.steps += count - 1
+
+    def _block(self, state: State, rows: slice, *, tip: Pose) -> tuple[FloatArray, FloatArray]:
+        """Return the rows of the log of moves from where the tip is, and when the program may go on after each."""
         motion = state.motion
-        tip = tip_of(motion, state, held)
-        lengths, angles = self._from(rows, compose(inverted(pose), tip))
+        lengths, angles = self._from(rows, tip)
         values = [look(state) for look in self._looks]
-        speeds = np.array([cast("tuple[float, ...]", values[k])[:2] for k in self._speeds[rows]])
-        zones = np.array([_radius(values[k]) for k in self._zones[rows]])
-        share = scale(state)
+        speeds = np.array([cast("tuple[float, ...]", values[int(k)])[:2] for k in self._speeds[rows]])
+        zones = np.array([_radius(values[int(k)]) for k in self._zones[rows]])
         if speeds.min() <= 0.0:
             fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
+        share = scale(state)
         durations = np.maximum(
             lengths / np.minimum(speeds[:, 0] * share, motion.fastest), angles / (np.radians(speeds[:, 1]) * share)
         )
@@ -124,44 +146,21 @@ class Batches:
         ends = begin + np.cumsum(durations)
         moving = lengths > ON_THE_SPOT
         rounded = np.where(moving, np.minimum(zones, lengths / 2.0) / np.where(moving, lengths, 1.0), 0.0) * durations
-        entries = ends - rounded
-        count = 1 + int(np.searchsorted(entries[:-1], state.until, side="right"))
-        block = np.empty((count, ROW))
-        block[:, 0], block[:, 1], block[:, 2] = self._file, self._lines[first : first + count], self._verb
-        done = slice(first, first + count)
-        block[:, 3:6], block[:, 6:10], block[:, 10:15] = self._places[done], self._turns[done], self._axes[done]
-        block[:, 15], block[:, 16], block[:, 17:20] = speeds[:count, 0], zones[:count], (tool_name, work_name, number)
-        block[:, 20] = np.append(begin, ends[: count - 1])
-        block[:, 21], block[:, 22] = ends[:count], lengths[:count]
-        log = state.log
-        log.close()
-        log.closed.append(block)
-        log.count += count
-        last = first + count - 1
-        place, turn = cast("Pos", tuple(self._places[last].tolist())), cast("Orient", tuple(self._turns[last].tolist()))
-        end = compose(pose, (place, turn))
-        if count > 1:
-            before = (
-                cast("Pos", tuple(self._places[last - 1].tolist())),
-                cast("Orient", tuple(self._turns[last - 1].tolist())),
-            )
-            start = compose(pose, before)
-            earlier = compose(pose, (
-                cast("Pos", tuple(self._places[last - 2].tolist())),
-                cast("Orient", tuple(self._turns[last - 2].tolist())),
-            )) if count > 2 else tip  # fmt: skip
-            motion.legs = (Leg(float(block[-2, 20]), float(block[-2, 21]), (earlier, start), None),)
-        else:
-            start = tip
-        motion.legs = (*motion.legs[-1:], Leg(float(block[-1, 20]), float(block[-1, 21]), (start, end), None))
-        motion.near = motion.joints if motion.joints is not None else motion.near
-        motion.tip, motion.joints, motion.tool = end, None, held
-        motion.end, motion.entry = float(ends[count - 1]), float(entries[count - 1])
-        pc = frame.pc - 1
-        state.log.seen[frame.routine.number][pc : pc + count] = b"\x01" * count
-        frame.pc = pc + count
-        state.steps += count - 1
-        state.clock = motion.entry
+        block = np.empty((len(ends), ROW))
+        block[:, 0], block[:, 1], block[:, 2] = self._file, self._lines[rows], self._verb
+        block[:, 3:6], block[:, 6:10], block[:, 10:15] = self._places[rows], self._turns[rows], self._axes[rows]
+        block[:, 15], block[:, 16], block[:, 20] = speeds[:, 0], zones, np.append(begin, ends[:-1])
+        block[:, 21], block[:, 22] = ends, lengths
+        return block, ends - rounded
+
+    def _target(self, row: int) -> Pose:
+        place, turn = self._places[row].tolist(), self._turns[row].tolist()
+        return cast("Pos", tuple(place)), cast("Orient", tuple(turn))
+
+    def _leg(self, block: FloatArray, row: int, first: int, pose: Pose, tip: Pose) -> Leg:
+        start = tip if row == 0 else compose(pose, self._target(first + row - 1))
+        end = compose(pose, self._target(first + row))
+        return Leg(float(block[row, 20]), float(block[row, 21]), (start, end), None)
 
     def _from(self, rows: slice, tip: tuple[Pos, Orient]) -> tuple[FloatArray, FloatArray]:
         """Return lengths and turns of moves, the first from where the tip is, in coordinates of the targets."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from geoprint.export.rapid.language.syntax import Argument, Expression, Parameter, Value
 from geoprint.export.rapid.machine.faults import unknown
@@ -55,13 +55,7 @@ def _maker(parameter: Parameter, argument: Argument | None, scope: Scope) -> Cal
     if argument is None:
         return lambda _: MISSING
     if argument.forwarded:
-        local = scope.locals.get(argument.forwarded.lower())
-        if local is None:
-            unknown(scope.file, argument.line, f"{argument.forwarded} is no parameter that could be handed on")
-        slot, kept = local.slot, local.by_reference
-        if kept == by_reference(parameter):
-            return lambda state: state.local[slot]
-        return lambda state: cast("Reference", state.local[slot]).get(state) if kept else state.local[slot]
+        return _forwarded(parameter, argument, scope)
     if argument.value is None:
         return lambda _: True
     if by_reference(parameter):
@@ -70,6 +64,22 @@ def _maker(parameter: Parameter, argument: Argument | None, scope: Scope) -> Cal
         return compiled(argument.value, scope).run
     run = operand(argument.value, scope).run
     return lambda state: stored(run(state))
+
+
+def _forwarded(parameter: Parameter, argument: Argument, scope: Scope) -> Callable[[State], Slot]:
+    """Return what hands on an optional parameter of the routine around, if it is there."""
+    local = scope.locals.get(argument.forwarded.lower())
+    if local is None:
+        unknown(scope.file, argument.line, f"{argument.forwarded} is no parameter that could be handed on")
+    slot, kept = local.slot, local.by_reference
+    if kept == by_reference(parameter):
+        return lambda state: state.local[slot]
+
+    def value(state: State) -> Slot:
+        given = state.local[slot]
+        return given.get(state) if isinstance(given, Reference) else given
+
+    return value
 
 
 def positional(arguments: tuple[Argument, ...]) -> list[Expression]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from typing import Any, NoReturn, cast
+from typing import Any, cast
 
 from geoprint.export.rapid.language.syntax import (
     Aggregate,
@@ -19,8 +19,9 @@ from geoprint.export.rapid.language.syntax import (
     Unary,
     Value,
 )
+from geoprint.export.rapid.machine.arithmetic import ARITHMETIC
 from geoprint.export.rapid.machine.calls import binder, options_of, positional
-from geoprint.export.rapid.machine.code import Code, Evaluate, Scope
+from geoprint.export.rapid.machine.code import Code, Evaluate, Local, Scope
 from geoprint.export.rapid.machine.faults import fault, unknown
 from geoprint.export.rapid.machine.functions import FUNCTION_OPTIONS, FUNCTIONS
 from geoprint.export.rapid.machine.poses import Orient, times
@@ -39,24 +40,19 @@ def compiled(expression: Expression, scope: Scope) -> Code:
     Raises:
         VerificationError: it names or does what this machine does not know.
     """
-    match expression:
-        case Literal():
-            value = expression.value
-            kind = "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else ""
-            return Code("num" if isinstance(value, float) else kind, lambda _: value)
-        case Aggregate():
-            parts = [compiled(part, scope).run for part in expression.parts]
-            return Code("", lambda state: tuple([part(state) for part in parts]))
-        case Name():
-            return _name(expression, scope)
-        case Component() | Element():
-            return _part(expression, scope)
-        case FunctionCall():
-            return _function(expression, scope)
-        case Unary():
-            return _unary(expression, scope)
-        case Binary():
-            return _binary(expression, scope)
+    if isinstance(expression, Literal):
+        value = expression.value
+        kind = "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else ""
+        return Code("num" if isinstance(value, float) else kind, lambda _: value)
+    if isinstance(expression, Aggregate):
+        parts = [compiled(part, scope).run for part in expression.parts]
+        return Code("", lambda state: tuple([part(state) for part in parts]))
+    if isinstance(expression, Component | Element):
+        return _part(expression, scope)
+    makers: dict[type, Callable[[Any, Scope], Code]] = {
+        Name: _name, FunctionCall: _function, Unary: _unary, Binary: _binary,
+    }  # fmt: skip
+    return makers[type(expression)](expression, scope)
 
 
 def operand(expression: Expression, scope: Scope) -> Code:
@@ -108,33 +104,35 @@ def _name(expression: Name, scope: Scope) -> Code:
     name = expression.name.lower()
     local = scope.locals.get(name)
     if local is not None:
-        slot = local.slot
-        if local.by_reference:
-            return Code(
-                local.kind, lambda state: _present(state.local[slot], expression.name).get(state), local.dimensions
-            )
-
-        def own(state: State) -> Value:
-            value = state.local[slot]
-            if value is MISSING:
-                fault("ERR_NOTPRES", f"{expression.name} is used, but was left out")
-            return cast("Value", value)
-
-        return Code(local.kind, own, local.dimensions)
+        return _own(local, expression.name)
     datum = scope.datum(name)
     if datum is not None:
         at = datum.slot
-        if datum.resident:
-            return Code(datum.kind, lambda state: cast("Value", state.data[at]), datum.dimensions)
-        return Code(datum.kind, Reference(-1, at).get, datum.dimensions)
+        known: Evaluate = lambda state: cast("Value", state.data[at])  # noqa: E731
+        return Code(datum.kind, known if datum.resident else Reference(-1, at).get, datum.dimensions)
     if name == "errno":
         return Code("num", lambda state: state.error.number if state.error is not None else 0.0)
     if name in PREDEFINED:
         kind, value = PREDEFINED[name]
         return Code(kind, lambda _: value)
-    if name in scope.names.signals:
-        return Code(scope.names.signals[name], lambda _: name)
-    unknown(scope.file, expression.line, f"{expression.name} is no datum or signal that this machine knows")
+    if name not in scope.names.signals:
+        unknown(scope.file, expression.line, f"{expression.name} is no datum or signal that this machine knows")
+    return Code(scope.names.signals[name], lambda _: name)
+
+
+def _own(local: Local, name: str) -> Code:
+    """Return the value of a routine's own datum, or of what was handed over in its place."""
+    slot = local.slot
+    if local.by_reference:
+        return Code(local.kind, lambda state: _present(state.local[slot], name).get(state), local.dimensions)
+
+    def own(state: State) -> Value:
+        value = state.local[slot]
+        if value is MISSING:
+            fault("ERR_NOTPRES", f"{name} is used, but was left out")
+        return cast("Value", value)
+
+    return Code(local.kind, own, local.dimensions)
 
 
 def _path(expression: Component | Element, scope: Scope) -> Callable[[State, Reference], tuple[int, ...]]:
@@ -265,47 +263,5 @@ def _binary(expression: Binary, scope: Scope) -> Code:
     if word == "*" and left.kind == right.kind == "orient":
         return Code("orient", lambda state: times(cast("Orient", one(state)), cast("Orient", other(state))))
     kind = "pos" if "pos" in {left.kind, right.kind} else left.kind or right.kind
-    return Code(kind, _arithmetic(word, one, other))
-
-
-def _arithmetic(word: str, one: Evaluate, other: Evaluate) -> Evaluate:
-    compute: dict[str, Callable[[Any, Any], Any]] = {
-        "+": _sum, "-": _difference, "*": _product, "/": _quotient, "DIV": _whole, "MOD": _rest,
-    }  # fmt: skip
-    operation = compute[word]
-    return lambda state: operation(one(state), other(state))
-
-
-def _sum(a: Any, b: Any) -> Any:
-    return tuple(x + y for x, y in zip(a, b, strict=True)) if isinstance(a, tuple) else a + b
-
-
-def _difference(a: Any, b: Any) -> Any:
-    return tuple(x - y for x, y in zip(a, b, strict=True)) if isinstance(a, tuple) else a - b
-
-
-def _product(a: Any, b: Any) -> Any:
-    if isinstance(a, tuple) and isinstance(b, tuple):
-        (u, v, w), (x, y, z) = a, b
-        return v * z - w * y, w * x - u * z, u * y - v * x
-    if isinstance(b, tuple):
-        a, b = b, a
-    return tuple(x * b for x in a) if isinstance(a, tuple) else a * b
-
-
-def _quotient(a: Any, b: Any) -> Any:
-    if not b:
-        _by_zero()
-    return tuple(x / b for x in a) if isinstance(a, tuple) else a / b
-
-
-def _whole(a: float, b: float) -> float:
-    return float(int(a / b)) if b else _by_zero()
-
-
-def _rest(a: float, b: float) -> float:
-    return a - b * int(a / b) if b else _by_zero()
-
-
-def _by_zero() -> NoReturn:
-    fault("ERR_DIVZERO", "a number is divided by 0")
+    operation = ARITHMETIC[word]
+    return Code(kind, lambda state: operation(one(state), other(state)))

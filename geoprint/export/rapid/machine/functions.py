@@ -146,6 +146,26 @@ def _part(_: State, values: list[Value], __: Options) -> Value:
     return text[int(first) - 1 : int(first - 1 + length)]
 
 
+def _abs(value: float) -> float:
+    return abs(value)
+
+
+def _atan(value: float) -> float:
+    return math.degrees(math.atan(value))
+
+
+def _atan2(y: float, x: float) -> float:
+    return math.degrees(math.atan2(y, x))
+
+
+def _asin(value: float) -> float:
+    return math.degrees(math.asin(value))
+
+
+def _acos(value: float) -> float:
+    return math.degrees(math.acos(value))
+
+
 def _sin(angle: float) -> float:
     return math.sin(math.radians(angle))
 
@@ -160,17 +180,17 @@ def _tan(angle: float) -> float:
 
 # Type of the value, and what gives it, by name in lower case.
 FUNCTIONS: Mapping[str, tuple[str, Function]] = {
-    "abs": ("num", _of_numbers(abs)),
+    "abs": ("num", _of_numbers(_abs)),
     "sqrt": ("num", _of_numbers(math.sqrt)),
     "exp": ("num", _of_numbers(math.exp)),
     "pow": ("num", _of_numbers(math.pow)),
     "sin": ("num", _of_numbers(_sin)),
     "cos": ("num", _of_numbers(_cos)),
     "tan": ("num", _of_numbers(_tan)),
-    "atan": ("num", _of_numbers(lambda value: math.degrees(math.atan(value)))),
-    "atan2": ("num", _of_numbers(lambda y, x: math.degrees(math.atan2(y, x)))),
-    "asin": ("num", _of_numbers(lambda value: math.degrees(math.asin(value)))),
-    "acos": ("num", _of_numbers(lambda value: math.degrees(math.acos(value)))),
+    "atan": ("num", _of_numbers(_atan)),
+    "atan2": ("num", _of_numbers(_atan2)),
+    "asin": ("num", _of_numbers(_asin)),
+    "acos": ("num", _of_numbers(_acos)),
     "round": ("num", _round),
     "trunc": ("num", _trunc),
     "posemult": ("pose", _pose_mult),

@@ -154,7 +154,7 @@ def _define(
     asked = Switching(
         0.0, outputs[0].lower(), float(value), file, line, -1, float(distance), bool(options.get("start"))
     )
-    datum.put(state, Trigger(asked, bool(options.get("time")), float(lead)))  # pyright: ignore
+    datum.put(state, cast("Any", Trigger(asked, bool(options.get("time")), float(lead))))
 
 
 def _trigger_speed(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
@@ -164,7 +164,7 @@ def _trigger_speed(state: State, values: list[Any], options: Mapping[str, Value]
         0.0, signal.lower(), float(value), file, line, -1, float(distance), bool(options.get("start")), flow=True,
         lag=float(lag), dip_lag=float(cast("float", options.get("diplag", 0.0))),
     )  # fmt: skip
-    datum.put(state, Trigger(asked, bool(options.get("time"))))
+    datum.put(state, cast("Any", Trigger(asked, bool(options.get("time")))))
 
 
 def _file(values: list[Any], options: Mapping[str, Value]) -> str:
@@ -177,7 +177,7 @@ def _start_load(state: State, values: list[Any], options: Mapping[str, Value]) -
     file, session = _file(values, options), cast("Reference", values[1])
     if file not in state.task.disk(state.scenario):
         fault("ERR_FILNOTFND", f"there is no file {file}")
-    if session.get(state) is not None:
+    if cast("object", session.get(state)) is not None:
         fault("ERR_LOADNO_INUSE", "the load session is in use")
     state.order += 1
     state.loading[float(state.order)] = (file, state.clock + state.scenario.loading)
@@ -186,10 +186,10 @@ def _start_load(state: State, values: list[Any], options: Mapping[str, Value]) -
 
 def _wait_load(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
     session = cast("Reference", values[0])
-    number = session.get(state)
-    if number is None or number not in state.loading:
+    number = cast("float", session.get(state))
+    if number not in state.loading:
         fault("ERR_LOADNO_NOUSE", "nothing is being loaded in the session")
-    file, ready = state.loading.pop(cast("float", number))
+    file, ready = state.loading.pop(number)
     session.put(state, None)
     state.clock = max(state.clock, ready)
     load(state, file)

@@ -38,7 +38,7 @@ _TARGET_SHAPE = [3, 4, 4, 6]
 Emit = Callable[[Step, int], None]
 
 
-def compile_move(call: Call, scope: Scope, code: RoutineCode, task: Task, emit: Emit) -> None:
+def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: Task, emit: Emit) -> None:
     """Append the step of a move.
 
     Raises:
@@ -48,8 +48,8 @@ def compile_move(call: Call, scope: Scope, code: RoutineCode, task: Task, emit: 
     wanted, found = MOVES[name], positional(call.arguments)
     if len(found) != len(wanted):
         unknown(scope.file, call.line, f"{call.name} is given {len(found)} arguments, and takes {len(wanted)}")
-    known = _OPTIONS | ({"noeoffs"} if name == "moveabsj" else frozenset())
-    known |= frozenset(_TRIGGERS) if name.startswith("trigg") else frozenset()
+    known = {*_OPTIONS, *(("noeoffs",) if name == "moveabsj" else ())}
+    known |= set(_TRIGGERS if name.startswith("trigg") else ())
     for argument in call.arguments:
         if argument.optional and argument.name.lower() not in known:
             unknown(scope.file, call.line, f"the option {argument.name} is none that this machine knows here")
@@ -57,7 +57,8 @@ def compile_move(call: Call, scope: Scope, code: RoutineCode, task: Task, emit: 
     given = {each.name.lower(): each.value for each in call.arguments if each.optional and each.value is not None}
     parts["work"] = given.get("wobj") or Name(call.line, "wobj0")
     if name == "movel" and not (given.keys() - {"wobj"}) and _batched(parts, scope):
-        _add(call, parts, scope, code, task, emit)
+        _add(call, parts, scope, code, task)
+        emit(cast("Batches", code.batches).run, call.line)
         return
     order = Order(
         _VERBS[name], task.file_number(scope.file), call.line,
@@ -101,7 +102,7 @@ def _batched(parts: Mapping[str, Expression], scope: Scope) -> bool:
     )
 
 
-def _add(call: Call, parts: Mapping[str, Expression], scope: Scope, code: RoutineCode, task: Task, emit: Emit) -> None:
+def _add(call: Call, parts: Mapping[str, Expression], scope: Scope, code: RoutineCode, task: Task) -> None:
     if code.batches is None:
         code.batches = Batches(file=task.file_number(scope.file), verb=_VERBS["movel"])
     words = {part: _word(parts[part]) for part in ("speed", "zone", "tool", "work")}
@@ -112,7 +113,6 @@ def _add(call: Call, parts: Mapping[str, Expression], scope: Scope, code: Routin
         held=(words["tool"], looks["tool"], task.name_number(words["tool"])),
         work=(words["work"], looks["work"], task.name_number(words["work"])),
     )  # fmt: skip
-    emit(code.batches.run, call.line)
 
 
 def _line_step(

@@ -1,7 +1,7 @@
-"""Executes one move: where the tip goes, how long it takes, when the program goes on, and what switches on the way.
+r"""Executes one move: where the tip goes, how long it takes, when the program goes on, and what switches on the way.
 
 A move takes its length over the speed of its speeddata, or its turn over the turning speed where that is longer, both
-scaled by VelSet and the panel; or the time that it is given (`\\T`), scaled likewise. A stop (`fine`) holds the program
+scaled by VelSet and the panel; or the time that it is given (`\T`), scaled likewise. A stop (`fine`) holds the program
 until the arm is there; where a zone lets it fly by, the program goes on as the zone is entered, which is no larger than
 half of the move. Ramps and the corner's own dynamics are left out: a corner is passed in the time of its two lines.
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import cast, final
 
 from geoprint.export.rapid.language.syntax import Value
@@ -106,13 +107,11 @@ def run_line(
     if through is not None:
         middle = compose(frame, (cast("tuple[Pos, Value]", through)[0], turn))
         length, _ = circle(start[0], middle[0], end[0])
-    v_tip, v_turn, _, _ = cast("tuple[float, float, float, float]", speed)
-    v_tip = float(cast("float", options.get("v", v_tip)))
-    duration = _duration(state, length, angle(start[1], end[1]), v_tip, v_turn, options)
+    duration = _duration(state, length, angle(start[1], end[1]), speed=speed, options=options)
     other = min(axes) < NO_AXIS
     # Where joints were known they stay the nearest ones that are known.
     motion.near = motion.joints if motion.joints is not None else motion.near
-    row = (*place, *turn, *configuration, float(other), v_tip)
+    row = (*place, *turn, *configuration, float(other), _speeds(speed, options)[0])
     _book(state, order, row, zone, number, length=length, duration=duration, triggers=triggers, tips=(start, end))
     motion.tip, motion.joints, motion.tool = end, None, held
 
@@ -126,14 +125,12 @@ def run_joints(
     start, end = joints_of(motion, state), tuple(math.radians(each) for each in angles)
     held = tool_frame(tool)
     length, turn = _swept(state, start, end, held)
-    v_tip, v_turn, _, _ = cast("tuple[float, float, float, float]", speed)
-    v_tip = float(cast("float", options.get("v", v_tip)))
-    duration = _duration(state, length, turn, v_tip, v_turn, options)
+    duration = _duration(state, length, turn, speed=speed, options=options)
     if "t" not in options:
         limits = state.arm.robot.speeds.tolist()
         slowest = max(abs(b - a) / limit for a, b, limit in zip(start, end, limits, strict=True))
         duration = max(duration, slowest / scale(state))
-    row = (*end, 0.0, 0.0, 0.0, 0.0, 0.0, float(min(axes) < NO_AXIS), v_tip)
+    row = (*end, 0.0, 0.0, 0.0, 0.0, 0.0, float(min(axes) < NO_AXIS), _speeds(speed, options)[0])
     _book(state, order, row, zone, 0, length=length, duration=duration, triggers=(), joints=(start, end))
     motion.tip, motion.joints, motion.near, motion.tool = None, end, end, held
 
@@ -147,17 +144,22 @@ def _swept(state: State, start: tuple[float, ...], end: tuple[float, ...], tool:
     shares = np.linspace(0.0, 1.0, _SAMPLES + 1)[:, None]
     rows = np.array(start) + shares * (np.array(end) - np.array(start))
     tips = [compose(pose_of_matrix(T), tool) for T in state.arm.flange_poses(rows)]
-    length = sum(distance(a[0], b[0]) for a, b in zip(tips, tips[1:], strict=False))
-    return length, sum(angle(a[1], b[1]) for a, b in zip(tips, tips[1:], strict=False))
+    length = sum(distance(a[0], b[0]) for a, b in pairwise(tips))
+    return length, sum(angle(a[1], b[1]) for a, b in pairwise(tips))
 
 
-def _duration(
-    state: State, length: float, turn: float, v_tip: float, v_turn: float, options: Mapping[str, Value]
-) -> float:
+def _speeds(speed: Value, options: Mapping[str, Value]) -> tuple[float, float]:
+    """Return the programmed speeds of the tip [mm/s] and of its turning [degrees/s]."""
+    v_tip, v_turn, _, _ = cast("tuple[float, float, float, float]", speed)
+    return float(cast("float", options.get("v", v_tip))), v_turn
+
+
+def _duration(state: State, length: float, turn: float, *, speed: Value, options: Mapping[str, Value]) -> float:
     share = scale(state)
     timed = options.get("t")
     if timed is not None:
         return cast("float", timed) / share
+    v_tip, v_turn = _speeds(speed, options)
     if v_tip <= 0.0 or v_turn <= 0.0:
         fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
     fastest = min(v_tip * share, state.motion.fastest)

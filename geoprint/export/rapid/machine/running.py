@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import final
+from typing import cast, final
 
 import numpy as np
 
@@ -190,7 +190,7 @@ def _lowered(scenario: Scenario) -> Scenario:
 
 
 def _plain(value: object) -> Value | None:
-    return value if isinstance(value, float | bool | str | tuple) else None  # pyright: ignore
+    return cast("Value", value) if isinstance(value, float | bool | str | tuple) else None
 
 
 def _moves(state: State) -> Moves:

@@ -1,11 +1,11 @@
-"""The state of a running program, which can be copied at any moment: frames, data, outputs, motion and what happened."""
+"""The state of a running program, which can be copied at any moment: frames, data, outputs, motion, and its log."""
 
 from __future__ import annotations
 
 import heapq
 from array import array
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias, final
+from typing import TYPE_CHECKING, TypeAlias, cast, final
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class Missing:
 
 
 MISSING = Missing()
-Slot: TypeAlias = "Value | None | Missing | Reference"
+Slot: TypeAlias = "Value | Missing | Reference | None"
 
 
 @final
@@ -58,8 +58,8 @@ class Reference:
         if isinstance(value, Missing):
             fault("ERR_REFUNKDAT", "a datum is used whose module is not loaded")
         for part in self.path:
-            value = value[part]  # pyright: ignore
-        return value  # pyright: ignore
+            value = cast("tuple[Value, ...]", value)[part]
+        return cast("Value", value)
 
     def put(self, state: State, value: Slot) -> None:
         """Give it a value."""
@@ -67,13 +67,13 @@ class Reference:
         place[self.slot] = replaced(place[self.slot], self.path, value) if self.path else value
 
 
-def replaced(whole: object, path: tuple[int, ...], part: object) -> Slot:
+def replaced(whole: Slot, path: tuple[int, ...], part: Slot) -> Slot:
     """Return a nested tuple with one part replaced."""
     if not path:
-        return part  # pyright: ignore
-    parts = list(whole)  # pyright: ignore
-    parts[path[0]] = replaced(parts[path[0]], path[1:], part)
-    return tuple(parts)  # pyright: ignore
+        return part
+    parts = list(cast("tuple[Value, ...]", whole))
+    parts[path[0]] = cast("Value", replaced(parts[path[0]], path[1:], part))
+    return tuple(parts)
 
 
 @final
@@ -193,8 +193,9 @@ class State:
     """Everything that a continuation depends on."""
 
     __slots__ = (
-        "answered", "arm", "base", "clock", "data", "ended", "error", "file", "frame", "frames", "line", "loaded", "loading",
-        "local", "log", "motion", "order", "pending", "reason", "routines", "scenario", "signals", "steps", "task",
+        "answered", "arm", "base", "clock", "data", "ended", "error", "file", "frame", "frames", "line", "loaded",
+        "loading", "local", "log", "motion", "order", "pending", "reason",
+        "routines", "scenario", "signals", "steps", "task",
         "until", "watched",
     )  # fmt: skip
 

@@ -1,9 +1,9 @@
-"""Compiles the statements of a routine to steps: no step calls another, so that a state can be copied between any two."""
+"""Compiles the statements of a routine to steps, between any two of which the state can be copied."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, cast, final
+from typing import TYPE_CHECKING, Any, cast, final
 
 from geoprint.export.rapid.language.syntax import (
     Assignment,
@@ -24,10 +24,11 @@ from geoprint.export.rapid.language.syntax import (
     Value,
     While,
 )
-from geoprint.export.rapid.machine.calls import binder, by_reference, options_of, positional
+from geoprint.export.rapid.machine.calls import binder, by_reference
 from geoprint.export.rapid.machine.code import RoutineCode, Scope, Step
 from geoprint.export.rapid.machine.expressions import compiled, operand, reference
 from geoprint.export.rapid.machine.faults import fault, unknown
+from geoprint.export.rapid.machine.instruction_calls import compile_instruction
 from geoprint.export.rapid.machine.instructions import INSTRUCTIONS
 from geoprint.export.rapid.machine.move_calls import MOVES, compile_move
 from geoprint.export.rapid.machine.records import array_of, initial, stored
@@ -60,10 +61,9 @@ def compile_routine(routine: Routine, code: RoutineCode, task: Task) -> None:
         scope.add(parameter.name, parameter.kind, by_reference=by_reference(parameter), dimensions=parameter.dimensions)
     for datum in routine.data:
         sizes = tuple(int(cast("float", compiled(size, scope).run(task.blank))) for size in datum.sizes)
-        first = array_of(initial(scope.kind(datum.kind), task.names.records), sizes)
-        run = (lambda _, value=first: value) if datum.value is None else compiled(datum.value, scope).run
-        slot = scope.add(datum.name, datum.kind, dimensions=len(sizes))
-        code.setup.append((slot, run if datum.value is None else _stored(run)))
+        first = cast("Value", array_of(initial(scope.kind(datum.kind), task.names.records), sizes))
+        run = _constant(first) if datum.value is None else _stored(compiled(datum.value, scope).run)
+        code.setup.append((scope.add(datum.name, datum.kind, dimensions=len(sizes)), run))
     if routine.undo or routine.backward:
         unknown(code.file, routine.line, f"{routine.name} has an UNDO or BACKWARD clause, which is not executed here")
     compiler.body(routine.body)
@@ -75,6 +75,10 @@ def compile_routine(routine: Routine, code: RoutineCode, task: Task) -> None:
         compiler.emit(lambda state: leave(state, None), -routine.last_line)
     compiler.finish()
     code.size = scope.size
+
+
+def _constant(value: Value) -> Callable[[State], Value]:
+    return lambda _: value
 
 
 def _stored(run: Callable[[State], Value]) -> Callable[[State], Value]:
@@ -115,28 +119,21 @@ class _Compiler:
                     self._code.after[step] = after
 
     def _statement(self, statement: Statement) -> None:
-        match statement:
-            case Call():
-                self._call(statement)
-            case Assignment():
-                self._assignment(statement)
-            case If():
-                self._if(statement)
-            case Test():
-                self._test(statement)
-            case For():
-                self._for(statement)
-            case While():
-                self._while(statement)
-            case Leave():
-                self._leave(statement)
-            case Goto():
-                self._asked.append((statement.line, statement.label.lower()))
-                self._jump(self._label(statement.label), statement.line)
-            case Label():
-                self._label(statement.name).step = len(self._code.steps)
-            case Connect():
-                unknown(self._scope.file, statement.line, "CONNECT ties an interrupt, which this machine does not know")
+        makers: dict[type, Callable[[Any], None]] = {
+            Call: self._call, Assignment: self._assignment, If: self._if, Test: self._test, For: self._for,
+            While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark, Connect: self._connect,
+        }  # fmt: skip
+        makers[type(statement)](statement)
+
+    def _goto(self, statement: Goto) -> None:
+        self._asked.append((statement.line, statement.label.lower()))
+        self._jump(self._label(statement.label), statement.line)
+
+    def _mark(self, statement: Label) -> None:
+        self._here(self._label(statement.name))
+
+    def _connect(self, statement: Connect) -> None:
+        unknown(self._scope.file, statement.line, "CONNECT ties an interrupt, which this machine does not know")
 
     def _label(self, name: str) -> _Place:
         return self._labels.setdefault(name.lower(), _Place())
@@ -311,9 +308,9 @@ class _Compiler:
         if routine is not None:
             self._own_call(statement, routine)
         elif name in MOVES:
-            compile_move(statement, self._scope, self._code, self._task, self.emit)
+            compile_move(statement, self._scope, code=self._code, task=self._task, emit=self.emit)
         elif name in INSTRUCTIONS:
-            self._instruction(statement)
+            self.emit(compile_instruction(statement, self._scope), statement.line)
         else:
             unknown(self._scope.file, statement.line, f"{statement.name} is no instruction that this machine knows")
 
@@ -343,17 +340,3 @@ class _Compiler:
             enter(state, routine, binders[name](state))
 
         self.emit(call, statement.line)
-
-    def _instruction(self, statement: Call) -> None:
-        instruction, scope = INSTRUCTIONS[statement.name.lower()], self._scope
-        arguments = positional(statement.arguments)
-        if not instruction.least <= len(arguments) <= instruction.most:
-            unknown(scope.file, statement.line, f"{statement.name} is given {len(arguments)} arguments")
-        makers = [
-            reference(argument, scope) if place in instruction.references
-            else compiled(argument, scope).run if place in instruction.signals
-            else operand(argument, scope).run
-            for place, argument in enumerate(arguments)
-        ]  # fmt: skip
-        options, run = options_of(statement.arguments, scope, instruction.options), instruction.run
-        self.emit(lambda state: run(state, [make(state) for make in makers], options(state)), statement.line)

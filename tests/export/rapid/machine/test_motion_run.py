@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 import pytest
 
-from geoprint.export.rapid.machine import Scenario
+from geoprint.export.rapid.machine import Execution, Scenario
 from tests.export.rapid.machine.tasks import HOME, controller, ran, shown, target
+
+
+def part(found: Execution, name: str) -> tuple[float, ...]:
+    """The first part of a record at the end."""
+    return cast("tuple[tuple[float, ...], ...]", found.data[name])[0]
+
 
 THERE = f"MoveL {target(300)},v100,fine,tool0;"
 DECLARED = """
@@ -123,10 +131,10 @@ def test_joints_move_in_the_time_that_they_are_given_and_are_known_afterwards() 
     """
     found = ran(body, declared="VAR jointtarget now;")
     assert found.seconds == pytest.approx(3.0)
-    assert np.array(found.data["now"][0]) == pytest.approx([0, -10, 20, 0, 45, -20], abs=1e-4)  # pyright: ignore
+    assert np.array(part(found, "now")) == pytest.approx([0, -10, 20, 0, 45, -20], abs=1e-4)
     back = f"MoveAbsJ [[0,-10,20,0,45,-30],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,fine,tool0; {THERE}"
     line = ran(f"{back} now:=CJointT(); where:=CRobT();", declared="VAR jointtarget now; VAR robtarget where;")
-    assert line.data["where"][0] == pytest.approx((300.0, 0.0, 300.0), abs=1e-3)  # pyright: ignore
+    assert part(line, "where") == pytest.approx((300.0, 0.0, 300.0), abs=1e-3)
 
 
 def test_moves_in_one_go_are_those_taken_one_by_one() -> None:
@@ -152,7 +160,15 @@ TriggL {target(320)},v10,t1,z03,tool0;
 MoveL {target(330)},v10,fine,tool0;
 SetDO doUV,1;
 """
-SAFE = "PERS num stopped:=0; VAR num lost:=0;\nPROC safe()\nIF doValve=1 stopped:=stopped+1;\nSetDO doValve,0;\nlost:=1;\nENDPROC"
+SAFE = """
+PERS num stopped:=0;
+VAR num lost:=0;
+PROC safe()
+  IF doValve=1 stopped:=stopped+1;
+  SetDO doValve,0;
+  lost:=1;
+ENDPROC
+"""
 
 
 def test_a_stop_runs_what_is_tied_to_it_and_the_program_goes_on_where_it_stood() -> None:
