@@ -3,9 +3,9 @@
     python -m benchmarks.rapid_modules FOLDER [--open-names]
 
 FOLDER has a folder for each project (`owner+name`); the modules of a folder below are one task (several, where they
-declare the same names), read as open: names that other modules of the project may declare are not judged. The table
-counts modules, lines and findings of each project; each finding follows. A finding is an error of that text or of
-geoprint's, which a person has to say.
+declare the same names: each with all modules that it can have), read as open: names that other modules of the project
+may declare are not judged. The table counts modules, lines and findings of each project; each finding follows. A
+finding is an error of that text or of geoprint's, which a person has to say.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module
 
+# Folders in which a backup keeps the program modules and the system modules of a task.
+HALVES = {"PROGMOD", "SYSMOD"}
 SUFFIXES = {".mod", ".sys", ".modx", ".sysx", ".prg"}
 
 
@@ -35,13 +37,13 @@ def main() -> None:
     names: Counter[str] = Counter()
     for project in sorted(path for path in options.folder.iterdir() if path.is_dir()):
         modules = lines = found = 0
-        for folder in [project, *sorted(path for path in project.rglob("*") if path.is_dir())]:
+        for folder in _folders(project):
             read, errors = _read(folder)
             modules += len(read)
             lines += sum(module.lines for module in read)
             for task in _tasks(read):
                 resolved, judged = examine(task, signals=None, closed=False)
-                errors += judged
+                errors += [error for error in judged if str(error) not in {str(known) for known in errors}]
                 names.update(name.lower() for _, _, name in resolved.open_names)
             found += len(errors)
             findings += [f"{folder.relative_to(options.folder)}: {_said(error)}" for error in errors]
@@ -63,18 +65,24 @@ def _read(folder: Path) -> tuple[list[Module], list[VerificationError]]:
 
 
 def _tasks(modules: list[Module]) -> list[list[Module]]:
-    """Divide the modules of a folder into tasks; what declares a name of a task again is of another one."""
-    tasks: list[tuple[list[Module], set[str]]] = []
-    for module in modules:
-        names = {symbol.name.lower() for symbol, is_local in declared(module) if not is_local}
-        names.add(f"module {module.name.lower()}")
-        task = next((task for task in tasks if task[1].isdisjoint(names)), None)
-        if task is None:
-            tasks.append(([module], names))
-        else:
-            task[0].append(module)
-            task[1].update(names)
-    return [task for task, _ in tasks]
+    """Divide the modules of a folder into tasks: each with all modules that declare no name of it again."""
+    tasks: list[list[Module]] = []
+    left = modules
+    while left:
+        task: list[Module] = []
+        taken: set[str] = set()
+        for module in [*left, *(one for one in modules if one not in left)]:
+            if taken.isdisjoint(_names(module)):
+                task.append(module)
+                taken.update(_names(module))
+        tasks.append(task)
+        left = [module for module in left if module not in task]
+    return tasks
+
+
+def _names(module: Module) -> set[str]:
+    names = {symbol.name.lower() for symbol, is_local in declared(module) if not is_local}
+    return names | {f"module {module.name.lower()}"}
 
 
 def _said(error: VerificationError) -> str:
@@ -82,8 +90,16 @@ def _said(error: VerificationError) -> str:
     return str(error).partition(". Do not run")[0]
 
 
+def _folders(project: Path) -> list[Path]:
+    """Return the folders of a project; a backup keeps a task's modules in two, which count as the one above."""
+    folders = [project, *(path for path in project.rglob("*") if path.is_dir())]
+    return sorted(folder for folder in folders if folder.name.upper() not in HALVES)
+
+
 def _files(folder: Path) -> Iterator[Path]:
-    return (path for path in sorted(folder.iterdir()) if path.is_file() and path.suffix.lower() in SUFFIXES)
+    halves = (path for path in folder.iterdir() if path.is_dir() and path.name.upper() in HALVES)
+    paths = (path for one in (folder, *halves) for path in one.iterdir())
+    return (path for path in sorted(paths) if path.is_file() and path.suffix.lower() in SUFFIXES)
 
 
 def _text(path: Path) -> str:

@@ -39,10 +39,10 @@ from geoprint.export.rapid import (
     Settings,
     Timeline,
     as_new,
-    check_names,
     check_timeline,
     judge_program,
     program_settings,
+    read_task,
     timeline,
 )
 from geoprint.model import FloatArray
@@ -186,8 +186,9 @@ class _Checking:
         with_file("plan.json", self._read_plan)
         with_file("setup.json", self._read_setup)
         if self.setup is None:
-            # Whatever it was written for, nothing loads that declares a name twice.
-            with_file(RAPID_FOLDER, lambda: check_names(tuple(self._modules(names))))
+            # Whatever it was written for, nothing loads whose names mean nothing.
+            modules = tuple((name, text) for name, text in self._modules(names) if name.endswith(".mod"))
+            with_file(RAPID_FOLDER, lambda: read_task(modules, signals=None))
             return
         setup = self.setup
         moved: list[TrajectoryTable] = []
@@ -261,7 +262,7 @@ class _Checking:
             if name.startswith(f"{RAPID_FOLDER}/") and path.is_file():
                 yield path.name, path.read_bytes().decode("latin-1")
 
-    def _collecting(self, file: str, check: Callable[[], None]) -> None:
+    def _collecting(self, file: str, check: Callable[[], object]) -> None:
         try:
             check()
         except GeoprintError as error:

@@ -2,8 +2,8 @@
 
 from geoprint.export.rapid.cell_module import check_cell as check_cell
 from geoprint.export.rapid.executed import Executed as Executed, Proof as Proof
+from geoprint.export.rapid.language.symbols import Task as Task, read_task as read_task
 from geoprint.export.rapid.made import Made as Made
-from geoprint.export.rapid.names import check_names as check_names
 from geoprint.export.rapid.program import proven_program as proven_program, rapid_program as rapid_program
 from geoprint.export.rapid.settings import (
     CELL_MODULE as CELL_MODULE,

@@ -90,7 +90,7 @@ def signals_of(cell: Cell) -> dict[str, str]:
     found = {signals.dispenser: "signaldo", signals.uv_lamp: "signaldo"}
     if signals.vacuum is not None:
         found[signals.vacuum] = "signaldo"
-    if signals.mode == "analog" and signals.flow is not None:
+    if signals.flow is not None:
         found[signals.flow] = "signalao"
     return found
 

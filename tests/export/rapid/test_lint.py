@@ -17,7 +17,7 @@ from geoprint.export.rapid.program import rapid_program
 from geoprint.model import Cell, Flood, Placement, PoseStream, Program, Purge, Signals
 from geoprint.pipeline import plan
 from tests.export.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
-from tests.export.rapid.test_names import OLD_GUARD
+from tests.export.rapid.language.test_names import OLD_GUARD
 from tests.shared_data import shared
 
 ANALOG = Signals(mode="analog", dispenser="doValve", uv_lamp="doUV", flow="aoFlow", flow_per_mm3_s=0.1, flow_lag=0.04)

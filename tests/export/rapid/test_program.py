@@ -20,7 +20,7 @@ from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export.orders import orders_of
 from geoprint.export.rapid import program as rapid
 from geoprint.export.rapid.cell_module import cell_module, guard_module
-from geoprint.export.rapid.names import check_names
+from geoprint.export.rapid.language.symbols import read_task
 from geoprint.export.rapid.program import rapid_program
 from geoprint.export.rapid.verify import verify_program
 from geoprint.model import Cell, FloatArray, Flood, Placement, PoseStream, Program, Purge, Signals, Targets
@@ -156,7 +156,7 @@ def test_every_guard_is_whole_rapid_within_the_kernels_limits(
     assert max(len(word) for word in re.findall(r"\w+", text)) <= 32
     assert max(len(string) for string in re.findall(r'"([^"]*)"', text)) <= 80
     assert max(len(line) for line in text.split("\n")) <= 120
-    check_names([("GeoGuard.mod", text)])
+    read_task([("GeoGuard.mod", text)], signals=None, closed=False)
 
 
 @settings(max_examples=200, deadline=None)

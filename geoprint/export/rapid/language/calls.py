@@ -25,13 +25,15 @@ from geoprint.export.rapid.language.syntax import (
 )
 
 
-class _Judge(Protocol):
+class _ExpressionJudge(Protocol):
     def __call__(
         self, expression: Expression, here: Context, *, wanted: Kind | None = None, what: str = ""
     ) -> Kind | None: ...
 
 
-def judge_arguments(line: int, arguments: Sequence[Argument], symbol: Symbol, here: Context, *, judge: _Judge) -> None:
+def judge_arguments(
+    line: int, arguments: Sequence[Argument], symbol: Symbol, here: Context, *, judge: _ExpressionJudge
+) -> None:
     """Judge the arguments of a call.
 
     Args:
@@ -60,9 +62,9 @@ def _matched(
 ) -> list[tuple[Argument, Parameter]]:
     """Return each argument with its parameter, as far as they have one."""
     found: list[tuple[Argument, Parameter]] = []
-    last = -1
+    last = last_required = -1
     for argument in arguments:
-        parameter = _parameter_of(argument, routine.parameters, last)
+        parameter = _parameter_of(argument, routine.parameters, last_required)
         if parameter is None:
             what = f"\\{argument.name}" if argument.optional else argument.name or "a further argument"
             here.say(argument.line, f"{name} takes no {what}")
@@ -72,6 +74,7 @@ def _matched(
         elif parameter.group < last:
             here.say(argument.line, f"{name} takes {parameter.name} before the arguments in front of it")
         last = max(last, parameter.group)
+        last_required = last_required if parameter.optional else max(last_required, parameter.group)
         found.append((argument, parameter))
     return found
 
@@ -83,7 +86,9 @@ def _parameter_of(argument: Argument, parameters: Sequence[Parameter], last: int
     return next((one for one in parameters if not one.optional and one.group > last), None)
 
 
-def _judge_one(argument: Argument, parameter: Parameter, symbol: Symbol, here: Context, *, judge: _Judge) -> None:
+def _judge_one(
+    argument: Argument, parameter: Parameter, symbol: Symbol, here: Context, *, judge: _ExpressionJudge
+) -> None:
     routine = symbol.node
     what = f"{parameter.name} of {symbol.name}"
     is_switch = parameter.kind.lower() == "switch"
@@ -95,12 +100,10 @@ def _judge_one(argument: Argument, parameter: Parameter, symbol: Symbol, here: C
             here.say(argument.line, f"{what} {'is a switch and takes no value' if is_switch else 'wants a value'}")
         return
     # One value may fill one of several parameters: as the first of the kind that fits.
-    rivals = [
-        one
-        for one in (routine.parameters if isinstance(routine, Routine) else ())
-        if one.group == parameter.group and not argument.name
-    ]
-    kinds = [here.kinds.of_type(one.kind, file=symbol.file, dimensions=one.dimensions) for one in rivals or [parameter]]
+    rivals = [parameter]
+    if not argument.name and isinstance(routine, Routine):
+        rivals = [one for one in routine.parameters if one.group == parameter.group]
+    kinds = [here.kinds.of_type(one.kind, file=symbol.file, dimensions=one.dimensions) for one in rivals]
     wanted = kinds[0] if len(kinds) == 1 else None
     found = judge(argument.value, here, wanted=wanted, what=what)
     if len(kinds) > 1 and found is not None and not any(_alike(found, kind) for kind in kinds):

@@ -52,11 +52,18 @@ class Kinds:
 
     def __init__(self, names: Names) -> None:
         self._names = names
-        # Of the records met so far.
+        # Of the types and records met so far.
+        self._types: dict[tuple[str, str, int], Kind | None] = {}
         self._parts: dict[Kind, tuple[tuple[str, Kind | None], ...] | None] = {}
 
     def of_type(self, name: str, *, file: str, dimensions: int = 0) -> Kind | None:
         """Return the kind that a type's name stands for in a module, or None."""
+        key = (name, file, dimensions)
+        if key not in self._types:
+            self._types[key] = self._of_type(name, file=file, dimensions=dimensions)
+        return self._types[key]
+
+    def _of_type(self, name: str, *, file: str, dimensions: int) -> Kind | None:
         for _ in range(_ALIASES):
             symbol = self._names.find(name, file=file, inner={})
             if symbol is None or symbol.role != "type" or symbol.node is None:

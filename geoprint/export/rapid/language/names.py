@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal, TypeAlias, final
 
 from geoprint.export.rapid.language.builtins import builtins
@@ -93,10 +94,14 @@ def names_of(modules: Sequence[Module], *, signals: Mapping[str, str] | None) ->
         for symbol, is_local in declared(module):
             table = local[module.file] if is_local else task
             table.setdefault(symbol.name.lower(), symbol)
-    known = builtins()
-    brought = {name: Symbol(name, "known", "", 0, None) for name in known.known}
-    for symbol, _ in declared(known.module):
-        node = symbol.node
-        brought[symbol.name.lower()] = Symbol(symbol.name, symbol.role, "", 0, node)
     lowered = None if signals is None else {name.lower(): kind.lower() for name, kind in signals.items()}
-    return Names(task, local, brought, lowered)
+    return Names(task, local, _brought(), lowered)
+
+
+@cache
+def _brought() -> Table:
+    known = builtins()
+    table = {name: Symbol(name, "known", "", 0, None) for name in known.known}
+    for symbol, _ in declared(known.module):
+        table[symbol.name.lower()] = Symbol(symbol.name, symbol.role, "", 0, symbol.node)
+    return table

@@ -16,6 +16,7 @@ from geoprint.export.rapid.language.context import Context
 from geoprint.export.rapid.language.declarations import judge_module, judge_names
 from geoprint.export.rapid.language.kinds import Kinds
 from geoprint.export.rapid.language.names import Names, names_of
+from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.places import Place, refusal
 from geoprint.export.rapid.language.syntax import Module
 
@@ -34,6 +35,20 @@ class Task:
     modules: tuple[Module, ...]
     names: Names
     open_names: tuple[tuple[str, int, str], ...]
+
+
+def read_task(modules: Sequence[tuple[str, str]], *, signals: Mapping[str, str] | None, closed: bool = True) -> Task:
+    """Parse the modules of a task and resolve its names.
+
+    Args:
+        modules: file name and text of each module, those loaded later among them.
+        signals: as for `resolve`.
+        closed: as for `resolve`.
+
+    Raises:
+        VerificationError: a text is no RAPID, or something in it means nothing; the first such place is named.
+    """
+    return resolve([parse_module(file, text) for file, text in modules], signals=signals, closed=closed)
 
 
 def resolve(modules: Sequence[Module], *, signals: Mapping[str, str] | None, closed: bool = True) -> Task:

@@ -6,9 +6,9 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.export.rapid import program as rapid
-from geoprint.export.rapid.names import check_names
+from geoprint.export.rapid.language.symbols import read_task
 from geoprint.export.rapid.program import rapid_program
-from geoprint.export.rapid.verify import verify_program
+from geoprint.export.rapid.verify import program_findings
 from geoprint.model import PoseStream, Program
 from tests.export.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
 
@@ -36,20 +36,21 @@ def written(poses: PoseStream | None = None) -> Program:
 
 def test_the_guard_that_declared_a_variable_and_a_routine_of_one_name_is_refused() -> None:
     with pytest.raises(VerificationError, match=r"GeoGuard\.mod, line 6: GeoStopped is declared twice") as caught:
-        check_names([("GeoGuard.mod", OLD_GUARD)])
+        read_task([("GeoGuard.mod", OLD_GUARD)], signals=None)
     assert "also in GeoGuard.mod, line 3" in str(caught.value)
 
 
 @pytest.mark.parametrize("words", ["GeoCutShort", "geoStopped"])
-def test_a_written_program_with_such_a_guard_is_refused_for_the_name_before_anything_else(words: str) -> None:
+def test_a_written_program_with_such_a_guard_is_refused_for_the_name(words: str) -> None:
     program = written()
     modules = tuple((name, text.replace("geoCutShort:=FALSE", f"{words}:=FALSE")) for name, text in program.modules)
     twice = tuple((name, text.replace("PROC GeoStopped", "PROC GeoCutShort")) for name, text in modules)
-    changed = Program(twice if words == "GeoCutShort" else modules, targets=program.targets, dry_run=False)
-    with pytest.raises(VerificationError, match=f"Geo{words[3:]} is declared twice: also in GeoGuard.mod, line 7"):
-        verify_program(
-            changed, orders(), cell=CELL, placement=PLACEMENT, surface_within=0.2, events=events()
-        )  # fmt: skip
+    changed = twice if words == "GeoCutShort" else modules
+    findings = program_findings(
+        changed, orders(), cell=CELL, placement=PLACEMENT, surface_within=0.2, events=events()
+    )  # fmt: skip
+    said = f"Geo{words[3:]} is declared twice: also in GeoGuard.mod, line 7"
+    assert any(said in str(finding) for finding in findings)
 
 
 @pytest.mark.parametrize(
@@ -66,19 +67,19 @@ def test_a_written_program_with_such_a_guard_is_refused_for_the_name_before_anyt
 )
 def test_every_kind_of_declaration_counts_without_regard_to_case(text: str, line: int) -> None:
     with pytest.raises(VerificationError, match=f"A.mod, line {line}: .* is declared twice"):
-        check_names([("A.mod", text)])
+        read_task([("A.mod", text)], signals=None)
 
 
 def test_what_a_routine_declares_for_itself_may_be_named_as_anything_elsewhere() -> None:
     routines = "PROC go(num x)\nVAR num y;\nENDPROC\nPROC stay(num y)\nENDPROC\n"
-    check_names([("A.mod", f"MODULE A\nVAR num x;\n{routines}! VAR num x;\nENDMODULE\n")])
+    read_task([("A.mod", f"MODULE A\nVAR num x;\n{routines}! VAR num x;\nENDMODULE\n")], signals=None)
 
 
 def test_modules_that_are_loaded_later_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rapid, "MODULE_LINES", 55)
-    modules = list(written(stream(runs=5, points=9)).modules)
+    modules = [one for one in written(stream(runs=5, points=9)).modules if one[0].endswith(".mod")]
     assert "GeoPath2.mod" in dict(modules)
-    check_names(modules)
+    read_task(modules, signals=None)
     changed = [(name, text.replace("PROC GeoRun3(", "PROC GEOSAFE(")) for name, text in modules]
     with pytest.raises(VerificationError, match=r"GeoPath2\.mod, line 2: GEOSAFE is declared twice: also in GeoGuard"):
-        check_names(changed)
+        read_task(changed, signals=None)
