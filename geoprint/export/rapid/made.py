@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.syntax import Module
-from geoprint.export.rapid.machine import Execution, Scenario, Switching, Task, compile_task, execute
+from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, Switching, compile_task, execute
 from geoprint.export.rapid.text import Place, refuse
 from geoprint.model import Cell, FloatArray, IntArray, Placement, comparable, freeze_arrays
 from geoprint.motion.arm import Arm
@@ -74,7 +74,7 @@ class Made:
         return Place(self.execution.files[int(moves.files[row])], int(moves.lines[row]))
 
 
-def task_of(modules: Sequence[Module], *, cell: Cell, arm: Arm) -> Task:
+def task_of(modules: Sequence[Module], *, cell: Cell, arm: Arm) -> MachineTask:
     """Compile a program for the cell's controller; modules of GeoPath are loaded as it runs.
 
     Raises:
@@ -115,7 +115,7 @@ def _scenario(cell: Cell, data: dict[str, bool | float], *, held: dict[str, floa
     )
 
 
-def make(task: Task, scenario: Scenario, *, orders: Orders | None = None) -> Made:
+def make(task: MachineTask, scenario: Scenario, *, orders: Orders | None = None) -> Made:
     """Execute a program, and return its path.
 
     Args:

@@ -118,14 +118,8 @@ def judge_program(
     texts = dict(modules)
     loading = any(name.startswith("GeoPath") for name, _ in modules)
     findings = [*_failing(lambda: _verify_list(texts, loading=loading))]
-    guard = [
-        *_failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading)),
-    ]
-    parsed: list[Module] = []
-    broken: list[VerificationError] = []
-    for name, text in modules:
-        if name != _LIST:
-            broken += _failing(lambda name=name, text=text: parsed.append(_parsed(name, text)))
+    guard = [*_failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))]
+    parsed, broken = _parsed_modules(modules)
     if broken:
         return Judged((*findings, *guard, *broken), None)
     _, unresolved = examine(parsed, signals=signals_of(cell))
@@ -189,6 +183,16 @@ def program_settings(modules: tuple[tuple[str, str], ...], *, runs: int) -> Sett
             refuses.
     """
     return read_settings(_cell(modules), runs=runs)
+
+
+def _parsed_modules(modules: tuple[tuple[str, str], ...]) -> tuple[list[Module], list[VerificationError]]:
+    """Return the modules that are RAPID as geoprint writes it, and what is wrong with the others."""
+    parsed: list[Module] = []
+    broken: list[VerificationError] = []
+    for name, text in modules:
+        if name != _LIST:
+            broken += _failing(lambda name=name, text=text: parsed.append(_parsed(name, text)))
+    return parsed, broken
 
 
 def _parsed(name: str, text: str) -> Module:

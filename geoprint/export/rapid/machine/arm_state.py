@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 
 from geoprint import transforms
-from geoprint.export.rapid.machine.poses import Orient, Pos, Pose, between, compose, inverted
-from geoprint.export.rapid.machine.state import Motion, State
+from geoprint.export.rapid.machine.state import Moving, State
+from geoprint.export.rapid.machine.values.poses import Orient, Pos, Pose, between, compose, inverted
 from geoprint.model import FloatArray
 
 
@@ -25,7 +25,7 @@ def pose_of_matrix(T: FloatArray) -> Pose:
     return cast("Pos", tuple(T[:3, 3].tolist())), turn
 
 
-def tip_of(motion: Motion, state: State, tool: Pose) -> Pose:
+def tip_of(motion: Moving, state: State, tool: Pose) -> Pose:
     """Return the tip of a tool where the arm is at the end of its last move, in base coordinates."""
     if motion.tip is not None:
         return motion.tip if motion.tool == tool else compose(compose(motion.tip, inverted(motion.tool)), tool)
@@ -33,7 +33,7 @@ def tip_of(motion: Motion, state: State, tool: Pose) -> Pose:
     return compose(pose_of_matrix(state.arm.flange_poses(np.array([joints]))[0]), tool)
 
 
-def joints_of(motion: Motion, state: State) -> tuple[float, ...]:
+def joints_of(motion: Moving, state: State) -> tuple[float, ...]:
     """Return the joints at the end of the last move: the solution nearest to the last ones that were known [rad].
 
     Where the arm does not reach, the last known ones stand: whether it can follow the targets is judged elsewhere, from
@@ -70,7 +70,7 @@ def tip_now(state: State) -> Pose:
     return tip_of(motion, state, motion.tool)
 
 
-def _at(state: State, moment: float) -> Motion:
+def _at(state: State, moment: float) -> Moving:
     """Return the motion as if it had ended at a moment; corners are taken as they are programmed."""
     motion = state.motion.copy()
     if moment >= motion.end:

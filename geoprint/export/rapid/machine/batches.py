@@ -14,10 +14,10 @@ import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import tip_of
-from geoprint.export.rapid.machine.faults import fault
 from geoprint.export.rapid.machine.moves import NO_AXIS, ON_THE_SPOT, begins, scale, target_frame, tool_frame
-from geoprint.export.rapid.machine.poses import Orient, Pos, Pose, compose, inverted
 from geoprint.export.rapid.machine.state import ROW, Leg, State
+from geoprint.export.rapid.machine.values.faults import fault
+from geoprint.export.rapid.machine.values.poses import Orient, Pos, Pose, compose, inverted
 from geoprint.model import FloatArray, IntArray
 
 # Numbers of a robtarget.
@@ -81,15 +81,11 @@ class Batches:
         self._turns: FloatArray = turns / np.where(norms > 0.0, norms, 1.0)
         self._axes: FloatArray = np.column_stack([single[:, 7:11], single[:, 11:].min(axis=1) < NO_AXIS])
         self._lengths: FloatArray = np.linalg.norm(np.diff(self._places, axis=0, prepend=np.nan), axis=1)
-        dots = np.abs((self._turns[1:] * self._turns[:-1]).sum(axis=1)).clip(0.0, 1.0)
-        chords = np.linalg.norm(
-            self._turns[1:] - np.where((self._turns[1:] * self._turns[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
-            * self._turns[:-1], axis=1,
-        )  # fmt: skip
+        products: FloatArray = np.einsum("ij,ij->i", self._turns[1:], self._turns[:-1])
+        same: FloatArray = np.where(products < 0.0, -1.0, 1.0)[:, None] * self._turns[:-1]
+        chords: FloatArray = np.minimum(np.linalg.norm(self._turns[1:] - same, axis=1) / 2.0, 1.0)
         # The chord is exact where the cosine is not, near 0.
-        angles: FloatArray = np.where(
-            dots > 0.99, 4.0 * np.arcsin((chords / 2.0).clip(0.0, 1.0)), 2.0 * np.arccos(dots)
-        )
+        angles: FloatArray = 4.0 * np.arcsin(chords)
         self._angles: FloatArray = np.append(np.nan, angles)
         steps = np.fromiter(self._rows, dtype=np.int64, count=len(self._rows))
         tools = np.array(self._tools)
@@ -167,11 +163,10 @@ class Batches:
         place, turn = tip
         lengths, angles = self._lengths[rows].copy(), self._angles[rows].copy()
         lengths[0] = np.linalg.norm(self._places[rows.start] - place)
-        dot = abs(float(self._turns[rows.start] @ turn))
         chord = min(
             float(np.linalg.norm(self._turns[rows.start] - turn)), float(np.linalg.norm(self._turns[rows.start] + turn))
         )
-        angles[0] = 4.0 * np.arcsin(min(chord / 2.0, 1.0)) if dot > 0.99 else 2.0 * np.arccos(min(dot, 1.0))
+        angles[0] = 4.0 * np.arcsin(min(chord / 2.0, 1.0))
         return lengths, angles
 
 

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from geoprint.export.rapid.language.syntax import Argument, Expression, Parameter, Value
-from geoprint.export.rapid.machine.faults import unknown
-from geoprint.export.rapid.machine.records import stored
 from geoprint.export.rapid.machine.state import MISSING, Reference, Slot, State
+from geoprint.export.rapid.machine.values.faults import unknown
+from geoprint.export.rapid.machine.values.records import stored
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.code import RoutineCode, Scope

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias, final
 
 from geoprint.export.rapid.language.syntax import Parameter, Value
-from geoprint.export.rapid.machine.records import Components
 from geoprint.export.rapid.machine.state import State
+from geoprint.export.rapid.machine.values.records import Components
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.batches import Batches
@@ -106,7 +106,7 @@ class RoutineCode:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Names:
+class Declared:
     """All that the modules of a task declare, by name in lower case.
 
     Attributes:
@@ -134,7 +134,7 @@ class Scope:
 
     __slots__ = ("file", "locals", "names", "size")
 
-    def __init__(self, names: Names, file: str) -> None:
+    def __init__(self, names: Declared, file: str) -> None:
         self.names = names
         self.file = file
         self.locals: dict[str, Local] = {}

@@ -19,15 +19,15 @@ from geoprint.export.rapid.language.syntax import (
     Unary,
     Value,
 )
-from geoprint.export.rapid.machine.arithmetic import ARITHMETIC
 from geoprint.export.rapid.machine.calls import binder, options_of, positional
 from geoprint.export.rapid.machine.code import Code, Evaluate, Local, Scope
-from geoprint.export.rapid.machine.faults import fault, unknown
 from geoprint.export.rapid.machine.functions import FUNCTION_OPTIONS, FUNCTIONS
-from geoprint.export.rapid.machine.poses import Orient, times
-from geoprint.export.rapid.machine.predefined import PREDEFINED
 from geoprint.export.rapid.machine.state import MISSING, Missing, Reference, State
 from geoprint.export.rapid.machine.stepping import evaluate_routine
+from geoprint.export.rapid.machine.values.arithmetic import ARITHMETIC
+from geoprint.export.rapid.machine.values.faults import fault, unknown
+from geoprint.export.rapid.machine.values.poses import Orient, times
+from geoprint.export.rapid.machine.values.predefined import PREDEFINED
 
 _COMPARISONS: dict[str, Callable[[Any, Any], Any]] = {
     "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge,

@@ -8,10 +8,20 @@ from typing import TypeAlias, cast
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import joints_now, tip_now
-from geoprint.export.rapid.machine.faults import fault
-from geoprint.export.rapid.machine.poses import Orient, Pos, Pose, compose, distance, inverted, pose_of, times, turned
-from geoprint.export.rapid.machine.records import stored
 from geoprint.export.rapid.machine.state import State
+from geoprint.export.rapid.machine.values.faults import fault
+from geoprint.export.rapid.machine.values.poses import (
+    Orient,
+    Pos,
+    Pose,
+    compose,
+    distance,
+    inverted,
+    pose_of,
+    times,
+    turned,
+)
+from geoprint.export.rapid.machine.values.records import stored
 
 Options: TypeAlias = Mapping[str, Value]
 Function: TypeAlias = Callable[[State, list[Value], Options], Value]

@@ -6,8 +6,8 @@ from geoprint.export.rapid.language.syntax import Call
 from geoprint.export.rapid.machine.calls import options_of, positional
 from geoprint.export.rapid.machine.code import Scope, Step
 from geoprint.export.rapid.machine.expressions import compiled, operand, reference
-from geoprint.export.rapid.machine.faults import unknown
 from geoprint.export.rapid.machine.instructions import INSTRUCTIONS
+from geoprint.export.rapid.machine.values.faults import unknown
 
 
 def compile_instruction(call: Call, scope: Scope) -> Step:

@@ -14,13 +14,13 @@ from typing import Any, TypeAlias, cast, final
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.calls import OUTPUTS
 from geoprint.export.rapid.machine.execution import Switching
-from geoprint.export.rapid.machine.faults import fault
 from geoprint.export.rapid.machine.functions import text_of
 from geoprint.export.rapid.machine.loading import load, unload
 from geoprint.export.rapid.machine.moves import Trigger
-from geoprint.export.rapid.machine.poses import IDENTITY, pose_of
-from geoprint.export.rapid.machine.records import stored
 from geoprint.export.rapid.machine.state import Reference, State
+from geoprint.export.rapid.machine.values.faults import fault
+from geoprint.export.rapid.machine.values.poses import IDENTITY, pose_of
+from geoprint.export.rapid.machine.values.records import stored
 
 Run: TypeAlias = Callable[[State, list[Any], Mapping[str, Value]], None]
 

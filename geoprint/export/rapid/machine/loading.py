@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from geoprint.export.rapid.machine.faults import fault
 from geoprint.export.rapid.machine.state import MISSING, State
+from geoprint.export.rapid.machine.values.faults import fault
 
 
 def load(state: State, file: str) -> None:

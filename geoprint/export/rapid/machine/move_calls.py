@@ -11,14 +11,14 @@ from geoprint.export.rapid.machine.calls import options_of, positional
 from geoprint.export.rapid.machine.code import Evaluate, RoutineCode, Scope, Step
 from geoprint.export.rapid.machine.execution import VERBS
 from geoprint.export.rapid.machine.expressions import compiled
-from geoprint.export.rapid.machine.faults import unknown
 from geoprint.export.rapid.machine.moves import Order, run_joints, run_line
-from geoprint.export.rapid.machine.predefined import PREDEFINED
-from geoprint.export.rapid.machine.records import stored
 from geoprint.export.rapid.machine.state import State
+from geoprint.export.rapid.machine.values.faults import unknown
+from geoprint.export.rapid.machine.values.predefined import PREDEFINED
+from geoprint.export.rapid.machine.values.records import stored
 
 if TYPE_CHECKING:
-    from geoprint.export.rapid.machine.task import Task
+    from geoprint.export.rapid.machine.task import MachineTask
 
 # What stands where among the arguments that are not optional.
 MOVES: Mapping[str, tuple[str, ...]] = {
@@ -38,7 +38,7 @@ _TARGET_SHAPE = [3, 4, 4, 6]
 Emit = Callable[[Step, int], None]
 
 
-def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: Task, emit: Emit) -> None:
+def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTask, emit: Emit) -> None:
     """Append the step of a move.
 
     Raises:
@@ -102,7 +102,7 @@ def _batched(parts: Mapping[str, Expression], scope: Scope) -> bool:
     )
 
 
-def _add(call: Call, parts: Mapping[str, Expression], scope: Scope, code: RoutineCode, task: Task) -> None:
+def _add(call: Call, parts: Mapping[str, Expression], scope: Scope, code: RoutineCode, task: MachineTask) -> None:
     if code.batches is None:
         code.batches = Batches(file=task.file_number(scope.file), verb=_VERBS["movel"])
     words = {part: _word(parts[part]) for part in ("speed", "zone", "tool", "work")}

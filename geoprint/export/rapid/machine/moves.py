@@ -1,4 +1,4 @@
-r"""Executes one move: where the tip goes, how long it takes, when the program goes on, and what switches on the way.
+r"""Executes one move: where the tip goes, how long it takes, when the program goes on, and what switches along it.
 
 A move takes its length over the speed of its speeddata, or its turn over the turning speed where that is longer, both
 scaled by VelSet and the panel; or the time that it is given (`\T`), scaled likewise. A stop (`fine`) holds the program
@@ -17,9 +17,19 @@ from typing import cast, final
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import joints_of, tip_of
 from geoprint.export.rapid.machine.execution import Switching
-from geoprint.export.rapid.machine.faults import fault
-from geoprint.export.rapid.machine.poses import Orient, Pos, Pose, angle, circle, compose, distance, normalised, pose_of
 from geoprint.export.rapid.machine.state import Leg, State
+from geoprint.export.rapid.machine.values.faults import fault
+from geoprint.export.rapid.machine.values.poses import (
+    Orient,
+    Pos,
+    Pose,
+    angle,
+    circle,
+    compose,
+    distance,
+    normalised,
+    pose_of,
+)
 
 # Axes at or above this do not exist; a num holds 9E9 only nearly.
 NO_AXIS = 8.9e9

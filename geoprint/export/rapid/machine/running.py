@@ -12,17 +12,17 @@ from geoprint import transforms
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import stand_still
 from geoprint.export.rapid.machine.execution import Execution, Moves
-from geoprint.export.rapid.machine.faults import Fault
 from geoprint.export.rapid.machine.loading import begin_data, load
-from geoprint.export.rapid.machine.poses import IDENTITY
 from geoprint.export.rapid.machine.scenario import Event, Scenario
-from geoprint.export.rapid.machine.state import Log, Motion, State
+from geoprint.export.rapid.machine.state import Log, Moving, State
 from geoprint.export.rapid.machine.stepping import advance, enter, evaluate_routine
-from geoprint.export.rapid.machine.task import Task
+from geoprint.export.rapid.machine.task import MachineTask
+from geoprint.export.rapid.machine.values.faults import Fault
+from geoprint.export.rapid.machine.values.poses import IDENTITY
 from geoprint.model import BoolArray, IntArray
 
 
-def execute(task: Task, scenario: Scenario) -> Execution:
+def execute(task: MachineTask, scenario: Scenario) -> Execution:
     """Run a program to its end.
 
     Raises:
@@ -37,7 +37,7 @@ def execute(task: Task, scenario: Scenario) -> Execution:
 class Controller:
     """A controller with a program in it, which can be stopped, copied and started again at any moment.
 
-    Time stands still while the program does: a stop takes none, and what was on its way goes on behind it.
+    Time stands still while the program does: a stop takes none, and what was to come goes on behind it.
 
     Args:
         task: its modules.
@@ -46,7 +46,7 @@ class Controller:
 
     __slots__ = ("state",)
 
-    def __init__(self, task: Task, scenario: Scenario, *, started: State | None = None) -> None:
+    def __init__(self, task: MachineTask, scenario: Scenario, *, started: State | None = None) -> None:
         if started is not None:
             self.state = started
             return
@@ -219,4 +219,4 @@ def _statements(state: State) -> dict[str, tuple[IntArray, BoolArray]]:
     return found
 
 
-__all__ = ["Controller", "Motion", "execute"]
+__all__ = ["Controller", "Moving", "execute"]

@@ -11,14 +11,14 @@ import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.execution import Called, Ending, Switching
-from geoprint.export.rapid.machine.faults import Fault, fault
-from geoprint.export.rapid.machine.poses import IDENTITY, Pose
 from geoprint.export.rapid.machine.scenario import Scenario
+from geoprint.export.rapid.machine.values.faults import Fault, fault
+from geoprint.export.rapid.machine.values.poses import IDENTITY, Pose
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 
 if TYPE_CHECKING:
-    from geoprint.export.rapid.machine.task import RoutineCode, Task
+    from geoprint.export.rapid.machine.task import MachineTask, RoutineCode
 
 # Numbers that are kept of a move; `moves` fills them and `log` takes them apart.
 ROW = 23
@@ -104,7 +104,7 @@ class Leg:
 
 @final
 @dataclass(slots=True)
-class Motion:
+class Moving:
     """Where the arm is, and how it is told to move.
 
     Attributes:
@@ -133,9 +133,9 @@ class Motion:
     legs: tuple[Leg, ...] = ()
     settings: dict[str, object] = field(default_factory=dict[str, object])
 
-    def copy(self) -> Motion:
+    def copy(self) -> Moving:
         """Return the same again."""
-        return Motion(
+        return Moving(
             self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.override, self.fastest,
             self.displacement, self.legs, dict(self.settings),
         )  # fmt: skip
@@ -199,7 +199,7 @@ class State:
         "until", "watched",
     )  # fmt: skip
 
-    def __init__(self, task: Task, scenario: Scenario, arm: Arm) -> None:
+    def __init__(self, task: MachineTask, scenario: Scenario, arm: Arm) -> None:
         self.task = task
         self.scenario = scenario
         self.arm = arm
@@ -216,7 +216,7 @@ class State:
         self.order = 0
         # The frame of targets that was used last: work object, displacement, pose in the base, number in the log.
         self.frame: tuple[object, Pose, Pose, int] | None = None
-        self.motion = Motion(None, scenario.joints, scenario.joints)
+        self.motion = Moving(None, scenario.joints, scenario.joints)
         self.log = Log()
         self.loaded: frozenset[str] = frozenset()
         # Routines that can be called by name in the loaded modules.

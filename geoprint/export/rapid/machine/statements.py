@@ -27,16 +27,16 @@ from geoprint.export.rapid.language.syntax import (
 from geoprint.export.rapid.machine.calls import binder, by_reference
 from geoprint.export.rapid.machine.code import RoutineCode, Scope, Step
 from geoprint.export.rapid.machine.expressions import compiled, operand, reference
-from geoprint.export.rapid.machine.faults import fault, unknown
 from geoprint.export.rapid.machine.instruction_calls import compile_instruction
 from geoprint.export.rapid.machine.instructions import INSTRUCTIONS
 from geoprint.export.rapid.machine.move_calls import MOVES, compile_move
-from geoprint.export.rapid.machine.records import array_of, initial, stored
 from geoprint.export.rapid.machine.state import Reference, Slot, State
 from geoprint.export.rapid.machine.stepping import enter, leave, raise_on
+from geoprint.export.rapid.machine.values.faults import fault, unknown
+from geoprint.export.rapid.machine.values.records import array_of, initial, stored
 
 if TYPE_CHECKING:
-    from geoprint.export.rapid.machine.task import Task
+    from geoprint.export.rapid.machine.task import MachineTask
 
 
 @final
@@ -49,7 +49,7 @@ class _Place:
         self.step = -1
 
 
-def compile_routine(routine: Routine, code: RoutineCode, task: Task) -> None:
+def compile_routine(routine: Routine, code: RoutineCode, task: MachineTask) -> None:
     """Fill the code of a routine.
 
     Raises:
@@ -89,7 +89,7 @@ def _stored(run: Callable[[State], Value]) -> Callable[[State], Value]:
 class _Compiler:
     """Appends steps to a routine."""
 
-    def __init__(self, code: RoutineCode, scope: Scope, task: Task) -> None:
+    def __init__(self, code: RoutineCode, scope: Scope, task: MachineTask) -> None:
         self._code, self._scope, self._task = code, scope, task
         self._labels: dict[str, _Place] = {}
         self._asked: list[tuple[int, str]] = []

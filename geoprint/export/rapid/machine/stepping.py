@@ -1,4 +1,4 @@
-"""Executes steps: the loop, errors on their way to a handler, and routines called from within an expression."""
+"""Executes steps: the loop, errors and their handlers, and routines called from within an expression."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.execution import Called
-from geoprint.export.rapid.machine.faults import Fault, fault
 from geoprint.export.rapid.machine.state import Frame, Missing, Reference, Slot, State
+from geoprint.export.rapid.machine.values.faults import Fault, fault
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.code import RoutineCode

@@ -6,20 +6,22 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import cast, final
 
 from geoprint.export.rapid.language.syntax import Alias, Datum, Module, Record, Value
-from geoprint.export.rapid.machine.code import Evaluate, Global, Names, RoutineCode, Scope
+from geoprint.export.rapid.machine.code import Declared, Evaluate, Global, RoutineCode, Scope
 from geoprint.export.rapid.machine.expressions import compiled
-from geoprint.export.rapid.machine.faults import unknown
-from geoprint.export.rapid.machine.predefined import PREDEFINED
-from geoprint.export.rapid.machine.records import RECORDS, array_of, initial, stored
 from geoprint.export.rapid.machine.scenario import Scenario
 from geoprint.export.rapid.machine.state import MISSING, State
 from geoprint.export.rapid.machine.statements import compile_routine
+from geoprint.export.rapid.machine.values.faults import unknown
+from geoprint.export.rapid.machine.values.predefined import PREDEFINED
+from geoprint.export.rapid.machine.values.records import RECORDS, array_of, initial, stored
 from geoprint.motion.arm import Arm
 
 First = tuple[int, str, str, Evaluate]
 
 
-def compile_task(modules: Sequence[Module], *, at_once: Iterable[str], signals: Mapping[str, str], arm: Arm) -> Task:
+def compile_task(
+    modules: Sequence[Module], *, at_once: Iterable[str], signals: Mapping[str, str], arm: Arm
+) -> MachineTask:
     """Compile modules.
 
     Args:
@@ -31,11 +33,11 @@ def compile_task(modules: Sequence[Module], *, at_once: Iterable[str], signals: 
     Raises:
         VerificationError: they do what this machine does not know.
     """
-    return Task(modules, resident=frozenset(at_once), signals=signals, arm=arm)
+    return MachineTask(modules, resident=frozenset(at_once), signals=signals, arm=arm)
 
 
 @final
-class Task:
+class MachineTask:
     """Modules as steps; nothing in it changes by an execution.
 
     Attributes:
@@ -53,7 +55,7 @@ class Task:
     def __init__(
         self, modules: Sequence[Module], *, resident: frozenset[str], signals: Mapping[str, str], arm: Arm
     ) -> None:
-        self.names = Names(signals={name.lower(): kind.lower() for name, kind in signals.items()})
+        self.names = Declared(signals={name.lower(): kind.lower() for name, kind in signals.items()})
         self.names.records.update(RECORDS)
         self.routines: list[RoutineCode] = []
         self.files = tuple(module.file for module in modules)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from geoprint.export.rapid.language.parsing import parse_module
-from geoprint.export.rapid.machine import Controller, Execution, Scenario, Task, compile_task, execute
+from geoprint.export.rapid.machine import Controller, Execution, MachineTask, Scenario, compile_task, execute
 from geoprint.motion.arm import Arm
 from tests.export.export_cases import CELL
 
@@ -24,7 +24,7 @@ def target(x: float, y: float = 0.0, z: float = 300.0) -> str:
     return TARGET.format(x=x, y=y, z=z)
 
 
-def task(body: str, *, others: dict[str, str] | None = None, declared: str = "") -> Task:
+def task(body: str, *, others: dict[str, str] | None = None, declared: str = "") -> MachineTask:
     """A module with main and whatever else, and files that a program may load."""
     text = f"MODULE Main\n{declared}\nPROC main()\n{body}\nENDPROC\nENDMODULE\n"
     modules = [parse_module("Main.mod", text)]

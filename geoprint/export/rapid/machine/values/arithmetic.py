@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import NoReturn, TypeAlias, cast
 
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine.faults import fault
+from geoprint.export.rapid.machine.values.faults import fault
 
 Parts: TypeAlias = tuple[float, ...]
 

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Mapping
 
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine.faults import fault
+from geoprint.export.rapid.machine.values.faults import fault
 
 Components = tuple[tuple[str, str], ...]
 

@@ -6,7 +6,7 @@ import math
 from typing import TypeAlias, cast
 
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine.faults import fault
+from geoprint.export.rapid.machine.values.faults import fault
 
 Pos: TypeAlias = tuple[float, float, float]
 Orient: TypeAlias = tuple[float, float, float, float]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine.faults import ERRORS
+from geoprint.export.rapid.machine.values.faults import ERRORS
 
 _POSE: Value = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 _LOAD: Value = (0.001, (0.0, 0.0, 0.001), (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0)
