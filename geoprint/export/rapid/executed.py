@@ -12,13 +12,18 @@ from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.machine import NOT_KNOWN, Execution
 from geoprint.export.rapid.made import Made, dry, make, printing, task_of
+from geoprint.export.rapid.refusals import refusals, stopped
 from geoprint.export.rapid.text import refuse
 from geoprint.export.rapid.verify_outputs import verify_dry
-from geoprint.model import Cell, Placement, comparable
+from geoprint.export.switching import Event
+from geoprint.model import BoolArray, Cell, Placement, comparable
 from geoprint.motion.arm import Arm
 
 # Moves shorter than this [mm] turn the tool; their speed is that of the turning.
 _TURN_ON_THE_SPOT = 1e-3
+# What alone leads to statements that no scenario executes.
+_ERROR = "an error that the controller raises"
+_ELSE = "a stop, a refusal or an answer that no scenario brings here"
 
 
 @final
@@ -30,20 +35,22 @@ class Executed:
         scenarios: how it was run, in words.
         statements: how many its modules hold.
         executed: how many of these were executed in at least one scenario.
-        not_executed: file and line of the others.
+        not_executed: file and line of the others, and what alone leads there.
         motion: how far a target lies from where the plan has it, at most [mm].
         move_time: by how much a move takes longer or shorter than planned, at most [s].
         run_time: the same of the moves of a run, as a share of its time, at most.
+        outputs: how far an output switches from where the plan has it, at most [mm].
         not_known: what no simulation knows.
     """
 
     scenarios: tuple[str, ...]
     statements: int
     executed: int
-    not_executed: tuple[tuple[str, int], ...]
+    not_executed: tuple[tuple[str, int, str], ...]
     motion: float
     move_time: float
     run_time: float
+    outputs: float
     not_known: tuple[str, ...] = NOT_KNOWN
 
 
@@ -63,18 +70,21 @@ class Proof:
     executed: Executed
 
 
-def prove(modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: Placement) -> Proof:
-    """Execute a program dry, printing, and resumed at a run in the middle and at the last.
+def prove(
+    modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: Placement, events: tuple[Event, ...]
+) -> Proof:
+    """Execute a program dry, printing, resumed at a run in the middle and at the last, and where it must refuse.
 
     Args:
         modules: all of its modules, parsed.
         orders: the targets.
         cell: tool, home and outputs.
         placement: where the part stands.
+        events: where the outputs switch.
 
     Raises:
-        VerificationError: it does what the machine does not know, does not run to its end run by run, or resumed does
-            something else than from there on when it prints.
+        VerificationError: it does what the machine does not know, does not run to its end run by run, switches
+            something on in a dry run, does not refuse what it must, or resumed does something else than when it prints.
     """
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     task = task_of(modules, cell=cell, arm=arm)
@@ -82,13 +92,14 @@ def prove(modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: P
     lifted = make(task, dry(cell), orders=orders)
     verify_dry(lifted)
     made = make(task, printing(cell, placement=placement), orders=orders)
-    executions, told = [lifted.execution, made.execution], ["dry", "printing"]
+    ran = [("dry", lifted.execution), ("printing", made.execution)]
     for first in sorted({runs // 2 + 1, runs} - {1}):
         resumed = make(task, printing(cell, placement=placement, first=first), orders=orders)
         _check_resumed(resumed, made, first=first, known=not placement.missing)
-        executions.append(resumed.execution)
-        told.append(f"resumed at run {first}")
-    return Proof(lifted, made, _figures(made, orders, executions, told, placement=placement))
+        ran.append((f"resumed at run {first}", resumed.execution))
+    ran += refusals(task, made.scenario, runs=runs)
+    ran += stopped(task, made)
+    return Proof(lifted, made, _figures(made, orders, ran, modules, placement=placement, events=events))
 
 
 def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> None:
@@ -106,24 +117,41 @@ def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> No
 
 
 def _figures(
-    made: Made, orders: Orders, executions: Sequence[Execution], told: Sequence[str], *, placement: Placement
+    made: Made,
+    orders: Orders,
+    ran: Sequence[tuple[str, Execution]],
+    modules: Sequence[Module],
+    *,
+    placement: Placement,
+    events: tuple[Event, ...],
 ) -> Executed:
-    seen: dict[str, list[bool]] = {}
-    for execution in executions:
-        for file, (_, done) in execution.statements.items():
-            before = seen.get(file, [False] * len(done))
-            seen[file] = [a or b for a, b in zip(before, done.tolist(), strict=True)]
-    missed = [
-        (file, int(line))
-        for file, (lines, _) in executions[0].statements.items()
-        for line, done in zip(lines.tolist(), seen[file], strict=True)
-        if not done
-    ]
+    handled = {
+        (module.file, statement.line)
+        for module in modules
+        for routine in module.routines
+        for handler in routine.handlers
+        for statement in handler.body
+    }
+    missed: set[tuple[str, int, str]] = set()
+    count = done = 0
+    for file, (lines, _) in made.execution.statements.items():
+        seen: BoolArray = np.logical_or.reduce([execution.statements[file][1] for _, execution in ran])
+        count, done = count + lines.size, done + int(seen.sum())
+        for line in lines[~seen].tolist():
+            missed.add((file, line, _ERROR if (file, line) in handled else _ELSE))
     motion, move_time, run_time = deviations(made, orders, placement=placement)
-    statements = sum(map(len, seen.values()))
+    outputs = switching_deviation(made, events) if made.count == orders.count else np.inf
     return Executed(
-        tuple(told), statements, statements - len(missed), tuple(sorted(set(missed))), motion, move_time, run_time
+        tuple(name for name, _ in ran), count, done, tuple(sorted(missed)), motion, move_time, run_time, outputs
     )
+
+
+def switching_deviation(made: Made, events: tuple[Event, ...]) -> float:
+    """Return how far an output switches from where the plan has it, at most [mm]; infinite where one is missing."""
+    found = [each for _, some in sorted(made.switchings.items()) for each in some if not each.flow]
+    if len(found) != len(events):
+        return np.inf
+    return max((abs(one.distance - event.distance) for one, event in zip(found, events, strict=True)), default=0.0)
 
 
 def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[float, float, float]:

@@ -29,11 +29,13 @@ class Made:
         execution: all of it.
         rows: (t,) which of its moves are the path's.
         runs: (t,) run in which each is made, from 1; 0 before any.
+        scenario: how the program was run.
     """
 
     execution: Execution
     rows: IntArray
     runs: IntArray
+    scenario: Scenario
 
     def __post_init__(self) -> None:
         freeze_arrays(self, rows="int: t", runs="int: t")
@@ -138,7 +140,7 @@ def make(task: MachineTask, scenario: Scenario, *, orders: Orders | None = None)
         refuse(
             Place(execution.file, max(execution.line, 1)), f"the program does not run to its end: {execution.reason}"
         )
-    return Made(execution, rows, runs)
+    return Made(execution, rows, runs, scenario)
 
 
 def _number(arguments: Sequence[object]) -> float:

@@ -30,8 +30,8 @@ from geoprint.motion.arm import Arm
 _POSITION_TOLERANCE = 1e-4
 # Far above the rounding of eight decimals, far below anything a robot repeats [degree].
 _TURN_TOLERANCE_DEG = 1e-3
-# Speeds and zones are rounded down to three and two digits, never up; a zone below 1 um is a stop.
-_SMALLEST_SPEED_SHARE = 0.99
+# Speeds and zones are rounded down to five and two digits, never up; a zone below 1 um is a stop.
+_SMALLEST_SPEED_SHARE = 0.9999
 _SMALLEST_ZONE_SHARE = 0.9
 _SMALLEST_ZONE = 0.001
 # A num is single precision [mm/s, mm].
@@ -134,7 +134,7 @@ def judge_program(
     if unresolved:
         return Judged(tuple(findings), None)
     found: list[Proof] = []
-    findings += _failing(lambda: found.append(prove(parsed, orders, cell=cell, placement=placement)))
+    findings += _failing(lambda: found.append(prove(parsed, orders, cell=cell, placement=placement, events=events)))
     for proof in found:
         findings += _motion_findings(proof, text, orders, cell=cell, events=events)
     return Judged(tuple(findings), found[0] if found else None)

@@ -132,10 +132,10 @@ class Declared:
 class Scope:
     """The names that can be seen where an expression stands."""
 
-    __slots__ = ("file", "locals", "names", "size")
+    __slots__ = ("declared", "file", "locals", "size")
 
-    def __init__(self, names: Declared, file: str) -> None:
-        self.names = names
+    def __init__(self, declared: Declared, file: str) -> None:
+        self.declared = declared
         self.file = file
         self.locals: dict[str, Local] = {}
         self.size = 0
@@ -150,14 +150,14 @@ class Scope:
     def kind(self, name: str) -> str:
         """Return a type by its own name, in lower case."""
         name = name.lower()
-        return self.names.aliases.get(name, name)
+        return self.declared.aliases.get(name, name)
 
     def datum(self, name: str) -> Global | None:
         """Return the module's datum of a name."""
         name = name.lower()
-        return self.names.own_data.get((self.file, name)) or self.names.data.get(name)
+        return self.declared.own_data.get((self.file, name)) or self.declared.data.get(name)
 
     def routine(self, name: str) -> RoutineCode | None:
         """Return the routine of a name, whether its module is loaded or not."""
         name = name.lower()
-        return self.names.own_routines.get((self.file, name)) or self.names.routines.get(name)
+        return self.declared.own_routines.get((self.file, name)) or self.declared.routines.get(name)

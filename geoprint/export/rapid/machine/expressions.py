@@ -115,9 +115,9 @@ def _name(expression: Name, scope: Scope) -> Code:
     if name in PREDEFINED:
         kind, value = PREDEFINED[name]
         return Code(kind, lambda _: value)
-    if name not in scope.names.signals:
+    if name not in scope.declared.signals:
         unknown(scope.file, expression.line, f"{expression.name} is no datum or signal that this machine knows")
-    return Code(scope.names.signals[name], lambda _: name)
+    return Code(scope.declared.signals[name], lambda _: name)
 
 
 def _own(local: Local, name: str) -> Code:
@@ -160,7 +160,7 @@ def _checked(indices: list[Value], array: Value) -> tuple[int, ...]:
 
 
 def _component(expression: Component, of: Code, scope: Scope) -> int:
-    names = [name.lower() for name, _ in scope.names.records.get(of.kind, ())]
+    names = [name.lower() for name, _ in scope.declared.records.get(of.kind, ())]
     if expression.name.lower() not in names:
         unknown(scope.file, expression.line, f"a {of.kind or 'value'} has no component {expression.name}")
     return names.index(expression.name.lower())
@@ -171,7 +171,7 @@ def _part(expression: Component | Element, scope: Scope) -> Code:
     run = of.run
     if isinstance(expression, Component):
         index = _component(expression, of, scope)
-        kind = scope.kind(scope.names.records[of.kind][index][1])
+        kind = scope.kind(scope.declared.records[of.kind][index][1])
         return Code(kind, lambda state: cast("tuple[Value, ...]", run(state))[index])
     indices = [compiled(each, scope).run for each in expression.indices]
 

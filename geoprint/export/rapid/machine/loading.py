@@ -17,7 +17,7 @@ def load(state: State, file: str) -> None:
     state.loaded |= {file}
     begin_data(state, file)
     state.routines = {
-        name: routine for name, routine in state.task.names.routines.items() if routine.file in state.loaded
+        name: routine for name, routine in state.task.declared.routines.items() if routine.file in state.loaded
     }
 
 

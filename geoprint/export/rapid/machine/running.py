@@ -53,7 +53,7 @@ class Controller:
         self.state = State(task, _lowered(scenario), task.arm)
         state = self.state
         state.data = list(task.blank.data)
-        state.signals = dict.fromkeys(task.names.signals, 0.0) | {
+        state.signals = dict.fromkeys(task.declared.signals, 0.0) | {
             name.lower(): value for name, value in scenario.signals.items()
         }
         state.log.seen = [bytearray(len(routine.steps)) for routine in task.routines]
@@ -144,7 +144,7 @@ class Controller:
             files=state.task.files, moves=_moves(state), switchings=tuple(state.log.switchings),
             texts=tuple(state.log.texts), questions=tuple(state.log.questions), calls=tuple(state.log.calls),
             statements=_statements(state), loaded=state.loaded,
-            data={name: _plain(state.data[datum.slot]) for name, datum in state.task.names.data.items()},
+            data={name: _plain(state.data[datum.slot]) for name, datum in state.task.declared.data.items()},
             signals=dict(state.signals), corners_missed=tuple(state.log.missed),
         )  # fmt: skip
 
@@ -176,7 +176,7 @@ class Controller:
 
     def _set(self, data: Mapping[str, Value]) -> None:
         for name, value in data.items():
-            datum = self.state.task.names.data.get(name.lower())
+            datum = self.state.task.declared.data.get(name.lower())
             if datum is not None:
                 self.state.data[datum.slot] = value
 

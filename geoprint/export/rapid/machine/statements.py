@@ -55,13 +55,13 @@ def compile_routine(routine: Routine, code: RoutineCode, task: MachineTask) -> N
     Raises:
         VerificationError: it does what this machine does not know.
     """
-    scope = Scope(task.names, code.file)
+    scope = Scope(task.declared, code.file)
     compiler = _Compiler(code, scope, task)
     for parameter in routine.parameters:
         scope.add(parameter.name, parameter.kind, by_reference=by_reference(parameter), dimensions=parameter.dimensions)
     for datum in routine.data:
         sizes = tuple(int(cast("float", compiled(size, scope).run(task.blank))) for size in datum.sizes)
-        first = cast("Value", array_of(initial(scope.kind(datum.kind), task.names.records), sizes))
+        first = cast("Value", array_of(initial(scope.kind(datum.kind), task.declared.records), sizes))
         run = _constant(first) if datum.value is None else _stored(compiled(datum.value, scope).run)
         code.setup.append((scope.add(datum.name, datum.kind, dimensions=len(sizes)), run))
     if routine.undo or routine.backward:

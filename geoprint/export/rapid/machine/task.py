@@ -41,7 +41,7 @@ class MachineTask:
     """Modules as steps; nothing in it changes by an execution.
 
     Attributes:
-        names: all that is declared.
+        declared: by all modules, by name.
         routines: all of them, by number.
         files: of the modules.
         resident: files of those that are loaded from the start.
@@ -50,13 +50,13 @@ class MachineTask:
         arm: that moves.
     """
 
-    __slots__ = ("_firsts", "_numbers", "arm", "blank", "files", "names", "resident", "routines", "slots", "words")
+    __slots__ = ("_firsts", "_numbers", "arm", "blank", "declared", "files", "resident", "routines", "slots", "words")
 
     def __init__(
         self, modules: Sequence[Module], *, resident: frozenset[str], signals: Mapping[str, str], arm: Arm
     ) -> None:
-        self.names = Declared(signals={name.lower(): kind.lower() for name, kind in signals.items()})
-        self.names.records.update(RECORDS)
+        self.declared = Declared(signals={name.lower(): kind.lower() for name, kind in signals.items()})
+        self.declared.records.update(RECORDS)
         self.routines: list[RoutineCode] = []
         self.files = tuple(module.file for module in modules)
         self.resident = resident
@@ -115,12 +115,12 @@ class MachineTask:
             match declared:
                 case Record():
                     parts = tuple((name, kind.lower()) for kind, name in declared.components)
-                    self.names.records[declared.name.lower()] = parts
+                    self.declared.records[declared.name.lower()] = parts
                 case Alias():
-                    self.names.aliases[declared.name.lower()] = declared.of.lower()
+                    self.declared.aliases[declared.name.lower()] = declared.of.lower()
 
     def _declare(self, module: Module) -> None:
-        scope = Scope(self.names, module.file)
+        scope = Scope(self.declared, module.file)
         for datum in module.data:
             name = datum.name.lower()
             found = Global(
@@ -130,11 +130,11 @@ class MachineTask:
             self.slots += 1
             self.blank.data.append(MISSING)
             if datum.local:
-                self.names.own_data[module.file, name] = found
-            elif name in self.names.data:
+                self.declared.own_data[module.file, name] = found
+            elif name in self.declared.data:
                 unknown(module.file, datum.line, f"{datum.name} is declared twice")
             else:
-                self.names.data[name] = found
+                self.declared.data[name] = found
         for routine in module.routines:
             name = routine.name.lower()
             code = RoutineCode(
@@ -143,14 +143,14 @@ class MachineTask:
             )  # fmt: skip
             self.routines.append(code)
             if routine.local:
-                self.names.own_routines[module.file, name] = code
-            elif name in self.names.routines:
+                self.declared.own_routines[module.file, name] = code
+            elif name in self.declared.routines:
                 unknown(module.file, routine.line, f"{routine.name} is declared twice")
             else:
-                self.names.routines[name] = code
+                self.declared.routines[name] = code
 
     def _first_values(self, module: Module) -> None:
-        scope = Scope(self.names, module.file)
+        scope = Scope(self.declared, module.file)
         for datum in module.data:
             found = cast("Global", scope.datum(datum.name))
             run = self._first_value(datum, scope)
@@ -164,5 +164,5 @@ class MachineTask:
             run = compiled(datum.value, scope).run
             return lambda state: stored(run(state))
         sizes = tuple(int(cast("float", compiled(size, scope).run(self.blank))) for size in datum.sizes)
-        value = array_of(initial(scope.kind(datum.kind), self.names.records), sizes)
+        value = array_of(initial(scope.kind(datum.kind), self.declared.records), sizes)
         return lambda _: cast("Value", value)
