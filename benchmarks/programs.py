@@ -22,7 +22,6 @@ from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import GeoprintError
 from geoprint.export import switching_events
 from geoprint.export.rapid import Timeline, read_back, timeline
-from geoprint.export.rapid.text import SwitchAt
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
@@ -85,19 +84,18 @@ def deviations(planned: Plan, robot: RobotPlan) -> FloatArray:
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     T_base_work = robot.placement.T_base_work
     tips = tips_at(motion.times, motion.joints, arm, T_base_work=T_base_work)
-    steps = read_back(robot.program.modules)
-    read = np.array([step.move.target for step in steps])
-    rotations = transforms.rotation_of(read[:, 3:7] / np.linalg.norm(read[:, 3:7], axis=1, keepdims=True))
+    made = read_back(robot.program.modules, cell=cell, placement=robot.placement)
+    rotations = transforms.rotation_of(made.turns)
     turned = np.swapaxes(rotations, 1, 2) @ transforms.rotation_of(orders.quaternions)
-    solved = arm.solutions(T_base_work @ transforms.rigid(rotations, read[:, :3]))[:, robot.joint_path.branch]
+    solved = arm.solutions(T_base_work @ transforms.rigid(rotations, made.places))[:, robot.joint_path.branch]
     joints = transforms.wrapped(solved - robot.joint_path.joints[orders.poses])
     events = switching_events(orders, signals=cell.signals, tips_at=tips)
-    switches = [trigger for step in steps for trigger in step.triggers if isinstance(trigger, SwitchAt)]
+    switches = [each for _, some in sorted(made.switchings.items()) for each in some if not each.flow]
     places = [trigger.distance - event.distance for trigger, event in zip(switches, events, strict=True)]
-    seen = timeline(steps, orders, signals=cell.signals, tips_at=tips)
+    seen = timeline(made, orders, signals=cell.signals, tips_at=tips)
     return np.array(
         [
-            1e3 * np.linalg.norm(read[:, :3] - orders.tips, axis=1).max(),
+            1e3 * np.linalg.norm(made.places - orders.tips, axis=1).max(),
             np.degrees(transforms.rotation_angle(turned).max()),
             np.degrees(np.abs(joints).max()),
             1e3 * np.abs(places).max(),

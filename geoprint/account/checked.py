@@ -8,7 +8,7 @@ from typing import final
 from geoprint.account.records.evidence import SeenRecord
 from geoprint.account.records.plan import EvennessRecord, PlanRecord
 from geoprint.export import Orders, Setup
-from geoprint.export.rapid import Settings, Timeline
+from geoprint.export.rapid import Executed, Settings, Timeline
 from geoprint.model import Clearance, comparable, frozen
 
 
@@ -55,6 +55,7 @@ class Checked:
         orders: the targets, or None where they cannot be read.
         settings: how the program is set to run, or None where the program is not the plan's.
         switching: what flows when, or None where the program is not the plan's.
+        executed: what of the program was executed, or None where it does not run.
         program: whether there is a program at all.
         program_sha256: of its modules with their switches as written; empty without a program.
         repeated: what was computed once more, or None where nobody asked.
@@ -68,6 +69,7 @@ class Checked:
     orders: Orders | None = None
     settings: Settings | None = None
     switching: Timeline | None = None
+    executed: Executed | None = None
     program: bool = True
     program_sha256: str = ""
     repeated: Repeated | None = None

@@ -25,6 +25,7 @@ from geoprint.export import (
     Orders,
     PosesTable,
     Setup,
+    TipsAt,
     TrajectoryTable,
     read_orders,
     read_poses_table,
@@ -34,14 +35,15 @@ from geoprint.export import (
 )
 from geoprint.export.rapid import (
     RESIDENT,
+    Executed,
+    Made,
+    Proof,
     Settings,
-    Step,
     Timeline,
     check_resident,
     check_timeline,
-    program_findings,
+    judge_program,
     program_settings,
-    read_back,
     read_task,
     timeline,
 )
@@ -180,6 +182,7 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
         settings=checking.settings,
         switching=checking.switching,
         program_sha256=program_digest(checking.modules(names)),
+        executed=checking.executed,
     )
 
 
@@ -194,6 +197,7 @@ class _Checking:
         self.orders: Orders | None = None
         self.settings: Settings | None = None
         self.switching: Timeline | None = None
+        self.executed: Executed | None = None
         self._folder = folder
 
     def run(self, names: Sequence[str]) -> None:
@@ -248,26 +252,31 @@ class _Checking:
             "targets.csv",
             lambda: wanted.append(switching_events(orders, signals=setup.cell.signals, tips_at=tips)),
         )
-        wrong = [
-            finding
-            for events in wanted
-            for finding in program_findings(
+        judged = [
+            judge_program(
                 modules, orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
                 events=events,
             )
+            for events in wanted
         ]  # fmt: skip
-        self.findings += [_finding(error, RAPID_FOLDER) for error in wrong]
-        steps = () if wrong or not wanted else read_back(modules)
-        if len(steps) == orders.count:
-            self._collecting(RAPID_FOLDER, lambda: check_configuration(steps, orders, table, arm, T_base_work))
-            self._collecting(RAPID_FOLDER, lambda: check_aloft(steps, orders, arm, T_base_work))
-            self._collecting("targets.csv", lambda: self._simulate(steps, orders, setup, tips))
-            self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
+        self.findings += [_finding(error, RAPID_FOLDER) for each in judged for error in each.findings]
+        for each in judged:
+            if each.proof is not None:
+                self.executed = each.proof.executed
+            if each.proof is not None and not each.findings and each.proof.printing.count == orders.count:
+                self._check_motion(each.proof, setup, orders, table, arm=arm, tips=tips)
+                self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
 
-    def _simulate(
-        self, steps: tuple[Step, ...], orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]
+    def _check_motion(
+        self, proof: Proof, setup: Setup, orders: Orders, table: TrajectoryTable, *, arm: Arm, tips: TipsAt
     ) -> None:
-        self.switching = timeline(steps, orders, signals=setup.cell.signals, tips_at=tips)
+        made, T_base_work = proof.printing, setup.placement.T_base_work
+        self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
+        self._collecting(RAPID_FOLDER, lambda: check_aloft(made, proof.dry, orders, arm, T_base_work))
+        self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
+
+    def _simulate(self, made: Made, orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]) -> None:
+        self.switching = timeline(made, orders, signals=setup.cell.signals, tips_at=tips)
         check_timeline(self.switching)
 
     def modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -13,7 +13,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.export import Orders, PosesTable, TipsAt, TrajectoryTable
-from geoprint.export.rapid import Step
+from geoprint.export.rapid import Made
 from geoprint.model import BoolArray, FloatArray, IntArray, Process
 from geoprint.motion.arm import Arm, configuration_data
 from geoprint.motion.controller import LARGEST_ZONE, LIFT, SMALLEST_SPEED
@@ -134,64 +134,60 @@ def check_extent(poses: PosesTable, extent: FloatArray) -> None:
         )
 
 
-def check_configuration(
-    steps: tuple[Step, ...], orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray
-) -> None:
+def check_configuration(made: Made, orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray) -> None:
     """Check that the inverse kinematics of the written targets has the written configuration, on the planned motion.
 
     Raises:
         VerificationError: one has another, or lies off the planned motion.
     """
-    data = _targets(steps)
-    found = arm.solutions(T_base_work @ _frames(data))
+    found = arm.solutions(T_base_work @ _frames(made))
     planned = joints_at(table.times, table.joints, orders.times)
     wound = found + 2.0 * np.pi * np.rint((planned[:, None] - found) / (2.0 * np.pi))
     misses = np.abs(wound - planned[:, None]).max(axis=2)
     nearest = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
-    rows = np.arange(len(steps))
+    rows = np.arange(made.count)
     off = ~(misses[rows, nearest] <= JOINT_TOLERANCE)
     if off.any():
-        _refuse(steps, int(np.argmax(off)), "no inverse kinematic solution is on the planned motion")
-    _check_data(steps, wound[rows, nearest], data[:, 7:11].astype(np.int64), arm=arm, how="")
+        _refuse(made, int(np.argmax(off)), "no inverse kinematic solution is on the planned motion")
+    _check_data(made, wound[rows, nearest], made.configurations.astype(np.int64), arm=arm, how="")
 
 
-def check_aloft(steps: tuple[Step, ...], orders: Orders, arm: Arm, T_base_work: FloatArray) -> None:
+def check_aloft(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work: FloatArray) -> None:
     """Check the same of the dry run: the targets lifted, on the branch on which it begins.
 
     Raises:
         VerificationError: a lifted target has another configuration, or is out of reach.
     """
     lift = transforms.rigid(np.eye(3), np.array([0.0, 0.0, LIFT]))
-    solutions = arm.solutions(lift @ T_base_work @ _frames(_targets(steps)))
+    solutions = arm.solutions(lift @ T_base_work @ _frames(made))
     misses = np.abs(transforms.wrapped(solutions[0] - orders.aloft)).max(axis=1)
     branch = int(np.nanargmin(np.where(np.isnan(misses), np.inf, misses)))
     found = solutions[:, branch]
     missing = np.isnan(found).any(axis=1)
     if missing.any():
-        _refuse(steps, int(np.argmax(missing)), "lifted for the dry run it is out of reach")
+        _refuse(made, int(np.argmax(missing)), "lifted for the dry run it is out of reach")
     if not misses[branch] <= JOINT_TOLERANCE:
-        _refuse(steps, 0, "lifted for the dry run it is not where setup.json has its joints")
+        _refuse(made, 0, "lifted for the dry run it is not where setup.json has its joints")
     joints: FloatArray = np.unwrap(found, axis=0)
     joints = joints + 2.0 * np.pi * np.rint((orders.aloft - joints[0]) / (2.0 * np.pi))
-    said = np.array([step.move.aloft for step in steps]).astype(np.int64)
-    _check_data(steps, joints, said, arm=arm, how="lifted for the dry run, ")
+    _check_data(made, joints, lifted.configurations.astype(np.int64), arm=arm, how="lifted for the dry run, ")
 
 
-def _check_data(steps: tuple[Step, ...], joints: FloatArray, said: IntArray, *, arm: Arm, how: str) -> None:
+def _check_data(made: Made, joints: FloatArray, said: IntArray, *, arm: Arm, how: str) -> None:
     """Compare the configuration data of (t, 6) joints with what the (t, 4) written ones say."""
     below, above = (configuration_data(joints + sign * QUADRANT_TOLERANCE, arm=arm) for sign in (-1.0, 1.0))
     wrong: BoolArray = ((said != below) & (said != above)).any(axis=1)
     if wrong.any():
         row = int(np.argmax(wrong))
         _refuse(
-            steps,
+            made,
             row,
             f"{how}the inverse kinematics gives the configuration {above[row].tolist()}, found {said[row].tolist()}",
         )
 
 
-def _refuse(steps: tuple[Step, ...], row: int, what: str) -> NoReturn:
-    place = steps[row].move.place
+def _refuse(made: Made, row: int, what: str) -> NoReturn:
+    place = made.place(row)
     raise VerificationError(f"target {row + 1}: {what}", module=place.module, line=place.line)
 
 
@@ -206,11 +202,6 @@ def _path_lengths(moments: FloatArray, tips: TipsAt, times: FloatArray) -> Float
     return np.diff(passed[np.searchsorted(every, moments)])
 
 
-def _targets(steps: tuple[Step, ...]) -> FloatArray:
-    return np.array([step.move.target for step in steps])
-
-
-def _frames(data: FloatArray) -> FloatArray:
-    """Return (t, 4, 4) the tool of (t, 17) robtargets in the work frame."""
-    rotations = transforms.rotation_of(data[:, 3:7] / np.linalg.norm(data[:, 3:7], axis=1, keepdims=True))
-    return transforms.rigid(rotations, data[:, :3])
+def _frames(made: Made) -> FloatArray:
+    """Return (t, 4, 4) the tool at the targets in the work frame."""
+    return transforms.rigid(transforms.rotation_of(made.turns), made.places)

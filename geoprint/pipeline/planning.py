@@ -21,7 +21,7 @@ from geoprint.config import Job
 from geoprint.deposition import exposure, following_flow
 from geoprint.errors import ClearanceError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
-from geoprint.export.rapid import check_timeline, rapid_program, read_back, timeline
+from geoprint.export.rapid import Proof, check_timeline, proven_program, timeline
 from geoprint.model import (
     Clearance,
     Contours,
@@ -166,7 +166,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
 
 
 def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
-    """Take the robot's stages in their order, from the poses to the program that was read back."""
+    """Take the robot's stages in their order, from the poses to the program that was executed."""
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
@@ -192,10 +192,12 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
             extent=np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)]),
         )
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
-        program = _program(paths, orders, tips, found, placement=placement, arm=arm)
-        switching = timeline(read_back(program.modules), orders, signals=cell.signals, tips_at=tips)
+        program, proof = _program(paths, orders, tips, found, placement=placement, arm=arm)
+        switching = timeline(proof.printing, orders, signals=cell.signals, tips_at=tips)
         check_timeline(switching)
-    robot = RobotPlan(placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching)
+    robot = RobotPlan(
+        placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, proof.executed
+    )
     return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
 
 
@@ -283,9 +285,11 @@ def _check_stations(aloft: JointPath, workpiece: Workpiece, placement: Placement
                 _clearance(there_and_back(at.joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
 
 
-def _program(paths: Plan, orders: Orders, tips: TipsAt, found: Clearance, *, placement: Placement, arm: Arm) -> Program:
+def _program(
+    paths: Plan, orders: Orders, tips: TipsAt, found: Clearance, *, placement: Placement, arm: Arm
+) -> tuple[Program, Proof]:
     cell = paths.workpiece.cell
-    return rapid_program(
+    return proven_program(
         orders,
         cell=cell,
         placement=placement,

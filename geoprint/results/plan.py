@@ -8,7 +8,7 @@ from geoprint.backends import Shown
 from geoprint.config import Job
 from geoprint.deposition import Exposure
 from geoprint.export import Orders
-from geoprint.export.rapid import Timeline
+from geoprint.export.rapid import Executed, Timeline
 from geoprint.model import (
     Clearance,
     Contours,
@@ -81,7 +81,8 @@ class RobotPlan:
         dry_clearance: what that of the dry run found.
         orders: what the program carries out.
         program: its text.
-        switching: what flows when, simulated from that text.
+        switching: what flows when, as the text was executed.
+        executed: what of the text was executed, and how far it lies from the plan.
     """
 
     placement: Placement
@@ -94,6 +95,7 @@ class RobotPlan:
     orders: Orders
     program: Program
     switching: Timeline
+    executed: Executed
 
 
 @final

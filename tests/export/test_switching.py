@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import UsageError, VerificationError
 from geoprint.export import Event, Orders, Setup, TipsAt
-from geoprint.export.rapid import Timeline, check_timeline, rapid_program, read_back, timeline
+from geoprint.export.rapid import Made, Timeline, check_timeline, rapid_program, read_back, timeline
 from geoprint.export.setup_file import read_setup, setup_file
 from geoprint.export.switching import switching_events
 from geoprint.export.tables import poses_table, read_poses_table
@@ -34,7 +34,8 @@ def simulated(lags: Signals, *, real: Signals | None = None) -> Timeline:
     program = rapid_program(
         ORDERS, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
     )
-    return timeline(read_back(program.modules), ORDERS, signals=real or lags, tips_at=TIPS)
+    made = read_back(program.modules, cell=cell, placement=PLACEMENT)
+    return timeline(made, ORDERS, signals=real or lags, tips_at=TIPS)
 
 
 def test_without_lags_outputs_switch_at_the_ends_of_the_deposits() -> None:
@@ -101,7 +102,8 @@ def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lea
         slow, cell=replace(CELL, signals=lags), placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x",
         spacing=1.0,
     )  # fmt: skip
-    found = timeline(read_back(program.modules), slow, signals=lags, tips_at=tips)
+    made = read_back(program.modules, cell=replace(CELL, signals=lags), placement=PLACEMENT)
+    found = timeline(made, slow, signals=lags, tips_at=tips)
     assert len(found.lamp) == (3 if lead + tail < 0.18 else 1)
     np.testing.assert_allclose(
         found.lamp[[0, -1], [0, 1]], [slow.times[1] - lead, found.deposits[-1, 1] + tail], atol=2e-3
@@ -151,8 +153,9 @@ def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
         for name, text in program.modules
     )
     with pytest.raises(VerificationError, match="switched"):
-        timeline(read_back(swapped), ORDERS, signals=cell.signals, tips_at=TIPS)
-    found = timeline(read_back(program.modules), ORDERS, signals=cell.signals, tips_at=TIPS)
+        timeline(read_back(swapped, cell=cell, placement=PLACEMENT), ORDERS, signals=cell.signals, tips_at=TIPS)
+    made = read_back(program.modules, cell=cell, placement=PLACEMENT)
+    found = timeline(made, ORDERS, signals=cell.signals, tips_at=TIPS)
     assert found.vacuum_against < 1e-3
 
 
@@ -183,18 +186,21 @@ def test_an_output_that_is_switched_on_twice_or_never_off_is_no_timeline() -> No
     program = rapid_program(
         ORDERS, cell=CELL, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
     )
-    steps = read_back(program.modules)
+    made = read_back(program.modules, cell=CELL, placement=PLACEMENT)
     ends = {last for _, last in ORDERS.deposits}
-    without_ends = tuple(replace(step, triggers=()) if index in ends else step for index, step in enumerate(steps))
+
+    def without(targets: set[int]) -> Made:
+        """The same execution, in which the moves to some targets switch nothing."""
+        rows = {int(made.rows[target]) for target in targets}
+        kept = tuple(each for each in made.execution.switchings if each.move not in rows)
+        return replace(made, execution=replace(made.execution, switchings=kept))
+
     with pytest.raises(VerificationError, match="switched on although it is so already"):
-        timeline(without_ends, ORDERS, signals=CELL.signals, tips_at=TIPS)
-    last = max(ends)
-    open_end = (*steps[:last], replace(steps[last], triggers=()), *steps[last + 1 :])
+        timeline(without(ends), ORDERS, signals=CELL.signals, tips_at=TIPS)
     with pytest.raises(VerificationError, match="never switched off"):
-        timeline(open_end, ORDERS, signals=CELL.signals, tips_at=TIPS)
-    nothing = tuple(replace(step, triggers=()) for step in steps)
+        timeline(without({max(ends)}), ORDERS, signals=CELL.signals, tips_at=TIPS)
     with pytest.raises(VerificationError, match="the valve opens 0 times"):
-        timeline(nothing, ORDERS, signals=CELL.signals, tips_at=TIPS)
+        timeline(without({*range(made.count)}), ORDERS, signals=CELL.signals, tips_at=TIPS)
 
 
 def test_orders_read_back_from_their_tables(tmp_path: Path) -> None:

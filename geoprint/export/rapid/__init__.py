@@ -5,10 +5,11 @@ from geoprint.export.rapid.controller_files import (
     CONTROLLER_FOLDER as CONTROLLER_FOLDER,
     controller_files as controller_files,
 )
+from geoprint.export.rapid.executed import Executed as Executed, Proof as Proof
 from geoprint.export.rapid.guard import RESIDENT as RESIDENT, check_resident as check_resident
 from geoprint.export.rapid.language.symbols import Task as Task, read_task as read_task
-from geoprint.export.rapid.program import rapid_program as rapid_program
-from geoprint.export.rapid.run import Step as Step
+from geoprint.export.rapid.made import Made as Made
+from geoprint.export.rapid.program import proven_program as proven_program, rapid_program as rapid_program
 from geoprint.export.rapid.settings import (
     CELL_MODULE as CELL_MODULE,
     Settings as Settings,
@@ -20,6 +21,8 @@ from geoprint.export.rapid.timeline import (
     timeline as timeline,
 )
 from geoprint.export.rapid.verify import (
+    Judged as Judged,
+    judge_program as judge_program,
     program_findings as program_findings,
     program_settings as program_settings,
     read_back as read_back,

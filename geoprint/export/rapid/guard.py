@@ -50,6 +50,17 @@ def check_resident(text: str, *, cell: Cell, placement: Placement) -> None:
     _compare(RESIDENT, text, _expected("geo_resident.sys", cell, placement=placement, loading=False))
 
 
+def resident_module(cell: Cell, placement: Placement) -> tuple[str, str]:
+    """Return file name and text of the module that a controller must keep for the programs of a cell.
+
+    Args:
+        cell: whose outputs it switches.
+        placement: of the part.
+    """
+    lines = _expected("geo_resident.sys", cell, placement=placement, loading=False)
+    return RESIDENT.rpartition("/")[2], "\n".join(lines)
+
+
 def _compare(module: str, text: str, wanted: list[str]) -> None:
     found = text.split("\n")
     for number, line in enumerate(found, start=1):

@@ -31,6 +31,7 @@ from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid import values
 from geoprint.export.rapid.cell_module import cell_module, guard_module, header_lines, program_file
+from geoprint.export.rapid.executed import Proof
 from geoprint.export.rapid.outputs import output_names
 from geoprint.export.rapid.triggers import Triggers, triggers_of
 from geoprint.export.rapid.verify import verify_program
@@ -39,8 +40,8 @@ from geoprint.model import Cell, FloatArray, Placement, Program
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
 MODULE_LINES = 15000
-# Three digits of a speed are below 1 % of it, two of a zone below 10 %: few distinct values, never above the plan.
-_SPEED_DIGITS = 3
+# Five digits of a speed keep its time to 0.01 %, two of a zone are below 10 % of it; neither is ever above the plan.
+_SPEED_DIGITS = 5
 _ZONE_DIGITS = 2
 # A zone below 1 um is a stop in all but name, and zonedata that small serves nobody.
 _SMALLEST_ZONE = 0.001
@@ -87,8 +88,27 @@ def rapid_program(
 
     Raises:
         UsageError: the cell has what RAPID cannot take, a lag is longer than its motion, or a run than a module.
-        VerificationError: the text that was written does not read back as the plan.
+        VerificationError: the text that was written does not read back as the plan, or does something else.
     """
+    return proven_program(
+        orders, cell=cell, placement=placement, surface_within=surface_within, tips_at=tips_at, part_name=part_name,
+        spacing=spacing, checked=checked, not_checked=not_checked,
+    )[0]  # fmt: skip
+
+
+def proven_program(
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    surface_within: float | None,
+    tips_at: TipsAt,
+    part_name: str,
+    spacing: float,
+    checked: Sequence[str] = (),
+    not_checked: Sequence[str] = (),
+) -> tuple[Program, Proof]:
+    """Write the modules as `rapid_program` does, and return with them what they did when they were executed."""
     names = _name_shared_data(orders)
     events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
     triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
@@ -101,8 +121,10 @@ def rapid_program(
     cell_text = cell_module(cell, orders, placement=placement, declarations=shared, header=header)
     printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
     program = _program(cell_text, printing, cell=cell, placement=placement, targets=orders.count)
-    verify_program(program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events)
-    return program
+    proof = verify_program(
+        program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
+    )
+    return program, proof
 
 
 def _program(

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import final
 
 from geoprint.export.rapid.compare import declared
-from geoprint.export.rapid.text import Place, RapidText, refuse
+from geoprint.export.rapid.text import Place, RapidText, Value, refuse
 from geoprint.model import comparable
 
 CELL_MODULE = "GeoCell.mod"
@@ -53,12 +53,25 @@ def read_settings(text: RapidText, *, runs: int) -> Settings:
     data = {name: declared(text, name, kind=kind, storage="PERS", place=_CELL) for name, (kind, _) in _NEW.items()}
     dry_run, speed_pct, first_run = (datum.value for datum in data.values())
     if not isinstance(dry_run, bool):
-        refuse(data["geoDryRun"].place, f"geoDryRun must be TRUE or FALSE, found {dry_run}")
+        refuse(data["geoDryRun"].place, f"geoDryRun must be TRUE or FALSE, found {_shown(dry_run)}")
     if isinstance(speed_pct, bool) or not isinstance(speed_pct, int | float) or not 1 <= speed_pct <= 100:
-        refuse(data["geoSpeedPct"].place, f"geoSpeedPct must lie between 1 and 100, found {speed_pct}")
-    if isinstance(first_run, bool) or not isinstance(first_run, int) or not 1 <= first_run <= runs:
-        refuse(data["geoFirstRun"].place, f"geoFirstRun must be a run of this program, 1 to {runs}, found {first_run}")
-    return Settings(dry_run, float(speed_pct), first_run)
+        refuse(data["geoSpeedPct"].place, f"geoSpeedPct must lie between 1 and 100, found {_shown(speed_pct)}")
+    if (
+        isinstance(first_run, bool)
+        or not isinstance(first_run, int | float)
+        or first_run != int(first_run)
+        or not 1 <= first_run <= runs
+    ):
+        refuse(
+            data["geoFirstRun"].place,
+            f"geoFirstRun must be a run of this program, 1 to {runs}, found {_shown(first_run)}",
+        )
+    return Settings(dry_run, float(speed_pct), int(first_run))
+
+
+def _shown(value: Value) -> str:
+    """Return a value as it is written."""
+    return f"{value:g}" if isinstance(value, float) else str(value).upper()
 
 
 def check_new(text: RapidText) -> None:
@@ -69,8 +82,9 @@ def check_new(text: RapidText) -> None:
     """
     for name, (kind, value) in _NEW.items():
         datum = declared(text, name, kind=kind, storage="PERS", place=_CELL)
-        if str(datum.value).upper() != value:
-            refuse(datum.place, f"{name} must be declared {value} in a new program, found {datum.value}")
+        found = _shown(datum.value)
+        if found != value:
+            refuse(datum.place, f"{name} must be declared {value} in a new program, found {found}")
 
 
 def as_new(text: str) -> str:

@@ -1,21 +1,21 @@
-"""Valve, material, lamp and vacuum in time, as a program that was read back would switch them.
+"""Valve, material, lamp and vacuum in time, as a program switches them that was executed.
 
-Each trigger is placed on the move that pulls it, and the planned motion of the tip says when it is there; the stated
-lags say when the material follows. Nothing of this comes from what the writer wanted: only the text, the times of the
-targets and the motion.
+The machine says at which place of which move an output switches; the planned motion of the tip, whose ramps no speed
+data hold, says when it is there, and the stated lags when the material follows. Nothing of this comes from what the
+writer wanted: only what was executed, the times of the targets and the motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import final
 
 import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
-from geoprint.export.rapid.run import Step
-from geoprint.export.rapid.text import Place, SwitchAt, refuse
+from geoprint.export.rapid.machine import Switching
+from geoprint.export.rapid.made import Made
+from geoprint.export.rapid.text import Place, refuse
 from geoprint.export.switching import TipsAt
 from geoprint.model import FloatArray, Signals, freeze_arrays, frozen
 
@@ -61,11 +61,11 @@ class Timeline:
         )  # fmt: skip
 
 
-def timeline(steps: Sequence[Step], orders: Orders, *, signals: Signals, tips_at: TipsAt) -> Timeline:
+def timeline(made: Made, orders: Orders, *, signals: Signals, tips_at: TipsAt) -> Timeline:
     """Simulate the outputs of a program that is set to deposit.
 
     Args:
-        steps: moves as they were read, one a target.
+        made: what it did, printing.
         orders: times of the targets and where material is to be laid.
         signals: names and lags.
         tips_at: the tip's motion as it was timed.
@@ -74,10 +74,10 @@ def timeline(steps: Sequence[Step], orders: Orders, *, signals: Signals, tips_at
         VerificationError: an output is not switched on and off in turns, but for a lamp that is switched on again, or
             the valve not once each for each deposit.
     """
-    valve = _spans(steps, orders, signal=signals.dispenser.lower(), tips_at=tips_at)
-    lamp = _spans(steps, orders, signal=signals.uv_lamp.lower(), tips_at=tips_at, again=True)
+    valve = _spans(made, orders, signal=signals.dispenser.lower(), tips_at=tips_at)
+    lamp = _spans(made, orders, signal=signals.uv_lamp.lower(), tips_at=tips_at, again=True)
     drawn = signals.vacuum
-    vacuum = np.empty((0, 2)) if drawn is None else _spans(steps, orders, signal=drawn.lower(), tips_at=tips_at)
+    vacuum = np.empty((0, 2)) if drawn is None else _spans(made, orders, signal=drawn.lower(), tips_at=tips_at)
     ends = np.array(orders.deposits, dtype=np.int64).reshape(-1, 2)
     deposits = orders.times[ends]
     if len(valve) != len(deposits):
@@ -126,13 +126,13 @@ def check_timeline(found: Timeline) -> None:
         )
 
 
-def _spans(steps: Sequence[Step], orders: Orders, *, signal: str, tips_at: TipsAt, again: bool = False) -> FloatArray:
+def _spans(made: Made, orders: Orders, *, signal: str, tips_at: TipsAt, again: bool = False) -> FloatArray:
     """Return (k, 2) when an output is switched on and off [s]; whether it may be switched on again while it is on."""
     switched: list[tuple[float, bool, Place]] = [
-        (_moment(trigger, index, orders, tips_at), trigger.on, trigger.place)
-        for index, step in enumerate(steps)
-        for trigger in step.triggers
-        if isinstance(trigger, SwitchAt) and trigger.signal == signal
+        (_moment(each, target, orders, tips_at), each.value > 0.0, Place(each.file, each.line))
+        for target, some in sorted(made.switchings.items())
+        for each in some
+        if not each.flow and each.signal == signal
     ]
     switched.sort(key=lambda each: each[0])
     switched = [each for k, each in enumerate(switched) if not (again and k and each[1] and switched[k - 1][1])]
@@ -144,7 +144,7 @@ def _spans(steps: Sequence[Step], orders: Orders, *, signal: str, tips_at: TipsA
     return np.array([moment for moment, _, _ in switched]).reshape(-1, 2)
 
 
-def _moment(trigger: SwitchAt, index: int, orders: Orders, tips_at: TipsAt) -> float:
+def _moment(trigger: Switching, index: int, orders: Orders, tips_at: TipsAt) -> float:
     """Return when the tip is where the trigger switches, on the move to a target."""
     if index == 0:
         return float(orders.times[0])

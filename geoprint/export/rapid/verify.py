@@ -1,44 +1,59 @@
-"""Compares a RAPID program, read back from its text, with the orders that it should carry out."""
+"""Compares a RAPID program, read from its text and executed, with the orders that it should carry out."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
-from geoprint.export.rapid.compare import UNIT_TOLERANCE, compare, declared
-from geoprint.export.rapid.guard import GUARD, check_guard
-from geoprint.export.rapid.language.symbols import read_task
-from geoprint.export.rapid.reader import joined, read_module, read_modules, read_program_file
-from geoprint.export.rapid.run import Step, run_program
+from geoprint.export.rapid.compare import UNIT_TOLERANCE
+from geoprint.export.rapid.executed import Proof, prove
+from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
+from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.language.symbols import examine
+from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.made import Made, make, printing, signals_of, task_of
+from geoprint.export.rapid.reader import check_form, check_routines, read_modules, read_program_file, read_text
 from geoprint.export.rapid.settings import CELL_MODULE, Settings, check_new, read_settings
-from geoprint.export.rapid.text import FlowAt, Place, RapidText, SwitchAt, Value, refuse
+from geoprint.export.rapid.text import Place, RapidText, refuse
 from geoprint.export.rapid.verify_cell import verify_data, verify_header, verify_names
+from geoprint.export.rapid.verify_outputs import verify_flow, verify_switching
 from geoprint.export.switching import Event
-from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program, Signals
+from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program
+from geoprint.motion.arm import Arm
 
 # Half of the fourth decimal on each axis is 0.00005 mm.
 _POSITION_TOLERANCE = 1e-4
 # Far above the rounding of eight decimals, far below anything a robot repeats [degree].
 _TURN_TOLERANCE_DEG = 1e-3
-# Speeds and zones are rounded down to three and two digits, never up; a zone below 1 um is a stop.
-_SMALLEST_SPEED_SHARE = 0.99
+# Speeds and zones are rounded down to five and two digits, never up; a zone below 1 um is a stop.
+_SMALLEST_SPEED_SHARE = 0.9999
 _SMALLEST_ZONE_SHARE = 0.9
 _SMALLEST_ZONE = 0.001
-# Tables hold six decimals of speeds [mm/s] and zones [mm].
-_NO_EXCESS = 1e-6
-# Distance of a switching from where the plan has it [mm].
-_PLACE_TOLERANCE = 2e-4
-# A flow is written anew where it has changed by 1 % of what was written last, and to six digits.
-_FLOW_SHARE = 0.0102
-_NO_AXES = 9e9
+# A num is single precision [mm/s, mm].
+_NO_EXCESS = 1e-5
+# The arm stands still between two moves of a run for no longer than this [s].
+_STANDING = 1e-6
 _LIST = "GeoPrint.pgf"
-# Modules that are there from the start; the others a program loads as it runs.
-_RESIDENT = frozenset({CELL_MODULE, "GeoPrint.mod"})
 _ENTRY = Place("GeoPrint.mod", 1)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What is wrong with a program, and what it did; nothing of that where it does not run.
+
+    Attributes:
+        findings: the first of each kind, in the order in which they matter.
+        proof: its executions, or None.
+    """
+
+    findings: tuple[VerificationError, ...]
+    proof: Proof | None
 
 
 def verify_program(
@@ -49,8 +64,8 @@ def verify_program(
     placement: Placement,
     surface_within: float | None,
     events: tuple[Event, ...],
-) -> None:
-    """Read the modules back and check that they say what the plan says, no more and no less.
+) -> Proof:
+    """Read the modules, execute them, and check that they do what the plan says, no more and no less.
 
     Args:
         program: the texts.
@@ -60,14 +75,72 @@ def verify_program(
         surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
         events: where the outputs switch.
 
+    Returns:
+        What was executed.
+
     Raises:
         VerificationError: they disagree; module, line and reason are named.
     """
-    for finding in program_findings(
+    judged = judge_program(
         program.modules, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
-    ):
+    )
+    for finding in judged.findings:
         raise finding
     check_new(_cell(program.modules))
+    assert judged.proof is not None  # noqa: S101  # Without a finding it ran.
+    return judged.proof
+
+
+def judge_program(
+    modules: tuple[tuple[str, str], ...],
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    surface_within: float | None,
+    events: tuple[Event, ...],
+) -> Judged:
+    """Return what is wrong with a program, and what it did when it was executed: dry, printing, and resumed.
+
+    It is taken together with the resident module that its cell's controller keeps.
+
+    Checked: that it is RAPID whose names and types all resolve; the guard, word for word; every target's position,
+    attitude, zone and speed, its configuration, printed and lifted, and that no move goes nowhere and none waits; the
+    tool, the work object, home and the times to and from it; that valve and lamp switch exactly where the plan has it,
+    and never in a dry run; the flow; that modules are there when they are called.
+
+    Args:
+        modules: name and text of each file.
+        orders: the targets.
+        cell: tool, home and outputs.
+        placement: where the part stands.
+        surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
+        events: where the outputs switch.
+    """
+    texts = dict(modules)
+    loading = any(name.startswith("GeoPath") for name, _ in modules)
+    findings = [*_failing(lambda: _verify_list(texts, loading=loading))]
+    guard = [*_failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))]
+    parsed, broken = _parsed_modules(modules)
+    if broken:
+        return Judged((*findings, *guard, *broken), None)
+    task = [*parsed, parse_module(*resident_module(cell, placement))]
+    _, unresolved = examine(task, signals=signals_of(cell))
+    text = read_text(parsed)
+    findings += [
+        *unresolved,
+        *guard,
+        *(each for module in parsed if module.file not in {GUARD, CELL_MODULE} for each in _routines(module)),
+        *_failing(lambda: verify_header(text, placement=placement, surface_within=surface_within)),
+        *_failing(lambda: verify_data(text, orders, cell=cell, placement=placement)),
+    ]
+    if unresolved:
+        return Judged(tuple(findings), None)
+    found: list[Proof] = []
+    findings += _failing(lambda: found.append(prove(task, orders, cell=cell, placement=placement, events=events)))
+    for proof in found:
+        findings += _motion_findings(proof, text, orders, cell=cell, events=events)
+    return Judged(tuple(findings), found[0] if found else None)
 
 
 def program_findings(
@@ -79,53 +152,27 @@ def program_findings(
     surface_within: float | None,
     events: tuple[Event, ...],
 ) -> Iterator[VerificationError]:
-    """Yield what is wrong with a program: the first finding of each kind, in the order in which they matter.
-
-    Checked: the guard, word for word; every target's position, attitude, zone and speed, its configuration, printed and
-    lifted, and that no move goes nowhere; the tool, the work object, home and the times to and from it; that valve and
-    lamp switch exactly where the plan has it, always by `geoOn` or 0; the flow; that modules are there when they are
-    called; at last that all of it is RAPID, and every name in it means something, once.
-
-    Args:
-        modules: name and text of each file.
-        orders: the targets.
-        cell: tool, home and outputs.
-        placement: where the part stands.
-        surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
-        events: where the outputs switch.
-    """
-    texts = dict(modules)
-    paths = tuple((name, text) for name, text in modules if name not in {GUARD, _LIST})
-    loading = any(name.startswith("GeoPath") for name, _ in paths)
-    yield from _failing(lambda: _verify_list(texts, loading=loading))
-    meaning = tuple(_failing(lambda: read_task(modules, signals=_signals(cell))))
-    # What is declared twice is told first: later checks would only name its consequences.
-    twice = tuple(finding for finding in meaning if "declared twice" in str(finding))
-    yield from twice
-    yield from _failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))
-    read: list[RapidText] = []
-    for name, text in paths:
-        yield from _failing(lambda name=name, text=text: read.append(read_module(name, text)))
-    whole: list[RapidText] = []
-    if len(read) == len(paths):
-        yield from _failing(lambda: whole.append(joined(tuple(read))))
-    for text in whole:
-        yield from _failing(lambda text=text: verify_header(text, placement=placement, surface_within=surface_within))
-        yield from _text_findings(text, orders, cell=cell, placement=placement, events=events)
-    yield from (finding for finding in meaning if finding not in twice)
+    """Yield what `judge_program` finds wrong; the arguments are the same."""
+    yield from judge_program(
+        modules, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
+    ).findings
 
 
-def read_back(modules: tuple[tuple[str, str], ...]) -> tuple[Step, ...]:
-    """Return the moves of a program with their triggers, in order.
+def read_back(modules: tuple[tuple[str, str], ...], *, cell: Cell, placement: Placement) -> Made:
+    """Return the path of a program that prints, executed.
 
     Args:
         modules: name and text of each file.
+        cell: its outputs and arm.
+        placement: whether it is known where the part stands.
 
     Raises:
-        VerificationError: it is not RAPID as the reader knows it, or does not run.
+        VerificationError: it is not RAPID, or does not run.
     """
-    text = read_modules(tuple((name, text) for name, text in modules if name not in {GUARD, _LIST}))
-    return run_program(text, entry=_ENTRY, resident=_RESIDENT)
+    parsed = [_parsed(name, text) for name, text in modules if name != _LIST]
+    parsed.append(parse_module(*resident_module(cell, placement)))
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    return make(task_of(parsed, cell=cell, arm=arm), printing(cell, placement=placement))
 
 
 def program_settings(modules: tuple[tuple[str, str], ...], *, runs: int) -> Settings:
@@ -136,38 +183,59 @@ def program_settings(modules: tuple[tuple[str, str], ...], *, runs: int) -> Sett
         runs: how many it has.
 
     Raises:
-        VerificationError: GeoCell is not RAPID as the reader knows it, or a switch stands at a value that the guard
+        VerificationError: GeoCell is not RAPID as geoprint writes it, or a switch stands at a value that the guard
             refuses.
     """
     return read_settings(_cell(modules), runs=runs)
 
 
+def _parsed_modules(modules: tuple[tuple[str, str], ...]) -> tuple[list[Module], list[VerificationError]]:
+    """Return the modules that are RAPID as geoprint writes it, and what is wrong with the others."""
+    parsed: list[Module] = []
+    broken: list[VerificationError] = []
+    for name, text in modules:
+        if name != _LIST:
+            broken += _failing(lambda name=name, text=text: parsed.append(_parsed(name, text)))
+    return parsed, broken
+
+
+def _parsed(name: str, text: str) -> Module:
+    if name != GUARD:
+        check_form(name, text)
+    return parse_module(name, text)
+
+
+def _routines(module: Module) -> Iterator[VerificationError]:
+    yield from _failing(lambda: check_routines(module))
+
+
 def _cell(modules: tuple[tuple[str, str], ...]) -> RapidText:
-    return read_module(CELL_MODULE, dict(modules).get(CELL_MODULE, ""))
+    return read_modules([(CELL_MODULE, dict(modules).get(CELL_MODULE, ""))])
 
 
-def _text_findings(
-    text: RapidText, orders: Orders, *, cell: Cell, placement: Placement, events: tuple[Event, ...]
+def _motion_findings(
+    proof: Proof, text: RapidText, orders: Orders, *, cell: Cell, events: tuple[Event, ...]
 ) -> Iterator[VerificationError]:
-    yield from _failing(lambda: verify_data(text, orders, cell=cell, placement=placement))
-    ran: list[tuple[Step, ...]] = []
-    yield from _failing(lambda: ran.append(run_program(text, entry=_ENTRY, resident=_RESIDENT)))
-    for steps in ran:
-        yield from _failing(lambda steps=steps: _verify_targets(steps, text, orders))
-        yield from _failing(lambda steps=steps: verify_names(text, steps, cell=cell))
-        if len(steps) == orders.count:
-            yield from _failing(lambda steps=steps: _verify_switching(steps, events, signals=cell.signals))
-            yield from _failing(lambda steps=steps: _verify_flow(steps, orders, signals=cell.signals))
+    made = proof.printing
+    yield from _failing(lambda: _verify_targets(made, proof.dry, orders))
+    yield from _failing(lambda: verify_names(text, made, cell=cell))
+    if made.count == orders.count:
+        yield from _failing(lambda: verify_switching(made, events, signals=cell.signals))
+        yield from _failing(lambda: verify_flow(made, orders, signals=cell.signals))
+        yield from _failing(lambda: _verify_going_on(made))
 
 
-def _signals(cell: Cell) -> dict[str, str]:
-    """Return the outputs of a cell with their types."""
-    signals = cell.signals
-    digital = [name for name in (signals.dispenser, signals.uv_lamp, signals.vacuum) if name]
-    return dict.fromkeys(digital, "signaldo") | ({signals.flow: "signalao"} if signals.flow else {})
+def _verify_going_on(made: Made) -> None:
+    """Check that no move of a run waits for anything."""
+    moves, rows = made.execution.moves, made.rows
+    waits = moves.begins[rows[1:]] - moves.ends[rows[:-1]]
+    waits[np.diff(made.runs) != 0] = 0.0
+    if waits.max(initial=0.0) > _STANDING:
+        target = int(waits.argmax()) + 1
+        refuse(made.place(target), f"target {target + 1}: the arm waits {waits.max():.3g} s before the move here")
 
 
-def _failing(check: Callable[[], object]) -> Iterator[VerificationError]:
+def _failing(check: Callable[[], None]) -> Iterator[VerificationError]:
     """Yield what a check raises."""
     try:
         check()
@@ -198,56 +266,50 @@ class _Finding:
     planned: FloatArray
 
 
-def _verify_targets(steps: tuple[Step, ...], text: RapidText, orders: Orders) -> None:
+def _verify_targets(made: Made, dry: Made, orders: Orders) -> None:
     """Compare target by target, and report the first that differs."""
-    count = min(len(steps), orders.count)
-    findings = _findings(steps[:count], text, orders)
+    count = min(made.count, dry.count, orders.count)
+    findings = _findings(made, dry, orders, count=count)
     firsts = [int(np.argmax(finding.wrong)) if finding.wrong.any() else count for finding in findings]
     first = min(firsts)
     if first < count:
         finding = findings[firsts.index(first)]
         found, planned = finding.found[first].round(6).tolist(), finding.planned[first].round(6).tolist()
-        refuse(steps[first].move.place, f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
-    _refuse_standing(steps)
-    if len(steps) != orders.count:
-        place = steps[min(count, len(steps) - 1)].move.place if steps else _ENTRY
-        refuse(place, f"there are {len(steps)} targets, the plan has {orders.count}")
+        refuse(made.place(first), f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
+    _refuse_standing(made)
+    if made.count != orders.count:
+        place = made.place(min(count, made.count - 1)) if made.count else _ENTRY
+        refuse(place, f"there are {made.count} targets, the plan has {orders.count}")
 
 
-def _refuse_standing(steps: tuple[Step, ...]) -> None:
+def _refuse_standing(made: Made) -> None:
     """Refuse a move that ends where it begins: a controller may stop there, and there is nothing to do between."""
-    data = np.array([step.move.target for step in steps], dtype=np.float64).reshape(-1, 17)
-    near = np.abs(np.diff(data[:, :3], axis=0)).max(axis=1, initial=0.0) < _POSITION_TOLERANCE
-    standing = np.flatnonzero(near & ~_turned(data[1:, 3:7], data[:-1, 3:7]))
+    near = np.abs(np.diff(made.places, axis=0)).max(axis=1, initial=0.0) < _POSITION_TOLERANCE
+    standing = np.flatnonzero(near & ~_turned(made.turns[1:], made.turns[:-1]))
     if standing.size:
         row = int(standing[0]) + 1
-        refuse(steps[row].move.place, f"target {row + 1}: the move goes nowhere, the target before is the same")
+        refuse(made.place(row), f"target {row + 1}: the move goes nowhere, the target before is the same")
 
 
-def _findings(steps: tuple[Step, ...], text: RapidText, orders: Orders) -> tuple[_Finding, ...]:
-    count = len(steps)
-    data = np.array([step.move.target for step in steps], dtype=np.float64).reshape(-1, 17)
-    tips, quaternions = orders.tips[:count], orders.quaternions[:count]
-    aloft = np.array([step.move.aloft for step in steps], dtype=np.float64).reshape(-1, 4)
-    configuration = orders.configuration[:count].astype(np.float64)
+def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Finding, ...]:
+    rows, moves = made.rows[:count], made.execution.moves
+    places, turns, found = made.places[:count], made.turns[:count], made.configurations[:count]
+    aloft, configuration = dry.configurations[:count], orders.configuration[:count].astype(np.float64)
     aloft_configuration = orders.aloft_configuration[:count].astype(np.float64)
-    speed_of = {step.move.speed: _speed(text, step) for step in _one_each(steps, lambda step: step.move.speed)}
-    zone_of = {step.move.zone: _zone(text, step) for step in _one_each(steps, lambda step: step.move.zone)}
-    speeds = np.array([speed_of[step.move.speed] for step in steps])
-    zones = np.array([zone_of[step.move.zone] for step in steps])
-    runs = np.array([step.run for step in steps], dtype=np.float64)
+    speeds, zones, runs = moves.speeds[rows], moves.zones[rows], made.runs[:count].astype(np.float64)
     planned_runs = (orders.runs[:count] + 1).astype(np.float64)
     planned_speeds, planned_zones = orders.speeds[:count], orders.zones[:count]
     stops = planned_zones < _SMALLEST_ZONE
     zone_kept = (zones <= planned_zones + _NO_EXCESS) & (zones >= planned_zones * _SMALLEST_ZONE_SHARE - _NO_EXCESS)
     speed_kept = (speeds <= planned_speeds + _NO_EXCESS) & (speeds >= planned_speeds * _SMALLEST_SPEED_SHARE)
-    no_axes = np.full((count, 6), _NO_AXES)
+    axes, none = moves.other_axes[rows].astype(np.float64), np.zeros(count)
+    tips, quaternions = orders.tips[:count], orders.quaternions[:count]
     return (
-        _Finding(_any(np.abs(data[:, :3] - tips) > _POSITION_TOLERANCE), "the position is", data[:, :3], tips),
-        _Finding(_turned(data[:, 3:7], quaternions), "the quaternion is", data[:, 3:7], quaternions),
-        _Finding(_any(data[:, 7:11] != configuration), "the configuration is", data[:, 7:11], configuration),
+        _Finding(_any(np.abs(places - tips) > _POSITION_TOLERANCE), "the position is", places, tips),
+        _Finding(_turned(turns, quaternions), "the quaternion is", turns, quaternions),
+        _Finding(_any(found != configuration), "the configuration is", found, configuration),
         _Finding(_any(aloft != aloft_configuration), "the configuration of the dry run is", aloft, aloft_configuration),
-        _Finding(_any(data[:, 11:] != _NO_AXES), "external axes are", data[:, 11:], no_axes),
+        _Finding(axes != none, "external axes are", axes, none),
         _Finding((stops & (zones != 0.0)) | ~(stops | zone_kept), "the zone [mm] is", zones, planned_zones),
         _Finding(~speed_kept, "the speed [mm/s] is", speeds, planned_speeds),
         _Finding(runs != planned_runs, "the run is", runs, planned_runs),
@@ -259,82 +321,9 @@ def _any(flags: BoolArray) -> BoolArray:
     return np.logical_or.reduce(flags, axis=1)
 
 
-def _one_each(steps: tuple[Step, ...], name: Callable[[Step], str]) -> list[Step]:
-    """Return the first step of each name, so that what many moves share is looked up once."""
-    return list({name(step): step for step in reversed(steps)}.values())
-
-
 def _turned(found: FloatArray, planned: FloatArray) -> BoolArray:
     """Whether quaternions are no unit quaternions or differ in attitude; q and -q are the same."""
     lengths = np.linalg.norm(found, axis=1)
     nearest = np.minimum(np.linalg.norm(found - planned, axis=1), np.linalg.norm(found + planned, axis=1))
     angle_deg = np.degrees(4.0 * np.arcsin(np.minimum(nearest / 2.0, 1.0)))
     return (np.abs(lengths - 1.0) > UNIT_TOLERANCE) | (angle_deg > _TURN_TOLERANCE_DEG)
-
-
-def _speed(text: RapidText, step: Step) -> float:
-    datum = declared(text, step.move.speed, kind="speeddata", storage="CONST", place=step.move.place)
-    speed = datum.value[0] if isinstance(datum.value, list) and datum.value else 0.0
-    compare(datum.value, [speed, 500, 5000, 1000], tolerance=0.0, place=datum.place, what="speeddata")
-    return float(speed) if isinstance(speed, float | int) else 0.0
-
-
-def _zone(text: RapidText, step: Step) -> float:
-    if step.move.zone == "fine":
-        return 0.0
-    datum = declared(text, step.move.zone, kind="zonedata", storage="CONST", place=step.move.place)
-    size = datum.value[1] if isinstance(datum.value, list) and len(datum.value) > 1 else 0.0
-    radius = float(size) if isinstance(size, float | int) else 0.0
-    turn = 10.0 * radius
-    expected: Value = [False, radius, radius, radius, turn, radius, turn]
-    compare(datum.value, expected, tolerance=1e-9, place=datum.place, what="zonedata")
-    return radius
-
-
-def _verify_switching(steps: tuple[Step, ...], events: tuple[Event, ...], *, signals: Signals) -> None:
-    """Check that each move switches the outputs that the plan switches there, and no others."""
-    outputs = {"dispenser": signals.dispenser, "uv_lamp": signals.uv_lamp, "vacuum": signals.vacuum or ""}
-    names = {output: name.lower() for output, name in outputs.items()}
-    planned: dict[int, list[Event]] = {}
-    for event in events:
-        planned.setdefault(event.target, []).append(event)
-    for index, step in enumerate(steps):
-        found = [trigger for trigger in step.triggers if isinstance(trigger, SwitchAt)]
-        wanted = planned.get(index, [])
-        if len(found) != len(wanted):
-            refuse(step.move.place, f"{len(found)} outputs switch in the move here, the plan switches {len(wanted)}")
-        for trigger, event in zip(found, wanted, strict=True):
-            said = (trigger.signal, trigger.on, trigger.from_start)
-            if said != (names[event.output], event.on, event.from_start):
-                refuse(trigger.place, f"{trigger.signal} switches here, the plan switches the {event.output} otherwise")
-            if abs(trigger.distance - event.distance) > _PLACE_TOLERANCE:
-                refuse(
-                    trigger.place,
-                    f"{trigger.signal} switches {trigger.distance:g} mm away, the plan has {event.distance:.4f} mm",
-                )
-
-
-def _verify_flow(steps: tuple[Step, ...], orders: Orders, *, signals: Signals) -> None:
-    """Check that the output of the flow is what each stretch needs by 1 %, and 0 from the end of each deposit."""
-    scale = signals.flow_per_mm3_s if signals.mode == "analog" else 0.0
-    current = 0.0
-    for index, step in enumerate(steps):
-        ends = False
-        for trigger in (trigger for trigger in step.triggers if isinstance(trigger, FlowAt)):
-            if trigger.signal != (signals.flow or "").lower() or signals.mode != "analog":
-                refuse(trigger.place, f"{trigger.signal} is no output for a flow that follows the speed")
-            ends = trigger.scale == 0.0
-            lags: Value = [signals.flow_lag, 0.0 if ends else signals.flow_lag]
-            compare(
-                [trigger.lag, trigger.dip_lag], lags, tolerance=1e-6, place=trigger.place, what="the lag of the flow"
-            )
-            if trigger.distance != 0.0 or trigger.from_start == ends:
-                refuse(trigger.place, "a flow changes at the start of a move, and ends at the end of one")
-            current = current if ends else trigger.scale
-        laid = index > 0 and bool(orders.laid[index - 1])
-        wanted = scale * float(orders.flow[index - 1]) if laid else 0.0
-        if abs(current - wanted) > _FLOW_SHARE * wanted:
-            refuse(step.move.place, f"the flow in the move here is {current:g} a mm/s, the plan has {wanted:g}")
-        if laid and scale > 0.0 and ends == bool(orders.laid[index]):
-            refuse(step.move.place, "the flow ends where the plan goes on, or goes on where the plan ends")
-        current = 0.0 if ends else current

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 from itertools import product
 from typing import cast
 
@@ -11,7 +11,8 @@ import numpy as np
 from geoprint import transforms
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.compare import POSITION_TOLERANCE, compare, compare_frame, declared, literal
-from geoprint.export.rapid.run import Step
+from geoprint.export.rapid.language.syntax import Call, FunctionCall, Name, Statement
+from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.settings import CELL_MODULE, read_settings
 from geoprint.export.rapid.text import Declaration, Place, RapidText, Value, refuse
 from geoprint.model import Cell, FloatArray, Placement
@@ -29,6 +30,9 @@ _LARGEST_FRAME_SHARE, _SMALLEST_FRAME_SHARE = 0.2, 0.15
 _SHORTEST_MOVE = 0.1
 _NO_AXES = 9e9
 _CELL = Place(CELL_MODULE, 1)
+# Modules that hold the path, and those whose data are compared with the plan.
+_PATHS = frozenset({"GeoPrint.mod"})
+_OWN = frozenset({CELL_MODULE, "GeoPrint.mod"})
 # What a program declares besides speeddata, zonedata and triggdata.
 _NAMES = frozenset(
     {
@@ -72,7 +76,7 @@ def verify_header(text: RapidText, *, placement: Placement, surface_within: floa
                 refuse(Place(module, row + 2), f"the header must say {words!r} here")
 
 
-def verify_names(text: RapidText, steps: Iterable[Step], *, cell: Cell) -> None:
+def verify_names(text: RapidText, made: Made, *, cell: Cell) -> None:
     """Check that nothing is declared that the program does not use, and that all moves use the tool and work object.
 
     Raises:
@@ -84,13 +88,28 @@ def verify_names(text: RapidText, steps: Iterable[Step], *, cell: Cell) -> None:
         used |= {"ngeoprimeflow"} if cell.signals.mode == "analog" else set()
     if cell.flood is not None:
         used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
-    for step in steps:
-        if (step.move.tool, step.move.work) != ("tgeonozzle", "wgeopart"):
-            refuse(step.move.place, f"the move is made with {step.move.tool} in {step.move.work or 'no work object'}")
-        used |= {step.move.speed, step.move.zone, *step.move.triggers}
+    moves, rows = made.execution.moves, made.rows
+    wanted = [moves.names.index(name) if name in moves.names else -1 for name in ("tgeonozzle", "wgeopart")]
+    wrong = np.flatnonzero((moves.tools[rows] != wanted[0]) | (moves.works[rows] != wanted[1]))
+    if wrong.size:
+        row = int(rows[wrong[0]])
+        tool, work = moves.names[int(moves.tools[row])], moves.names[int(moves.works[row])]
+        refuse(made.place(int(wrong[0])), f"the move is made with {tool} in {work}")
+    for module in text.modules:
+        if module.file in _PATHS or module.file.startswith("GeoPath"):
+            used |= {name for routine in module.routines for each in routine.body for name in _named(each)}
     for name, datum in text.declarations.items():
-        if name not in used and datum.kind != "loadsession":
+        if datum.place.module in _OWN and name not in used and datum.kind != "loadsession":
             refuse(datum.place, f"{name} is declared, but the plan has no use for it")
+
+
+def _named(statement: Statement) -> Iterator[str]:
+    """Yield the data that a call hands over."""
+    for argument in statement.arguments if isinstance(statement, Call) else ():
+        if isinstance(argument.value, Name):
+            yield argument.value.name.lower()
+        elif isinstance(argument.value, FunctionCall):
+            yield from (each.value.name.lower() for each in argument.value.arguments if isinstance(each.value, Name))
 
 
 def _verify_work(text: RapidText, *, placement: Placement) -> None:
@@ -145,6 +164,7 @@ def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell) -> None:
     for name, duration in times.items():
         datum = declared(text, name, kind="num", storage="CONST", place=_CELL)
         compare(datum.value, duration, tolerance=_TIME_TOLERANCE, place=datum.place, what=name)
+    _verify_shared(text)
     speeds: dict[str, list[float]] = {
         "vGeoHome": [cell.process.travel_speed, 500, 5000, 1000],
         "vGeoSlow": [20, 10, 5000, 1000],
@@ -154,6 +174,19 @@ def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell) -> None:
         compare(datum.value, [*speed], tolerance=_SHARE_TOLERANCE * speed[0], place=datum.place, what=name)
     if cell.purge is not None and cell.signals.mode == "analog":
         _verify_prime_flow(text, orders.flow, cell=cell)
+
+
+def _verify_shared(text: RapidText) -> None:
+    """Check that what targets share differs in speed and zone only: turning and other axes are the controller's own."""
+    for name, datum in text.declarations.items():
+        parts = datum.value if isinstance(datum.value, list) else []
+        first = parts[1 if datum.kind == "zonedata" else 0] if len(parts) > 1 else 0.0
+        size = float(first) if isinstance(first, float | int) else 0.0
+        if datum.kind == "speeddata" and name not in {"vgeohome", "vgeoslow"}:
+            compare(datum.value, [size, 500, 5000, 1000], tolerance=0.0, place=datum.place, what="speeddata")
+        elif datum.kind == "zonedata":
+            wanted: Value = [False, size, size, size, 10.0 * size, size, 10.0 * size]
+            compare(datum.value, wanted, tolerance=1e-9, place=datum.place, what="zonedata")
 
 
 def _verify_prime_flow(text: RapidText, flow: FloatArray, *, cell: Cell) -> None:

@@ -1,0 +1,175 @@
+"""Executes a program dry, printing, and resumed, and says how far what it did lies from the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.export.orders import Orders
+from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.machine import NOT_KNOWN, Execution
+from geoprint.export.rapid.made import Made, dry, make, printing, task_of
+from geoprint.export.rapid.refusals import refusals, stopped
+from geoprint.export.rapid.text import refuse
+from geoprint.export.rapid.verify_outputs import verify_dry
+from geoprint.export.switching import Event
+from geoprint.model import BoolArray, Cell, Placement, comparable
+from geoprint.motion.arm import Arm
+
+# Moves shorter than this [mm] turn the tool; their speed is that of the turning.
+_TURN_ON_THE_SPOT = 1e-3
+# What alone leads to statements that no scenario executes.
+_ERROR = "an error that the controller raises"
+_ELSE = "a stop, a refusal or an answer that no scenario brings here"
+
+
+@final
+@comparable
+class Executed:
+    """What was executed of a program, in figures.
+
+    Attributes:
+        scenarios: how it was run, in words.
+        statements: how many its modules hold.
+        executed: how many of these were executed in at least one scenario.
+        not_executed: file and line of the others, and what alone leads there.
+        motion: how far a target lies from where the plan has it, at most [mm].
+        move_time: by how much a move takes longer or shorter than planned, at most [s].
+        run_time: the same of the moves of a run, as a share of its time, at most.
+        outputs: how far an output switches from where the plan has it, at most [mm].
+        not_known: what no simulation knows.
+    """
+
+    scenarios: tuple[str, ...]
+    statements: int
+    executed: int
+    not_executed: tuple[tuple[str, int, str], ...]
+    motion: float
+    move_time: float
+    run_time: float
+    outputs: float
+    not_known: tuple[str, ...] = NOT_KNOWN
+
+
+@final
+@comparable
+class Proof:
+    """The executions of a program, and what they say.
+
+    Attributes:
+        dry: the dry run.
+        printing: from the first run on; where its placement is not known, what it would do if it could.
+        executed: figures.
+    """
+
+    dry: Made
+    printing: Made
+    executed: Executed
+
+
+def prove(
+    modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: Placement, events: tuple[Event, ...]
+) -> Proof:
+    """Execute a program dry, printing, resumed at a run in the middle and at the last, and where it must refuse.
+
+    Args:
+        modules: all of its modules, parsed.
+        orders: the targets.
+        cell: tool, home and outputs.
+        placement: where the part stands.
+        events: where the outputs switch.
+
+    Raises:
+        VerificationError: it does what the machine does not know, does not run to its end run by run, switches
+            something on in a dry run, does not refuse what it must, or resumed does something else than when it prints.
+    """
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    task = task_of(modules, cell=cell, arm=arm)
+    runs = int(orders.runs[-1]) + 1
+    lifted = make(task, dry(cell), orders=orders)
+    verify_dry(lifted)
+    made = make(task, printing(cell, placement=placement), orders=orders)
+    ran = [("dry", lifted.execution), ("printing", made.execution)]
+    for first in sorted({runs // 2 + 1, runs} - {1}):
+        resumed = make(task, printing(cell, placement=placement, first=first), orders=orders)
+        _check_resumed(resumed, made, first=first, known=not placement.missing)
+        ran.append((f"resumed at run {first}", resumed.execution))
+    ran += refusals(task, made.scenario, runs=runs)
+    if not placement.missing:
+        ran += stopped(task, made)
+    return Proof(lifted, made, _figures(made, orders, ran, modules, placement=placement, events=events))
+
+
+def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> None:
+    """Check that a program that is resumed prints from that run on what it prints anyway, and nothing before."""
+    rows = np.flatnonzero(whole.runs < first)
+    behind = int(rows[-1]) + 1 if rows.size else 0
+    found, wanted = resumed.switchings, whole.switchings
+    for target in range(resumed.count):
+        some, others = found.get(target, ()), wanted.get(target, ())
+        values = [each.value for each in some]
+        if known and target < behind and any(values):
+            refuse(resumed.place(target), f"resumed at run {first}, something is switched on before that run")
+        if target >= behind and values != [each.value for each in others]:
+            refuse(resumed.place(target), f"resumed at run {first}, other outputs switch here than when it prints")
+
+
+def _figures(
+    made: Made,
+    orders: Orders,
+    ran: Sequence[tuple[str, Execution]],
+    modules: Sequence[Module],
+    *,
+    placement: Placement,
+    events: tuple[Event, ...],
+) -> Executed:
+    handled = {
+        (module.file, statement.line)
+        for module in modules
+        for routine in module.routines
+        for handler in routine.handlers
+        for statement in handler.body
+    }
+    missed: set[tuple[str, int, str]] = set()
+    count = done = 0
+    for file, (lines, _) in made.execution.statements.items():
+        seen: BoolArray = np.logical_or.reduce([execution.statements[file][1] for _, execution in ran])
+        count, done = count + lines.size, done + int(seen.sum())
+        for line in lines[~seen].tolist():
+            missed.add((file, line, _ERROR if (file, line) in handled else _ELSE))
+    motion, move_time, run_time = deviations(made, orders, placement=placement)
+    outputs = switching_deviation(made, events) if made.count == orders.count else np.inf
+    return Executed(
+        tuple(name for name, _ in ran), count, done, tuple(sorted(missed)), motion, move_time, run_time, outputs
+    )
+
+
+def switching_deviation(made: Made, events: tuple[Event, ...]) -> float:
+    """Return how far an output switches from where the plan has it, at most [mm]; infinite where one is missing."""
+    found = [each for _, some in sorted(made.switchings.items()) for each in some if not each.flow]
+    if len(found) != len(events):
+        return np.inf
+    return max((abs(one.distance - event.distance) for one, event in zip(found, events, strict=True)), default=0.0)
+
+
+def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[float, float, float]:
+    """Return how far motion and times lie from the plan's at most: mm, s of a move, share of a run's time."""
+    if made.count != orders.count:
+        return np.inf, np.inf, np.inf
+    moves = made.execution.moves
+    tips = transforms.apply(placement.T_base_work, orders.tips)
+    # Where the program only runs dry it lifts the path: what it would do is one frame higher.
+    found = transforms.apply(placement.T_base_work, made.places)
+    if not placement.missing:
+        found = moves.Ts_base_tip(made.rows)[:, :3, 3]
+    motion = float(np.linalg.norm(found - tips, axis=1).max(initial=0.0))
+    planned, took = np.diff(orders.times), (moves.ends - moves.begins)[made.rows[1:]]
+    moving = moves.lengths[made.rows[1:]] > _TURN_ON_THE_SPOT
+    off = np.where(moving, took - planned, 0.0)
+    same_run = made.runs[1:]
+    sums = [np.bincount(same_run, weights=np.where(moving, each, 0.0)) for each in (off, planned)]
+    shares = np.abs(sums[0]) / np.where(sums[1] > 0.0, sums[1], np.inf)
+    return motion, float(np.abs(off).max(initial=0.0)), float(shares.max(initial=0.0))

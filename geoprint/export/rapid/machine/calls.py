@@ -1,0 +1,115 @@
+"""Binds the arguments of a call to the parameters of a routine, and sorts those of an instruction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from geoprint.export.rapid.language.syntax import Argument, Expression, Parameter, Value
+from geoprint.export.rapid.machine.state import MISSING, Reference, Slot, State
+from geoprint.export.rapid.machine.values.faults import unknown
+from geoprint.export.rapid.machine.values.records import stored
+
+if TYPE_CHECKING:
+    from geoprint.export.rapid.machine.code import RoutineCode, Scope
+
+
+# Options that name an output.
+OUTPUTS = frozenset({"dop", "aop", "gop"})
+
+
+def binder(
+    routine: RoutineCode, arguments: tuple[Argument, ...], scope: Scope, *, line: int
+) -> Callable[[State], list[Slot]]:
+    """Return what makes the first slots of a routine's frame out of the arguments of a call.
+
+    Raises:
+        VerificationError: the arguments are not those of the parameters.
+    """
+    given: dict[str, Argument] = {}
+    waiting = [parameter for parameter in routine.parameters if not parameter.optional]
+    for argument in arguments:
+        named = next((each for each in routine.parameters if each.name.lower() == argument.name.lower()), None)
+        if argument.name and named is None:
+            unknown(scope.file, argument.line, f"{routine.name} has no parameter {argument.name}")
+        if named is None:
+            if not waiting:
+                unknown(scope.file, argument.line, f"{routine.name} is given too many arguments")
+            named = waiting[0]
+        waiting = [parameter for parameter in waiting if parameter is not named]
+        given[named.name.lower()] = argument
+    if waiting:
+        unknown(scope.file, line, f"{routine.name} is not given its parameter {waiting[0].name}")
+    makers = [_maker(parameter, given.get(parameter.name.lower()), scope) for parameter in routine.parameters]
+    return lambda state: [make(state) for make in makers]
+
+
+def by_reference(parameter: Parameter) -> bool:
+    """Tell whether a parameter's slot holds a reference; signals are handed over by their name."""
+    return bool(parameter.mode) and not parameter.kind.lower().startswith("signal")
+
+
+def _maker(parameter: Parameter, argument: Argument | None, scope: Scope) -> Callable[[State], Slot]:
+    from geoprint.export.rapid.machine.expressions import compiled, operand, reference
+
+    if argument is None:
+        return lambda _: MISSING
+    if argument.forwarded:
+        return _forwarded(parameter, argument, scope)
+    if argument.value is None:
+        return lambda _: True
+    if by_reference(parameter):
+        return reference(argument.value, scope)
+    if parameter.kind.lower().startswith("signal"):
+        return compiled(argument.value, scope).run
+    run = operand(argument.value, scope).run
+    return lambda state: stored(run(state))
+
+
+def _forwarded(parameter: Parameter, argument: Argument, scope: Scope) -> Callable[[State], Slot]:
+    """Return what hands on an optional parameter of the routine around, if it is there."""
+    local = scope.locals.get(argument.forwarded.lower())
+    if local is None:
+        unknown(scope.file, argument.line, f"{argument.forwarded} is no parameter that could be handed on")
+    slot, kept = local.slot, local.by_reference
+    if kept == by_reference(parameter):
+        return lambda state: state.local[slot]
+
+    def value(state: State) -> Slot:
+        given = state.local[slot]
+        return given.get(state) if isinstance(given, Reference) else given
+
+    return value
+
+
+def positional(arguments: tuple[Argument, ...]) -> list[Expression]:
+    """Return the values of the arguments that are not optional."""
+    return [argument.value for argument in arguments if not argument.optional and argument.value is not None]
+
+
+def options_of(
+    arguments: tuple[Argument, ...], scope: Scope, known: frozenset[str]
+) -> Callable[[State], Mapping[str, Value]]:
+    """Return what gives the values of optional arguments by name in lower case; a switch is TRUE.
+
+    Raises:
+        VerificationError: one is not known.
+    """
+    from geoprint.export.rapid.machine.expressions import compiled, operand
+
+    makers: dict[str, Callable[[State], Value]] = {}
+    for argument in arguments:
+        name = argument.name.lower()
+        if not argument.optional:
+            continue
+        if name not in known:
+            unknown(scope.file, argument.line, f"the option {argument.name} is none that this machine knows here")
+        look = compiled if name in OUTPUTS else operand
+        makers[name] = (lambda _: True) if argument.value is None else look(argument.value, scope).run
+    if not makers:
+        return _nothing
+    return lambda state: {name: make(state) for name, make in makers.items()}
+
+
+def _nothing(_: State) -> Mapping[str, Value]:
+    return {}

@@ -1,0 +1,175 @@
+"""What an execution yields: motion, switchings, texts, calls, and which lines were executed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.export.rapid.language.syntax import Value
+from geoprint.export.rapid.machine.scenario import NOT_KNOWN
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
+
+VERBS = ("MoveL", "MoveC", "MoveJ", "MoveAbsJ", "TriggL", "TriggC", "TriggJ")
+JOINT_MOVES = frozenset({"MoveAbsJ"})
+Ending: TypeAlias = Literal["runs", "end", "exit", "waits", "stopped", "error"]
+
+
+@final
+@frozen
+class Moves:
+    """The moves that were made, in order: n of them.
+
+    Attributes:
+        verbs: (n,) place of each instruction in `VERBS`.
+        files: (n,) place of its module in the execution's `files`.
+        lines: (n,) where it stands, from 1.
+        places: (n, 3) of the target in its work object [mm]; of a move of the joints their first three angles [rad].
+        turns: (n, 4) attitude of the target, w x y z; of a move of the joints their last three, and 0.
+        configurations: (n, 4) that the target asks for.
+        other_axes: (n,) whether the target would move axes that are none of the arm.
+        speeds: (n,) of the tip by the speeddata [mm/s].
+        zones: (n,) radius of the zone of the tip [mm], 0 for a stop.
+        tools: (n,) place of the tool's name in `names`.
+        works: (n,) place of the work object's name in `names`.
+        frames: (n,) place of the frame of the target in `Ts_base_target`.
+        begins: (n,) [s].
+        ends: (n,) when the tip is at the target, or passes its corner [s].
+        lengths: (n,) of path [mm].
+        names: of tools and work objects, as declared, in lower case.
+        Ts_base_target: (f, 4, 4) the frames in which targets are given, with their displacement, in base coordinates.
+    """
+
+    verbs: IntArray
+    files: IntArray
+    lines: IntArray
+    places: FloatArray
+    turns: FloatArray
+    configurations: FloatArray
+    other_axes: BoolArray
+    speeds: FloatArray
+    zones: FloatArray
+    tools: IntArray
+    works: IntArray
+    frames: IntArray
+    begins: FloatArray
+    ends: FloatArray
+    lengths: FloatArray
+    names: tuple[str, ...]
+    Ts_base_target: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, verbs="int: n", files="int: n", lines="int: n", places="float: n 3", turns="float: n 4",
+            configurations="float: n 4", other_axes="bool: n", speeds="float: n", zones="float: n", tools="int: n",
+            works="int: n", frames="int: n", begins="float: n", ends="float: n", lengths="float: n",
+            Ts_base_target="float: f 4 4",
+        )  # fmt: skip
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return int(self.verbs.size)
+
+    @property
+    def along_path(self) -> IntArray:
+        """Which of them lead the tip to a target, not the joints."""
+        return np.flatnonzero(~np.isin(self.verbs, [VERBS.index(verb) for verb in JOINT_MOVES]))
+
+    def Ts_base_tip(self, rows: IntArray) -> FloatArray:
+        """Return (k, 4, 4) poses of the tool at the targets of some moves along the path, in base coordinates [mm]."""
+        targets = transforms.rigid(transforms.rotation_of(self.turns[rows]), self.places[rows])
+        return self.Ts_base_target[self.frames[rows]] @ targets
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Switching:
+    r"""An output that was given a value.
+
+    Attributes:
+        time: when [s].
+        signal: its name in lower case.
+        value: that it was given; for a flow, that of 1 mm/s.
+        file: module of the instruction that asked for it.
+        line: where that stands.
+        move: number of the move that carried it, from 0, or -1 where the program switched it by itself.
+        distance: from the end of the move, or from its start [mm].
+        from_start: whether the distance counts from the start.
+        flow: whether the output follows the speed of the tip (TriggSpeed).
+        lag: by which it leads [s].
+        dip_lag: by which it leads changes of the speed [s].
+    """
+
+    time: float
+    signal: str
+    value: float
+    file: str
+    line: int
+    move: int = -1
+    distance: float = 0.0
+    from_start: bool = False
+    flow: bool = False
+    lag: float = 0.0
+    dip_lag: float = 0.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Called:
+    """A watched routine that was called: its name in lower case, arguments, when, and after how many moves."""
+
+    routine: str
+    arguments: tuple[Value | None, ...]
+    time: float
+    moves: int
+    file: str
+    line: int
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Execution:
+    """What happened.
+
+    Attributes:
+        ended: how it ended: at the end of main, by EXIT, waiting for what never comes, by Stop, by an error that
+            nobody handled, or not yet.
+        reason: why, in words; empty at the end of main.
+        file: where it ended.
+        line: where it ended.
+        seconds: that it took.
+        files: modules of the task.
+        moves: that were made.
+        switchings: in the order in which the outputs took their values.
+        texts: moment and text of each that was shown.
+        questions: texts of the questions that were asked.
+        calls: of watched routines.
+        statements: for each file the lines of its statements, and whether each of these was executed.
+        loaded: files of the modules that are loaded at the end.
+        data: values of the data of modules at the end, by name.
+        signals: values at the end.
+        corners_missed: moves with a zone whose next move came too late, so that the arm stopped there.
+        not_known: what no simulation knows.
+    """
+
+    ended: Ending
+    reason: str
+    file: str
+    line: int
+    seconds: float
+    files: tuple[str, ...]
+    moves: Moves
+    switchings: tuple[Switching, ...]
+    texts: tuple[tuple[float, str], ...]
+    questions: tuple[str, ...]
+    calls: tuple[Called, ...]
+    statements: Mapping[str, tuple[IntArray, BoolArray]]
+    loaded: frozenset[str]
+    data: Mapping[str, Value | None]
+    signals: Mapping[str, float]
+    corners_missed: tuple[int, ...]
+    not_known: tuple[str, ...] = NOT_KNOWN

@@ -1,0 +1,261 @@
+"""Instructions that every controller has, but for those that move: outputs, texts, waiting, loading, settings.
+
+Each is a function of the state and of the values of its arguments. An instruction, or an option of one, that is not
+listed here is an error wherever it stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+from typing import Any, TypeAlias, cast, final
+
+from geoprint.export.rapid.language.syntax import Value
+from geoprint.export.rapid.machine.calls import OUTPUTS
+from geoprint.export.rapid.machine.execution import Switching
+from geoprint.export.rapid.machine.functions import text_of
+from geoprint.export.rapid.machine.loading import load, unload
+from geoprint.export.rapid.machine.moves import Trigger
+from geoprint.export.rapid.machine.state import Reference, State
+from geoprint.export.rapid.machine.values.faults import fault
+from geoprint.export.rapid.machine.values.poses import IDENTITY, pose_of
+from geoprint.export.rapid.machine.values.records import stored
+
+Run: TypeAlias = Callable[[State, list[Any], Mapping[str, Value]], None]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Instruction:
+    """How an instruction is executed.
+
+    Attributes:
+        run: does it.
+        least: arguments that it needs besides its options.
+        most: that it takes.
+        references: places of arguments that it is handed itself.
+        signals: places of arguments that name a signal.
+        options: that it takes, in lower case.
+    """
+
+    run: Run
+    least: int
+    most: int
+    references: tuple[int, ...] = ()
+    signals: tuple[int, ...] = ()
+    options: frozenset[str] = frozenset()
+
+
+def _place(state: State) -> tuple[str, int]:
+    frame = state.frames[-1]
+    return frame.routine.file, frame.routine.line_of(frame.pc - 1)
+
+
+def _put(state: State, signal: Value, value: float) -> None:
+    file, line = _place(state)
+    state.switch(Switching(state.clock, cast("str", signal).lower(), value, file, line))
+
+
+def _set_output(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    _put(state, values[0], float(values[1]))
+
+
+def _pulse(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    _put(state, values[0], 1.0)
+    file, line = _place(state)
+    moment = state.clock + float(cast("float", options.get("plength", 0.2)))
+    state.plan(Switching(moment, values[0].lower(), 0.0, file, line))
+
+
+def _write(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    shown = [text_of(options[name]) for name in ("num", "bool", "pos", "orient", "dnum") if name in options]
+    state.log.texts.append((state.clock, values[0] + "".join(shown)))
+
+
+def _ask(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    answer = cast("Reference", values[0])
+    state.log.questions.append(values[1])
+    if state.answered >= len(state.scenario.answers):
+        state.end("waits", f"nobody answers: {values[1]}")
+        return
+    given = float(state.scenario.answers[state.answered])
+    state.answered += 1
+    keys = values[2:7]
+    if len(keys) == 5 and not (given.is_integer() and 1 <= given <= 5 and keys[int(given) - 1]):
+        state.end("waits", f"the answer {given:g} is on no key of: {values[1]}")
+        return
+    answer.put(state, given)
+
+
+def _wait(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    if options.get("inpos"):
+        state.clock = max(state.clock, state.motion.end)
+    state.clock += max(float(values[0]), 0.0)
+
+
+def _wait_until(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    if values[0] is True:
+        return
+    if state.pending:
+        # It is asked again as the next output switches.
+        state.clock = max(state.clock, state.pending[0][0])
+        state.frames[-1].pc -= 1
+        return
+    if "maxtime" in options:
+        state.clock += float(cast("float", options["maxtime"]))
+        fault("ERR_WAIT_MAXTIME", "what is waited for has not come in time")
+    state.end("waits", "what is waited for never comes")
+
+
+def _wait_signal(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    _wait_until(state, [state.signals.get(values[0].lower(), 0.0) == float(values[1])], options)
+
+
+def _velocity(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    state.motion.override, state.motion.fastest = float(values[0]), float(values[1])
+
+
+def _keep(name: str) -> Run:
+    def run(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+        state.motion.settings[name] = (*values, *sorted(options))
+
+    return run
+
+
+def _displace(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    state.motion.displacement = pose_of(stored(values[0]))
+
+
+def _displace_no_more(state: State, _: list[Any], __: Mapping[str, Value]) -> None:
+    state.motion.displacement = IDENTITY
+
+
+def _offset_axes(_: State, values: list[Any], __: Mapping[str, Value]) -> None:
+    if any(values[0]):
+        fault("ERR_NORUNUNIT", "external axes are offset, and there are none")
+
+
+def _trigger(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    _define(state, values[0], options, distance=values[1], value=values[2])
+
+
+def _trigger_equipment(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    _define(state, values[0], options, distance=values[1], value=values[3], lead=values[2])
+
+
+def _define(
+    state: State, datum: Reference, options: Mapping[str, Value], *, distance: float, value: float, lead: float = 0.0
+) -> None:
+    outputs = [cast("str", options[name]) for name in sorted(OUTPUTS) if name in options]
+    if len(outputs) != 1:
+        fault("ERR_ARGDUPCND", "a trigger switches one output")
+    file, line = _place(state)
+    asked = Switching(
+        0.0, outputs[0].lower(), float(value), file, line, -1, float(distance), bool(options.get("start"))
+    )
+    datum.put(state, cast("Any", Trigger(asked, bool(options.get("time")), float(lead))))
+
+
+def _trigger_speed(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    datum, distance, lag, signal, value = values
+    file, line = _place(state)
+    asked = Switching(
+        0.0, signal.lower(), float(value), file, line, -1, float(distance), bool(options.get("start")), flow=True,
+        lag=float(lag), dip_lag=float(cast("float", options.get("diplag", 0.0))),
+    )  # fmt: skip
+    datum.put(state, cast("Any", Trigger(asked, bool(options.get("time")))))
+
+
+def _file(values: list[Any], options: Mapping[str, Value]) -> str:
+    """Return the name of a file without the disk and folders before it."""
+    whole = cast("str", options.get("file", values[0]))
+    return PurePosixPath(whole.replace("\\", "/").rpartition(":")[2]).name
+
+
+def _start_load(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    file, session = _file(values, options), cast("Reference", values[1])
+    if file not in state.task.disk(state.scenario):
+        fault("ERR_FILNOTFND", f"there is no file {file}")
+    if cast("object", session.get(state)) is not None:
+        fault("ERR_LOADNO_INUSE", "the load session is in use")
+    state.order += 1
+    state.loading[float(state.order)] = (file, state.clock + state.scenario.loading)
+    session.put(state, float(state.order))
+
+
+def _wait_load(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    session = cast("Reference", values[0])
+    number = cast("float", session.get(state))
+    if number not in state.loading:
+        fault("ERR_LOADNO_NOUSE", "nothing is being loaded in the session")
+    file, ready = state.loading.pop(number)
+    session.put(state, None)
+    state.clock = max(state.clock, ready)
+    load(state, file)
+
+
+def _load(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    file = _file(values, options)
+    if file not in state.task.disk(state.scenario):
+        fault("ERR_FILNOTFND", f"there is no file {file}")
+    state.clock += state.scenario.loading
+    load(state, file)
+
+
+def _unload(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    unload(state, _file(values, options))
+
+
+def _add(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    datum, value = cast("Reference", values[0]), float(values[1])
+    datum.put(state, stored(cast("float", datum.get(state)) + value))
+
+
+def _nothing(_: State, __: list[Any], ___: Mapping[str, Value]) -> None:
+    pass
+
+
+_TRIGGER = frozenset({"start", "time", *OUTPUTS})
+INSTRUCTIONS: Mapping[str, Instruction] = {
+    "setdo": Instruction(_set_output, 2, 2, signals=(0,)),
+    "setao": Instruction(_set_output, 2, 2, signals=(0,)),
+    "setgo": Instruction(_set_output, 2, 2, signals=(0,)),
+    "set": Instruction(lambda state, values, _: _put(state, values[0], 1.0), 1, 1, signals=(0,)),
+    "reset": Instruction(lambda state, values, _: _put(state, values[0], 0.0), 1, 1, signals=(0,)),
+    "pulsedo": Instruction(_pulse, 1, 1, signals=(0,), options=frozenset({"plength"})),
+    "tperase": Instruction(_nothing, 0, 0),
+    "tpwrite": Instruction(_write, 1, 1, options=frozenset({"num", "bool", "pos", "orient", "dnum"})),
+    "tpreadfk": Instruction(_ask, 7, 7, references=(0,)),
+    "tpreadnum": Instruction(_ask, 2, 2, references=(0,)),
+    "waittime": Instruction(_wait, 1, 1, options=frozenset({"inpos"})),
+    "waitrob": Instruction(
+        lambda state, _, __: _wait(state, [0.0], {"inpos": True}), 0, 0, options=frozenset({"inpos"})
+    ),
+    "waituntil": Instruction(_wait_until, 1, 1, options=frozenset({"maxtime"})),
+    "waitdi": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
+    "waitdo": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
+    "velset": Instruction(_velocity, 2, 2),
+    "accset": Instruction(_keep("AccSet"), 2, 2),
+    "confl": Instruction(_keep("ConfL"), 0, 0, options=frozenset({"on", "off"})),
+    "confj": Instruction(_keep("ConfJ"), 0, 0, options=frozenset({"on", "off"})),
+    "singarea": Instruction(_keep("SingArea"), 0, 0, options=frozenset({"off", "wrist"})),
+    "pdispset": Instruction(_displace, 1, 1),
+    "pdispoff": Instruction(_displace_no_more, 0, 0),
+    "eoffsset": Instruction(_offset_axes, 1, 1),
+    "eoffsoff": Instruction(_nothing, 0, 0),
+    "triggio": Instruction(_trigger, 3, 3, references=(0,), options=_TRIGGER),
+    "triggequip": Instruction(_trigger_equipment, 4, 4, references=(0,), options=_TRIGGER),
+    "triggspeed": Instruction(
+        _trigger_speed, 5, 5, references=(0,), signals=(3,), options=frozenset({"start", "time", "diplag"})
+    ),
+    "startload": Instruction(_start_load, 2, 2, references=(1,), options=frozenset({"dynamic", "file"})),
+    "waitload": Instruction(_wait_load, 1, 1, references=(0,)),
+    "load": Instruction(_load, 1, 1, options=frozenset({"dynamic", "file"})),
+    "unload": Instruction(_unload, 1, 1, options=frozenset({"file", "errifchanged", "save"})),
+    "incr": Instruction(lambda state, values, _: _add(state, [values[0], 1.0], {}), 1, 1, references=(0,)),
+    "decr": Instruction(lambda state, values, _: _add(state, [values[0], -1.0], {}), 1, 1, references=(0,)),
+    "add": Instruction(_add, 2, 2, references=(0,)),
+    "clear": Instruction(lambda state, values, _: values[0].put(state, 0.0), 1, 1, references=(0,)),
+    "stop": Instruction(lambda state, _, __: state.end("stopped", "Stop"), 0, 0, options=frozenset({"noregain"})),
+}

@@ -1,0 +1,273 @@
+"""The state of a running program, which can be copied at any moment: frames, data, outputs, motion, and its log."""
+
+from __future__ import annotations
+
+import heapq
+from array import array
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias, cast, final
+
+import numpy as np
+
+from geoprint.export.rapid.language.syntax import Value
+from geoprint.export.rapid.machine.execution import Called, Ending, Switching
+from geoprint.export.rapid.machine.scenario import Scenario
+from geoprint.export.rapid.machine.values.faults import Fault, fault
+from geoprint.export.rapid.machine.values.poses import IDENTITY, Pose
+from geoprint.model import FloatArray
+from geoprint.motion.arm import Arm
+
+if TYPE_CHECKING:
+    from geoprint.export.rapid.machine.task import MachineTask, RoutineCode
+
+# Numbers that are kept of a move; `moves` fills them and `log` takes them apart.
+ROW = 23
+
+
+@final
+class Missing:
+    """Stands for an optional argument that was left out, and for data of a module that is not loaded."""
+
+
+MISSING = Missing()
+Slot: TypeAlias = "Value | Missing | Reference | None"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """A datum that is handed over itself: where it is kept, and the path to the part of it that is meant.
+
+    Attributes:
+        frame: number of the frame from the bottom, or -1 for a module's datum.
+        slot: its place there.
+        path: numbers of components and elements, from outside inwards.
+    """
+
+    frame: int
+    slot: int
+    path: tuple[int, ...] = ()
+
+    def get(self, state: State) -> Value:
+        """Return its value.
+
+        Raises:
+            Fault: its module is not loaded.
+        """
+        value = (state.data if self.frame < 0 else state.frames[self.frame].data)[self.slot]
+        if isinstance(value, Missing):
+            fault("ERR_REFUNKDAT", "a datum is used whose module is not loaded")
+        for part in self.path:
+            value = cast("tuple[Value, ...]", value)[part]
+        return cast("Value", value)
+
+    def put(self, state: State, value: Slot) -> None:
+        """Give it a value."""
+        place = state.data if self.frame < 0 else state.frames[self.frame].data
+        place[self.slot] = replaced(place[self.slot], self.path, value) if self.path else value
+
+
+def replaced(whole: Slot, path: tuple[int, ...], part: Slot) -> Slot:
+    """Return a nested tuple with one part replaced."""
+    if not path:
+        return part
+    parts = list(cast("tuple[Value, ...]", whole))
+    parts[path[0]] = cast("Value", replaced(parts[path[0]], path[1:], part))
+    return tuple(parts)
+
+
+@final
+class Frame:
+    """A routine that is being executed."""
+
+    __slots__ = ("data", "failed", "pc", "returned", "routine")
+
+    def __init__(self, routine: RoutineCode, data: list[Slot], *, pc: int = 0, failed: int = -1) -> None:
+        self.routine = routine
+        self.data = data
+        self.pc = pc
+        # The step whose error is being handled, or -1.
+        self.failed = failed
+        self.returned: Value | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """One of the last moves: when, and between which tips in base coordinates, or which joints [rad]."""
+
+    begin: float
+    end: float
+    tips: tuple[Pose, Pose] | None
+    joints: tuple[tuple[float, ...], tuple[float, ...]] | None
+
+
+@final
+@dataclass(slots=True)
+class Moving:
+    """Where the arm is, and how it is told to move.
+
+    Attributes:
+        tip: pose of the tool at the end of the last move, in base coordinates, or None where only the joints are known.
+        joints: at the end of the last move [rad], or None where only the tip is known; `near` are the last known ones.
+        near: see above.
+        tool: frame of the tool that the tip belongs to.
+        end: when the last move ends [s].
+        entry: when the zone of the last move is entered, or it ends [s]; the next move must be known then.
+        override: of VelSet [%].
+        fastest: of the tip, by VelSet [mm/s].
+        displacement: of the program.
+        legs: the last two moves.
+        settings: words and values of other instructions about motion, as they were given last.
+    """
+
+    tip: Pose | None
+    joints: tuple[float, ...] | None
+    near: tuple[float, ...]
+    tool: Pose = IDENTITY
+    end: float = 0.0
+    entry: float = 0.0
+    override: float = 100.0
+    fastest: float = 5000.0
+    displacement: Pose = IDENTITY
+    legs: tuple[Leg, ...] = ()
+    settings: dict[str, object] = field(default_factory=dict[str, object])
+
+    def copy(self) -> Moving:
+        """Return the same again."""
+        return Moving(
+            self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.override, self.fastest,
+            self.displacement, self.legs, dict(self.settings),
+        )  # fmt: skip
+
+
+@final
+class Log:
+    """What happened so far. Rows of moves are kept in closed blocks, which copies share, and one that is open."""
+
+    __slots__ = ("calls", "closed", "count", "frames", "missed", "open", "questions", "seen", "switchings", "texts")
+
+    def __init__(self) -> None:
+        self.closed: list[FloatArray] = []
+        self.open = array("d")
+        self.count = 0
+        self.frames: dict[Pose, int] = {}
+        self.switchings: list[Switching] = []
+        self.texts: list[tuple[float, str]] = []
+        self.questions: list[str] = []
+        self.calls: list[Called] = []
+        self.missed: list[int] = []
+        # One byte a step of each routine.
+        self.seen: list[bytearray] = []
+
+    def copy(self) -> Log:
+        """Return the same again."""
+        self.close()
+        other = Log()
+        other.closed, other.count, other.frames = list(self.closed), self.count, dict(self.frames)
+        other.switchings, other.texts = list(self.switchings), list(self.texts)
+        other.questions, other.calls, other.missed = list(self.questions), list(self.calls), list(self.missed)
+        other.seen = [bytearray(each) for each in self.seen]
+        return other
+
+    def close(self) -> None:
+        """Close the open block."""
+        if self.open:
+            self.closed.append(np.array(self.open, dtype=np.float64).reshape(-1, ROW))
+            self.open = array("d")
+
+    def rows(self, last: int | None = None) -> FloatArray:
+        """Return the rows of all moves, or of the last ones."""
+        self.close()
+        found: list[FloatArray] = []
+        for block in reversed(self.closed):
+            found.append(block)
+            if last is not None and sum(map(len, found)) >= last:
+                break
+        whole = np.concatenate(found[::-1]) if found else np.empty((0, ROW))
+        return whole if last is None else whole[-last:]
+
+
+@final
+class State:
+    """Everything that a continuation depends on."""
+
+    __slots__ = (
+        "answered", "arm", "base", "clock", "data", "ended", "error", "file", "frame", "frames", "line", "loaded",
+        "loading", "local", "log", "motion", "order", "pending", "reason",
+        "routines", "scenario", "signals", "steps", "task",
+        "until", "watched",
+    )  # fmt: skip
+
+    def __init__(self, task: MachineTask, scenario: Scenario, arm: Arm) -> None:
+        self.task = task
+        self.scenario = scenario
+        self.arm = arm
+        self.data: list[Slot] = []
+        self.frames: list[Frame] = []
+        self.local: list[Slot] = []
+        # Below this number of frames an execution that is nested in an expression or event does not go.
+        self.base = 0
+        self.clock = 0.0
+        self.until = np.inf
+        self.signals: dict[str, float] = {}
+        # Outputs that are to switch as the arm moves: time, order, what.
+        self.pending: list[tuple[float, int, Switching]] = []
+        self.order = 0
+        # The frame of targets that was used last: work object, displacement, pose in the base, number in the log.
+        self.frame: tuple[object, Pose, Pose, int] | None = None
+        self.motion = Moving(None, scenario.joints, scenario.joints)
+        self.log = Log()
+        self.loaded: frozenset[str] = frozenset()
+        # Routines that can be called by name in the loaded modules.
+        self.routines: dict[str, RoutineCode] = {}
+        # File and moment of what is being loaded, by the number of its session.
+        self.loading: dict[float, tuple[str, float]] = {}
+        self.answered = 0
+        # The error that is being handled, or was last.
+        self.error: Fault | None = None
+        self.steps = 0
+        self.ended: Ending = "runs"
+        self.reason = ""
+        self.file, self.line = "", 0
+        self.watched = frozenset(name.lower() for name in scenario.watched)
+
+    def copy(self) -> State:
+        """Return the same again; neither changes with the other."""
+        other = State(self.task, self.scenario, self.arm)
+        other.data = list(self.data)
+        for frame in self.frames:
+            same = Frame(frame.routine, list(frame.data), pc=frame.pc, failed=frame.failed)
+            same.returned = frame.returned
+            other.frames.append(same)
+        other.local = other.frames[-1].data if other.frames else []
+        other.base, other.clock, other.until = self.base, self.clock, self.until
+        other.signals, other.pending, other.order = dict(self.signals), list(self.pending), self.order
+        other.motion, other.log = self.motion.copy(), self.log.copy()
+        other.loaded, other.routines, other.loading = self.loaded, self.routines, dict(self.loading)
+        other.answered, other.error, other.steps = self.answered, self.error, self.steps
+        other.ended, other.reason, other.file, other.line = self.ended, self.reason, self.file, self.line
+        return other
+
+    def end(self, how: Ending, reason: str) -> None:
+        """End the execution where it stands."""
+        frame = self.frames[-1] if self.frames else None
+        self.ended, self.reason = how, reason
+        if frame is not None:
+            self.file, self.line = frame.routine.file, frame.routine.line_of(max(frame.pc - 1, 0))
+
+    def switch(self, switching: Switching) -> None:
+        """Give an output a value now."""
+        self.log.switchings.append(switching)
+        if not switching.flow:
+            self.signals[switching.signal] = switching.value
+
+    def plan(self, switching: Switching) -> None:
+        """Give an output a value when the arm will be there."""
+        self.order += 1
+        heapq.heappush(self.pending, (switching.time, self.order, switching))
+
+    def fire(self, moment: float) -> None:
+        """Switch all that is to switch up to a moment."""
+        while self.pending and self.pending[0][0] <= moment:
+            self.switch(heapq.heappop(self.pending)[2])

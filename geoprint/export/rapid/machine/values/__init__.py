@@ -1,0 +1,1 @@
+"""What RAPID computes with: records, poses, operators, what every controller declares, and its errors."""
