@@ -46,17 +46,23 @@ def judge_names(modules: Sequence[Module], names: Names, say: Say, *, closed: bo
 
 def judge_module(module: Module, outside: Context, *, closed: bool) -> None:
     """Judge types, data and routines of a module."""
-    if module.routines:
-        begin = module.routines[0].line
-        for datum in module.data:
-            if datum.line > begin:
-                outside.say(datum.line, f"{datum.name} is declared behind a routine; RAPID wants data first")
+    _judge_order(module, outside)
     for kind in module.types:
         for of in [kind.of] if isinstance(kind, Alias) else [of for of, _ in kind.components]:
             judge_type(of, kind.line, outside)
     judge_data(module.data, outside, closed=closed)
     for routine in module.routines:
         _judge_routine(routine, outside, closed=closed)
+
+
+def _judge_order(module: Module, outside: Context) -> None:
+    """Judge that types stand before data and data before routines, as RAPID wants them."""
+    for kind in module.types:
+        if any(kind.line > other.line for other in (*module.data[:1], *module.routines[:1])):
+            outside.say(kind.line, f"{kind.name} is declared behind data or a routine; RAPID wants types first")
+    for datum in module.data:
+        if any(datum.line > routine.line for routine in module.routines[:1]):
+            outside.say(datum.line, f"{datum.name} is declared behind a routine; RAPID wants data first")
 
 
 def _judge_routine(routine: Routine, outside: Context, *, closed: bool) -> None:

@@ -175,6 +175,8 @@ def test_what_a_controller_refuses_is_named(line: str, reason: str) -> None:
         ("VAR number x;", 2, "number is declared nowhere"),
         ("VAR main x;\nPROC main()\nENDPROC", 2, "main is no type"),
         ("PROC main()\nENDPROC\nVAR num x;", 4, "x is declared behind a routine"),
+        ("VAR num x;\nALIAS num y;", 3, "y is declared behind data or a routine"),
+        ("PROC go()\nENDPROC\nRECORD r num x; ENDRECORD", 4, "r is declared behind data or a routine"),
         ("CONST num x;", 2, "x is a CONST without a value"),
         ("PERS num x;", 2, "x is a PERS without a value to begin with"),
         ("PERS num x:=1+1;", 2, "x is a PERS, and begins with a literal only"),
