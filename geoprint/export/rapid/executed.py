@@ -71,12 +71,17 @@ class Proof:
 
 
 def prove(
-    modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: Placement, events: tuple[Event, ...]
+    modules: Sequence[Module],
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    events: tuple[Event, ...],
 ) -> Proof:
     """Execute a program dry, printing, resumed at a run in the middle and at the last, and where it must refuse.
 
     Args:
-        modules: all of its modules, parsed.
+        modules: all of its modules, and those that stay on the controller, parsed.
         orders: the targets.
         cell: tool, home and outputs.
         placement: where the part stands.

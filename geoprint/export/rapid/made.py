@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.syntax import Module
-from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, Switching, compile_task, execute
+from geoprint.export.rapid.machine import Event, Execution, MachineTask, Scenario, Switching, compile_task, execute
 from geoprint.export.rapid.text import Place, refuse
 from geoprint.model import Cell, FloatArray, IntArray, Placement, comparable, freeze_arrays
 from geoprint.motion.arm import Arm
 
 # Calls of the guard that are noted: what begins, enters each run, and ends.
 BEGIN, ENTER, END = "geobegin", "geoenter", "geoend"
+# What is tied to system events where a module that is loaded has it.
+_TIES: Mapping[Event, tuple[str, ...]] = {
+    "PowerOn": ("GeoSafe", "GeoResidentPowered"),
+    "Reset": ("GeoSafe", "GeoResidentReset"),
+    "Start": ("GeoResidentStarted",),
+    "Stop": ("GeoStopped", "GeoResidentStopped"),
+    "QStop": ("GeoStopped", "GeoResidentStopped"),
+    "Restart": ("GeoResidentRestarted",),
+}
 # The value that every trigger writes which switches on; the guard keeps it 0 in a dry run.
 _ON = "geoOn"
 
@@ -86,6 +96,15 @@ def task_of(modules: Sequence[Module], *, cell: Cell, arm: Arm) -> MachineTask:
     return compile_task(modules, at_once=at_once, signals=signals_of(cell), arm=arm)
 
 
+def ties_of(task: MachineTask) -> Mapping[Event, tuple[str, ...]]:
+    """Return which routines of a task the controller's configuration ties to system events."""
+    known = task.declared.routines
+    found: dict[Event, tuple[str, ...]] = {
+        event: tuple(each for each in names if each.lower() in known) for event, names in _TIES.items()
+    }
+    return {event: names for event, names in found.items() if names}
+
+
 def signals_of(cell: Cell) -> dict[str, str]:
     """Return the type of each output of a cell, by its name."""
     signals = cell.signals
@@ -128,6 +147,7 @@ def make(task: MachineTask, scenario: Scenario, *, orders: Orders | None = None)
     Raises:
         VerificationError: it does not run to its end, or not run by run.
     """
+    scenario = replace(scenario, ties=ties_of(task))
     execution = execute(task, scenario)
     rows = execution.moves.along_path
     entered = [call for call in execution.calls if call.routine == ENTER]

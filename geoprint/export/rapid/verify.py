@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -99,6 +99,7 @@ def judge_program(
     placement: Placement,
     surface_within: float | None,
     events: tuple[Event, ...],
+    residents: Sequence[tuple[str, str]] = (),
 ) -> Judged:
     """Return what is wrong with a program, and what it did when it was executed: dry, printing, and resumed.
 
@@ -114,27 +115,31 @@ def judge_program(
         placement: where the part stands.
         surface_within: what its surface is known within [mm], which the header must say; None where nobody calibrated.
         events: where the outputs switch.
+        residents: name and text of modules that stay on the controller while programs come and go.
     """
     texts = dict(modules)
     loading = any(name.startswith("GeoPath") for name, _ in modules)
-    findings = [*_failing(lambda: _verify_list(texts, loading=loading))]
+    listed = [*_failing(lambda: _verify_list(texts, loading=loading))]
     guard = [*_failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))]
     parsed, broken = _parsed_modules(modules)
     if broken:
-        return Judged((*findings, *guard, *broken), None)
-    _, unresolved = examine(parsed, signals=signals_of(cell))
+        return Judged((*listed, *guard, *broken), None)
+    keepers = [parse_module(name, text) for name, text in residents]
+    _, unresolved = examine([*keepers, *parsed], signals=signals_of(cell))
     text = read_text(parsed)
-    findings += [
+    findings = [
+        *listed,
         *unresolved,
         *guard,
         *(each for module in parsed if module.file not in {GUARD, CELL_MODULE} for each in _routines(module)),
         *_failing(lambda: verify_header(text, placement=placement, surface_within=surface_within)),
         *_failing(lambda: verify_data(text, orders, cell=cell, placement=placement)),
     ]
-    if unresolved:
-        return Judged(tuple(findings), None)
     found: list[Proof] = []
-    findings += _failing(lambda: found.append(prove(parsed, orders, cell=cell, placement=placement, events=events)))
+    if not unresolved:
+        findings += _failing(
+            lambda: found.append(prove([*keepers, *parsed], orders, cell=cell, placement=placement, events=events))
+        )
     for proof in found:
         findings += _motion_findings(proof, text, orders, cell=cell, events=events)
     return Judged(tuple(findings), found[0] if found else None)
