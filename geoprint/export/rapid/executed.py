@@ -71,12 +71,17 @@ class Proof:
 
 
 def prove(
-    modules: Sequence[Module], orders: Orders, *, cell: Cell, placement: Placement, events: tuple[Event, ...]
+    modules: Sequence[Module],
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    events: tuple[Event, ...],
 ) -> Proof:
     """Execute a program dry, printing, resumed at a run in the middle and at the last, and where it must refuse.
 
     Args:
-        modules: all of its modules, parsed.
+        modules: all of its modules, and those that stay on the controller, parsed.
         orders: the targets.
         cell: tool, home and outputs.
         placement: where the part stands.
@@ -98,8 +103,7 @@ def prove(
         _check_resumed(resumed, made, first=first, known=not placement.missing)
         ran.append((f"resumed at run {first}", resumed.execution))
     ran += refusals(task, made.scenario, runs=runs)
-    if not placement.missing:
-        ran += stopped(task, made)
+    ran += stopped(task, made)
     return Proof(lifted, made, _figures(made, orders, ran, modules, placement=placement, events=events))
 
 

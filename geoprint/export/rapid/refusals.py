@@ -22,7 +22,6 @@ from geoprint.export.rapid.text import Place, refuse
 # Farther from home than the guard lets pass unasked [degrees], and from the planned work object [mm].
 _FAR_DEG = 10.0
 _SHIFT = 5.0
-_STOPPED = "GeoResidentStopped"
 
 
 def refusals(task: MachineTask, printing: Scenario, *, runs: int) -> list[tuple[str, Execution]]:
@@ -39,7 +38,6 @@ def refusals(task: MachineTask, printing: Scenario, *, runs: int) -> list[tuple[
     Raises:
         VerificationError: one of them moves the tool along a run, or does not end by itself.
     """
-    away = tuple(angle + math.radians(_FAR_DEG) for angle in printing.joints)
     work = _shifted(task)
     cases: dict[str, Mapping[str, Value]] = {
         "speed 0": {"geoSpeedPct": 0.0},
@@ -49,7 +47,10 @@ def refusals(task: MachineTask, printing: Scenario, *, runs: int) -> list[tuple[
         **({} if work is None else {f"work object {_SHIFT:g} mm off": {"wGeoPart": work}}),
     }
     scenarios = {name: replace(printing, data={**printing.data, **data}) for name, data in cases.items()}
-    scenarios["far from home, and Stop"] = replace(printing, joints=away, answers=(5.0,))
+    for axis in range(len(printing.joints)):
+        joints = list(printing.joints)
+        joints[axis] += math.radians(_FAR_DEG)
+        scenarios[f"axis {axis + 1} far from home, and Stop"] = replace(printing, joints=tuple(joints), answers=(5.0,))
     found: list[tuple[str, Execution]] = []
     for name, scenario in scenarios.items():
         execution = execute(task, scenario)
@@ -69,15 +70,15 @@ def stopped(task: MachineTask, made: Made) -> list[tuple[str, Execution]]:
 
     Returns:
         The case in words and what happened; nothing where no module brings the routine that a stop runs, or nothing is
-        switched on.
+        ever switched on but in thought.
 
     Raises:
         VerificationError: an output is on behind the stop, or the program prints on without a word.
     """
     on = [each for each in made.execution.switchings if each.value > 0.0 and each.move >= 0 and not each.flow]
-    if not on or task.declared.routines.get(_STOPPED.lower()) is None:
-        return []
     scenario = made.scenario
+    if not on or scenario.held or "Stop" not in scenario.ties:
+        return []
     away = tuple(angle + math.radians(_FAR_DEG) for angle in scenario.joints)
     controller = Controller(task, replace(scenario, joints=away, answers=(1.0,)))
     moves = made.execution.moves
@@ -86,7 +87,7 @@ def stopped(task: MachineTask, made: Made) -> list[tuple[str, Execution]]:
     controller.run_until(_late(controller, on[0].signal) + 0.5 * float((moves.ends - moves.begins)[rows[0]]))
     controller.stop_at(controller.state.until, "Stop")
     lit = {name: value for name, value in controller.state.signals.items() if value}
-    place = Place(_file(task), 1)
+    place = Place(task.declared.routines[scenario.ties["Stop"][0].lower()].file, 1)
     if lit:
         refuse(place, f"behind a stop {', '.join(lit)} is still on")
     controller.go_on()
@@ -120,7 +121,3 @@ def _shifted(task: MachineTask) -> Value | None:
         "tuple[Value, Value, Value, tuple[tuple[float, float, float], Value], Value]", slot(task.blank)
     )
     return held, fixed, unit, ((x + _SHIFT, y, z), turn), part
-
-
-def _file(task: MachineTask) -> str:
-    return task.declared.routines[_STOPPED.lower()].file

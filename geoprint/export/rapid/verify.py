@@ -119,25 +119,25 @@ def judge_program(
     """
     texts = dict(modules)
     loading = any(name.startswith("GeoPath") for name, _ in modules)
-    findings = [*_failing(lambda: _verify_list(texts, loading=loading))]
+    listed = [*_failing(lambda: _verify_list(texts, loading=loading))]
     guard = [*_failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))]
     parsed, broken = _parsed_modules(modules)
     if broken:
-        return Judged((*findings, *guard, *broken), None)
+        return Judged((*listed, *guard, *broken), None)
     task = [*parsed, parse_module(*resident_module(cell, placement))]
     _, unresolved = examine(task, signals=signals_of(cell))
     text = read_text(parsed)
-    findings += [
+    findings = [
+        *listed,
         *unresolved,
         *guard,
         *(each for module in parsed if module.file not in {GUARD, CELL_MODULE} for each in _routines(module)),
         *_failing(lambda: verify_header(text, placement=placement, surface_within=surface_within)),
         *_failing(lambda: verify_data(text, orders, cell=cell, placement=placement)),
     ]
-    if unresolved:
-        return Judged(tuple(findings), None)
     found: list[Proof] = []
-    findings += _failing(lambda: found.append(prove(task, orders, cell=cell, placement=placement, events=events)))
+    if not unresolved:
+        findings += _failing(lambda: found.append(prove(task, orders, cell=cell, placement=placement, events=events)))
     for proof in found:
         findings += _motion_findings(proof, text, orders, cell=cell, events=events)
     return Judged(tuple(findings), found[0] if found else None)
