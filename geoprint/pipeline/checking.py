@@ -32,11 +32,13 @@ from geoprint.export import (
 )
 from geoprint.export.rapid import (
     CELL_MODULE,
+    RESIDENT,
     Settings,
     Step,
     Timeline,
     as_new,
     check_names,
+    check_resident,
     check_timeline,
     program_findings,
     program_settings,
@@ -151,9 +153,10 @@ def _changes(folder: Path, names: dict[str, str]) -> Iterator[tuple[str, str]]:
             yield name, "the file is missing"
         elif digest not in _digests(path):
             yield name, "the file was changed after it was written: its hash is not that of the manifest"
-    for path in sorted((folder / RAPID_FOLDER).glob("*")):
-        if f"{RAPID_FOLDER}/{path.name}" not in names:
-            yield f"{RAPID_FOLDER}/{path.name}", "the manifest does not list this file"
+    for path in sorted((folder / RAPID_FOLDER).rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if name not in names and not path.is_dir():
+            yield name, "the manifest does not list this file"
 
 
 def _digests(path: Path) -> Iterator[str]:
@@ -186,6 +189,7 @@ class _Checking:
             with_file(RAPID_FOLDER, lambda: check_names(tuple(self._modules(names))))
             return
         setup = self.setup
+        with_file(f"{RAPID_FOLDER}/{RESIDENT}", lambda: self._check_resident(setup))
         moved: list[TrajectoryTable] = []
         posed: list[PosesTable] = []
         with_file("trajectory.csv", lambda: moved.append(read_trajectory_table(self._folder / "trajectory.csv")))
@@ -202,6 +206,11 @@ class _Checking:
 
     def _read_setup(self) -> None:
         self.setup = read_setup(self._folder / "setup.json")
+
+    def _check_resident(self, setup: Setup) -> None:
+        path = self._folder / RAPID_FOLDER / RESIDENT
+        if path.is_file():
+            check_resident(path.read_bytes().decode("latin-1"), cell=setup.cell, placement=setup.placement)
 
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
@@ -249,7 +258,7 @@ class _Checking:
         """Yield name and text of the program's files that exist, in the order of the manifest."""
         for name in names:
             path = self._folder / name
-            if name.startswith(f"{RAPID_FOLDER}/") and path.is_file():
+            if name == f"{RAPID_FOLDER}/{path.name}" and path.is_file():
                 yield path.name, path.read_bytes().decode("latin-1")
 
     def _collecting(self, file: str, check: Callable[[], None]) -> None:

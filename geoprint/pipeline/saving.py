@@ -31,6 +31,7 @@ from geoprint.export import (
     verify_trajectory_table,
     write_bundle,
 )
+from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.pipeline.checking import RAPID_FOLDER, check_program
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
@@ -160,6 +161,7 @@ def robot_folders(plan: Plan) -> list[str]:
 
 def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
     orders = robot.orders
+    loading = any(name.startswith("GeoPath") for name, _ in robot.program.modules)
     setup = Setup(
         workpiece.cell,
         robot.placement,
@@ -173,6 +175,10 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
         "targets.csv": targets_table(orders),
         "setup.json": setup_file(setup),
         **{f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in robot.program.modules},
+        **{
+            f"{RAPID_FOLDER}/{CONTROLLER_FOLDER}/{name}": text.encode("ascii")
+            for name, text in controller_files(workpiece.cell, placement=robot.placement, loading=loading).items()
+        },
     }
 
 

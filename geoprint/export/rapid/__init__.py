@@ -1,6 +1,11 @@
 """RAPID: written, read, run in thought and verified; the reader shares no code with the writer."""
 
 from geoprint.export.rapid.cell_module import check_cell as check_cell
+from geoprint.export.rapid.controller_files import (
+    CONTROLLER_FOLDER as CONTROLLER_FOLDER,
+    controller_files as controller_files,
+)
+from geoprint.export.rapid.guard import RESIDENT as RESIDENT, check_resident as check_resident
 from geoprint.export.rapid.names import check_names as check_names
 from geoprint.export.rapid.program import rapid_program as rapid_program
 from geoprint.export.rapid.run import Step as Step

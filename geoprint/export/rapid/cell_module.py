@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import resources
 from importlib.metadata import version
 
 import numpy as np
@@ -12,7 +11,9 @@ from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid import values
-from geoprint.model import Cell, FloatArray, Placement, Signals, Tool
+from geoprint.export.rapid.outputs import output_names, output_words
+from geoprint.export.rapid.templates import conditions, filled
+from geoprint.model import Cell, FloatArray, Placement, Tool
 from geoprint.motion.controller import LIFT
 
 # A work object is refused by which any point of the part may lie off by more than this share of the stand-off; one half
@@ -71,7 +72,7 @@ def header_lines(
     for sentence in not_checked:
         lines += values.comment(f"Not checked: {sentence}")
     lines += values.comment("Not checked: the real cell. Run it dry and slowly first.")
-    lines += values.comment("Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.")
+    lines += values.comment("It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.")
     return lines
 
 
@@ -83,28 +84,6 @@ def check_cell(cell: Cell) -> None:
     """
     _tooldata(cell.tool)
     output_names(cell.signals)
-
-
-def output_names(signals: Signals) -> dict[str, str]:
-    """Return the RAPID name of each output, by the placeholder that stands for it in the guard.
-
-    Raises:
-        UsageError: a name is no RAPID name, or the flow has none although it is to follow the speed.
-    """
-    names = {
-        "VALVE": values.identifier(signals.dispenser, what="signals.dispenser"),
-        "LAMP": values.identifier(signals.uv_lamp, what="signals.uv_lamp"),
-    }
-    if signals.vacuum is not None:
-        names["VACUUM"] = values.identifier(signals.vacuum, what="signals.vacuum")
-    if signals.mode == "io":
-        return names
-    if signals.flow is None or signals.flow_per_mm3_s <= 0.0:
-        raise UsageError(
-            f"signals.mode is {signals.mode!r}, but the cell names no analog output for the flow: give signals.flow "
-            "and signals.flow_per_mm3_s, or set mode to 'io'."
-        )
-    return names | {"FLOW": values.identifier(signals.flow, what="signals.flow")}
 
 
 def cell_module(
@@ -163,23 +142,11 @@ def guard_module(cell: Cell, *, placement: Placement, loading: bool) -> str:
     Raises:
         UsageError: an output has no RAPID name or is missing.
     """
-    wanted = {cell.signals.mode, "unknown" if placement.missing else "known"}
-    wanted |= {"prime"} if cell.purge is not None else set()
-    wanted |= {"vacuum"} if cell.signals.vacuum is not None else set()
-    if cell.flood is not None:
-        wanted.add("byhand" if cell.flood.joints is None else "flood")
-    wanted |= {"loading"} if loading else set()
-    lines: list[str] = []
-    for line in (
-        resources.files("geoprint.export.rapid").joinpath("geo_guard.mod").read_text(encoding="ascii").split("\n")
-    ):
-        tags, _, text = line[1:].partition("|") if line.startswith("@") else ("", "", line)
-        if not tags or set(tags.split("+")) <= wanted:
-            lines.append(text)
-    text = "\n".join(lines)
-    for placeholder, name in output_names(cell.signals).items():
-        text = text.replace(f"<{placeholder}>", name)
-    return text
+    return filled(
+        "geo_guard.mod",
+        holding=conditions(cell, placement=placement, loading=loading),
+        words=output_words(output_names(cell.signals)),
+    )
 
 
 def program_file(modules: Sequence[str]) -> str:

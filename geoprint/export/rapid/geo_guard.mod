@@ -1,35 +1,45 @@
 MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
-  ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
-  ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
+  ! GeoResident.sys of rapid/controller shuts off at stops and outlasts this program, which refuses to run without it.
+  ! What a person sets counts from the next start from main on; geoDryRun:=TRUE counts from the next run on.
   ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
 @unknown|  ! PLACEMENT NOT KNOWN: nothing here switches an output on, whatever geoDryRun is.
   VAR num geoOn:=0;
-  VAR bool geoCutShort:=FALSE;
+  VAR num geoPct:=25;
+  ! The run that was entered last; -1 until GeoBegin has asked everything.
+  VAR num geoRun:=-1;
+@known|  VAR bool geoPrints:=FALSE;
+@known|  VAR num geoFrom:=1;
+@known|  VAR bool geoCutShort:=FALSE;
+  ! Needs nothing but this program, so that error handlers can rely on it. A run that it ends has been cut short.
   PROC GeoSafe()
     SetDO <VALVE>,0;
     SetDO <LAMP>,0;
 @analog|    SetAO <FLOW>,0;
 @vacuum|    SetDO <VACUUM>,0;
-  ENDPROC
-  PROC GeoStopped()
-    IF <VALVE>=1 geoCutShort:=TRUE;
-    GeoSafe;
+@known|    IF geoOn=1 geoCutShort:=TRUE;
+    geoOn:=0;
   ENDPROC
   PROC GeoRefuse(string why)
-    geoOn:=0;
     GeoSafe;
+    geoRun:=-1;
+@known|    geoPrints:=FALSE;
     TPWrite "geoprint stops here:";
     TPWrite why;
     EXIT;
   ENDPROC
   PROC GeoBegin(num runs)
     GeoSafe;
-    geoOn:=0;
-    geoCutShort:=FALSE;
+    geoRun:=-1;
+@known|    geoPrints:=FALSE;
+@known|    geoCutShort:=FALSE;
     TPErase;
+    GeoAskResident;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
     IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
+    geoPct:=geoSpeedPct;
+@known|    geoPrints:=NOT geoDryRun;
+@known|    geoFrom:=geoFirstRun;
     ConfJ\On;
     ConfL\On;
     SingArea\Off;
@@ -38,17 +48,40 @@ MODULE GeoGuard
     VelSet 100,250;
     GeoAskFrame;
     GeoAskHome;
+@known|    GeoAskCutShort;
 @prime|    GeoPrime;
-@unknown|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
-@known|    IF geoDryRun OR geoFirstRun>1 THEN
-@known|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+@unknown|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
+@known|    IF NOT geoPrints OR geoFrom>1 THEN
+@known|      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
 @known|    ELSE
-@known|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+@known|      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
 @known|    ENDIF
-    VelSet geoSpeedPct,250;
+    VelSet geoPct,250;
+    geoRun:=0;
   ERROR
     GeoSafe;
     RAISE;
+  ENDPROC
+  ! The resident is called by name, so that a program without it loads and can say what is missing.
+  PROC GeoKeeper(string routine,INOUT num value)
+    %routine% value;
+  ERROR
+    IF ERRNO=ERR_REFUNKPRC OR ERRNO=ERR_CALLPROC THEN
+      GeoRefuse "load GeoResident.sys version <VERSION>: see rapid/controller/first_load.md.";
+    ENDIF
+    GeoSafe;
+    RAISE;
+  ENDPROC
+  PROC GeoAskResident()
+    VAR num version:=0;
+    VAR num outputs:=0;
+    GeoKeeper "GeoResidentVersion",version;
+    IF version<><VERSION> THEN
+      TPWrite "GeoResident.sys has version "\Num:=version;
+      GeoRefuse "load GeoResident.sys version <VERSION>: see rapid/controller/first_load.md.";
+    ENDIF
+    GeoKeeper "GeoResidentOutputs",outputs;
+    IF outputs<><OUTPUTS> GeoRefuse "GeoResident.sys switches the outputs of another cell.";
   ENDPROC
   PROC GeoAskFrame()
     VAR pose shift;
@@ -83,27 +116,67 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-  PROC GeoAskStopped(num run)
-    IF geoCutShort THEN
-      TPWrite "Material was stopped in run "\Num:=run;
-      GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
-    ENDIF
-  ENDPROC
+@known|  ! What the last print has left in the middle of a run; it is forgotten only when somebody prints anew.
+@known|  PROC GeoAskCutShort()
+@known|    VAR num left:=0;
+@known|    VAR num cut:=0;
+@known|    VAR num answer;
+@known|    GeoKeeper "GeoResidentEnter",left;
+@known|    GeoKeeper "GeoResidentAsk",cut;
+@known|    IF left>0 cut:=left;
+@known|    IF cut=0 RETURN;
+@known|    GeoKeeper "GeoResidentSet",cut;
+@known|    IF NOT geoPrints RETURN;
+@known|    TPWrite "The last print was stopped in run "\Num:=cut;
+@known|    TPWrite "This one starts with run "\Num:=geoFrom;
+@known|    TPReadFK answer,"Is the nozzle clean, the part right?","Print","","","","Stop";
+@known|    IF answer<>1 GeoRefuse "clean the nozzle, set geoFirstRun, start from main.";
+@known|    cut:=0;
+@known|    GeoKeeper "GeoResidentSet",cut;
+@known|  ERROR
+@known|    GeoSafe;
+@known|    RAISE;
+@known|  ENDPROC
+@known|  PROC GeoAskStopped(num run)
+@known|    VAR num cut:=0;
+@known|    GeoKeeper "GeoResidentAsk",cut;
+@known|    IF geoCutShort cut:=run;
+@known|    IF cut>0 THEN
+@known|      GeoKeeper "GeoResidentSet",cut;
+@known|      TPWrite "Material was stopped in run "\Num:=cut;
+@known|      GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
+@known|    ENDIF
+@known|  ERROR
+@known|    GeoSafe;
+@known|    RAISE;
+@known|  ENDPROC
   PROC GeoEnter(num run)
+@known|    VAR num now:=0;
     SetDO <VALVE>,0;
-    GeoAskStopped run-1;
-@unknown|    geoOn:=0;
+@known|    IF geoOn=1 OR geoCutShort GeoAskStopped run-1;
+    IF run<>geoRun+1 GeoRefuse "runs follow one another from main only: start from main.";
+    geoRun:=run;
+@unknown|    GeoSafe;
 @unknown|    PDispSet geoLift;
-@known|    IF geoDryRun OR run<geoFirstRun THEN
+@known|    GeoKeeper "GeoResidentEnter",now;
+@known|    IF NOT geoPrints OR geoDryRun OR run<geoFrom THEN
 @known|      geoOn:=0;
+@known|      GeoSafe;
 @known|      PDispSet geoLift;
 @known|    ELSE
-@known+io|      IF geoSpeedPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
+@known+io|      IF geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
+@known+io|        geoOn:=0;
+@known+io|        TPWrite "Not begun, set geoFirstRun to it: run "\Num:=run;
 @known+io|        GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
 @known+io|      ENDIF
+@known|      now:=run;
+@known|      GeoKeeper "GeoResidentEnter",now;
 @known|      PDispOff;
 @known|      geoOn:=1;
 @known|    ENDIF
+  ERROR
+    GeoSafe;
+    RAISE;
   ENDPROC
   ! A target whose axes stand in other quadrants when it is lifted, with the configuration that it has then.
   FUNC robtarget GeoAloft(robtarget target,confdata lifted)
@@ -111,25 +184,38 @@ MODULE GeoGuard
     RETURN target;
   ENDFUNC
   PROC GeoEnd(num run)
-    GeoSafe;
-    GeoAskStopped run;
+@known|    VAR num now:=0;
+    SetDO <VALVE>,0;
+@known|    IF geoOn=1 OR geoCutShort GeoAskStopped run;
+    IF run<>geoRun GeoRefuse "runs follow one another from main only: start from main.";
+@known+io|    IF geoOn=1 AND CSpeedOverride()<>100 TPWrite "The speed override was changed: look at the last run.";
     geoOn:=0;
+    GeoSafe;
+    geoRun:=-1;
+@known|    GeoKeeper "GeoResidentEnter",now;
     PDispOff;
     VelSet 100,250;
-    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
+    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
 @flood|    GeoFlood;
-@byhand+known|    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
+@byhand+known|    IF geoPrints TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
+@known|    geoPrints:=FALSE;
   ERROR
     GeoSafe;
     RAISE;
   ENDPROC
 @prime|  PROC GeoPrime()
+@prime+known|    VAR num now;
 @prime|    MoveAbsJ jGeoPrime\NoEOffs,vGeoSlow,fine,tGeoNozzle;
-@prime+known|    IF NOT geoDryRun THEN
+@prime+known|    IF geoPrints AND NOT geoDryRun THEN
+@prime+known|      now:=geoFrom;
+@prime+known|      GeoKeeper "GeoResidentEnter",now;
 @prime+known+analog|      SetAO <FLOW>,nGeoPrimeFlow;
 @prime+known|      SetDO <VALVE>,1;
 @prime+known|      WaitTime nGeoPrime;
 @prime+known|      GeoSafe;
+@prime+known|      GeoAskStopped geoFrom;
+@prime+known|      now:=0;
+@prime+known|      GeoKeeper "GeoResidentEnter",now;
 @prime+known|    ENDIF
 @prime|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
 @prime|  ERROR
@@ -138,7 +224,7 @@ MODULE GeoGuard
 @prime|  ENDPROC
 @flood|  PROC GeoFlood()
 @flood|    MoveAbsJ jGeoFlood\NoEOffs,vGeoSlow,fine,tGeoNozzle;
-@flood+known|    IF NOT geoDryRun THEN
+@flood+known|    IF geoPrints AND NOT geoDryRun THEN
 @flood+known|      SetDO <LAMP>,1;
 @flood+known|      WaitTime nGeoFlood;
 @flood+known|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";

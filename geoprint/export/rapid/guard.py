@@ -1,4 +1,4 @@
-"""Checks GeoGuard.mod, the routines around the path, against the template that comes with geoprint.
+"""Checks GeoGuard.mod and GeoResident.sys, which stand around the path, against the templates that come with geoprint.
 
 They are the same in every program but for the names of the outputs and what a cell has, so that they are compared word
 for word: whatever was changed in them is found, with its line.
@@ -7,6 +7,7 @@ for word: whatever was changed in them is found, with its line.
 from __future__ import annotations
 
 import re
+import zlib
 from importlib import resources
 
 from geoprint.export.rapid.reader import check_line
@@ -14,6 +15,10 @@ from geoprint.export.rapid.text import Place, refuse
 from geoprint.model import Cell, Placement
 
 GUARD = "GeoGuard.mod"
+# Where it lies in the folder of the program.
+RESIDENT = "controller/GeoResident.sys"
+# The version of the resident that programs ask for.
+_VERSION = 1
 
 
 def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool) -> None:
@@ -28,19 +33,37 @@ def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool) -
     Raises:
         VerificationError: a line is not what it must be.
     """
-    found, wanted = text.split("\n"), _expected(cell, placement=placement, loading=loading)
+    _compare(GUARD, text, _expected("geo_guard.mod", cell, placement=placement, loading=loading))
+
+
+def check_resident(text: str, *, cell: Cell, placement: Placement) -> None:
+    """Check the text of GeoResident.sys, the module that outlasts programs.
+
+    Args:
+        text: of the module.
+        cell: whose outputs it switches.
+        placement: of the part.
+
+    Raises:
+        VerificationError: a line is not what it must be.
+    """
+    _compare(RESIDENT, text, _expected("geo_resident.sys", cell, placement=placement, loading=False))
+
+
+def _compare(module: str, text: str, wanted: list[str]) -> None:
+    found = text.split("\n")
     for number, line in enumerate(found, start=1):
-        place = Place(GUARD, number)
+        place = Place(module, number)
         check_line(line, place)
         if number > len(wanted):
-            refuse(place, f"{line.strip()[:60]!r} stands behind the end of the guard")
+            refuse(place, f"{line.strip()[:60]!r} stands behind the end of the module")
         if line != wanted[number - 1]:
             refuse(place, f"the guard must say {wanted[number - 1].strip()!r} here, found {line.strip()[:80]!r}")
     if len(found) < len(wanted):
-        refuse(Place(GUARD, len(found)), f"the guard breaks off before {wanted[len(found)].strip()!r}")
+        refuse(Place(module, len(found)), f"the guard breaks off before {wanted[len(found)].strip()!r}")
 
 
-def _expected(cell: Cell, *, placement: Placement, loading: bool) -> list[str]:
+def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool) -> list[str]:
     """Return the lines of the template whose conditions all hold, with the outputs' names."""
     holds = {
         "io": cell.signals.mode == "io",
@@ -53,13 +76,14 @@ def _expected(cell: Cell, *, placement: Placement, loading: bool) -> list[str]:
         "byhand": cell.flood is not None and cell.flood.joints is None,
         "loading": loading,
     }
-    outputs = {
-        "<VALVE>": cell.signals.dispenser,
-        "<LAMP>": cell.signals.uv_lamp,
-        "<FLOW>": cell.signals.flow or "",
-        "<VACUUM>": cell.signals.vacuum or "",
-    }
-    template = resources.files("geoprint.export.rapid").joinpath("geo_guard.mod").read_text(encoding="ascii")
+    signals = cell.signals
+    outputs = {"<VALVE>": signals.dispenser, "<LAMP>": signals.uv_lamp, "<VACUUM>": signals.vacuum or ""}
+    if signals.mode == "analog":
+        outputs["<FLOW>"] = signals.flow or ""
+    named = sorted(f"{place[1:-1]}={name.lower()}" for place, name in outputs.items() if name)
+    outputs["<OUTPUTS>"] = str(zlib.crc32(",".join(named).encode("ascii")) % 1000000)
+    outputs["<VERSION>"] = str(_VERSION)
+    template = resources.files("geoprint.export.rapid").joinpath(file).read_text(encoding="ascii")
     lines: list[str] = []
     for line in template.split("\n"):
         condition = re.match(r"@([a-z+]+)\|", line)

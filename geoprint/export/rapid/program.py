@@ -30,7 +30,8 @@ import numpy as np
 from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid import values
-from geoprint.export.rapid.cell_module import cell_module, guard_module, header_lines, output_names, program_file
+from geoprint.export.rapid.cell_module import cell_module, guard_module, header_lines, program_file
+from geoprint.export.rapid.outputs import output_names
 from geoprint.export.rapid.triggers import Triggers, triggers_of
 from geoprint.export.rapid.verify import verify_program
 from geoprint.export.switching import TipsAt, switching_events

@@ -40,13 +40,13 @@ def test_the_guard_that_declared_a_variable_and_a_routine_of_one_name_is_refused
     assert "also in GeoGuard.mod, line 3" in str(caught.value)
 
 
-@pytest.mark.parametrize("words", ["GeoCutShort", "geoStopped"])
+@pytest.mark.parametrize("words", ["GeoCutShort", "geoRefuse"])
 def test_a_written_program_with_such_a_guard_is_refused_for_the_name_before_anything_else(words: str) -> None:
     program = written()
     modules = tuple((name, text.replace("geoCutShort:=FALSE", f"{words}:=FALSE")) for name, text in program.modules)
-    twice = tuple((name, text.replace("PROC GeoStopped", "PROC GeoCutShort")) for name, text in modules)
+    twice = tuple((name, text.replace("PROC GeoRefuse", "PROC GeoCutShort")) for name, text in modules)
     changed = Program(twice if words == "GeoCutShort" else modules, targets=program.targets, dry_run=False)
-    with pytest.raises(VerificationError, match=f"Geo{words[3:]} is declared twice: also in GeoGuard.mod, line 7"):
+    with pytest.raises(VerificationError, match=f"Geo{words[3:]} is declared twice: also in GeoGuard.mod, line 12"):
         verify_program(
             changed, orders(), cell=CELL, placement=PLACEMENT, surface_within=0.2, events=events()
         )  # fmt: skip

@@ -205,13 +205,9 @@ def test_the_motions_from_and_to_home_take_the_planned_time() -> None:
     found = write().modules
     assert "CONST num nGeoThere:=1.000;" in dict(found)["GeoCell.mod"]
     assert (
-        "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;"
-        in dict(found)["GeoGuard.mod"]
+        "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
     )
-    assert (
-        "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;"
-        in dict(found)["GeoGuard.mod"]
-    )
+    assert "MoveAbsJ jGeoHome\\NoEOffs,vGeoHome\\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;" in dict(found)["GeoGuard.mod"]
 
 
 def test_the_dry_run_is_lifted_along_the_bases_z_axis() -> None:
@@ -228,18 +224,22 @@ def test_a_place_to_prime_is_driven_to_and_the_valve_opens_there_unless_dry() ->
     assert "CONST num nGeoPrime:=2.500;" in text_of(program, "GeoCell.mod")
     guard = text_of(program, "GeoGuard.mod")
     assert "    GeoPrime;\n" in guard
-    assert "    IF NOT geoDryRun THEN\n      SetDO doValve,1;\n      WaitTime nGeoPrime;\n      GeoSafe;\n" in guard
+    assert "      SetDO doValve,1;\n      WaitTime nGeoPrime;\n      GeoSafe;\n      GeoAskStopped geoFrom;\n" in guard
+    assert guard.index("    IF geoPrints AND NOT geoDryRun THEN\n") < guard.index("SetDO doValve,1")
     assert "SetDO doValve,1" not in text_of(write(cell=cell, placement=DEMONSTRATION), "GeoGuard.mod")
 
 
 def test_the_final_exposure_is_given_by_the_lamp_on_the_arm_or_asked_of_a_person() -> None:
     by_hand = write(cell=replace(CELL, flood=Flood(60.0)))
     assert "CONST num nGeoFlood:=60.000;" in text_of(by_hand, "GeoCell.mod")
-    asked = '    IF NOT geoDryRun TPWrite "Now flood the part with UV, seconds: "\\Num:=nGeoFlood;\n'
+    asked = '    IF geoPrints TPWrite "Now flood the part with UV, seconds: "\\Num:=nGeoFlood;\n'
     assert asked in text_of(by_hand, "GeoGuard.mod")
     cell = replace(CELL, flood=Flood(60.0, joints=np.full(6, 0.1)))
     guard = text_of(write(cell=cell), "GeoGuard.mod")
-    assert "    IF NOT geoDryRun THEN\n      SetDO doUV,1;\n      WaitTime nGeoFlood;\n      IF doUV=0 TPWrite" in guard
+    assert (
+        "    IF geoPrints AND NOT geoDryRun THEN\n      SetDO doUV,1;\n      WaitTime nGeoFlood;\n      IF doUV=0 TPWrite"
+        in guard
+    )
     assert guard.index("nGeoBack") < guard.index("    GeoFlood;\n")
     assert "jGeoFlood" in text_of(write(cell=cell), "GeoCell.mod")
     assert "SetDO doUV,1" not in text_of(write(cell=cell, placement=DEMONSTRATION), "GeoGuard.mod")
