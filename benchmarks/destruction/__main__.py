@@ -47,8 +47,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the random moments")
     parser.add_argument("--smoke", action="store_true", help="data/'s plate and a few stops only")
     arguments = parser.parse_args()
-    small = arguments.smoke or arguments.parts is None
-    parts = [Path("data/plate.ply")] if small else sorted((arguments.parts / "patches").glob("*.ply"))
+    folder: Path | None = None if arguments.smoke else arguments.parts
+    parts = [Path("data/plate.ply")] if folder is None else sorted((folder / "patches").glob("*.ply"))
     count = 20 if arguments.smoke else arguments.stops
     tried = {**PROMISES, "stops": partial(stops, seed=arguments.seed, count=count)}
     for line in table("part", "backend", "cell", "targets", *tried, "mutants found"):

@@ -195,7 +195,8 @@ def _after(one: Controller, stopped: Execution, subject: Subject, *, on: bool, a
     yield from _ends(found, "end", f"{told}, from main")
     if again == 1:
         yield from _lays(found, subject, first_run=max(run, 1), told=f"{told}, from main", after=switched)
-        if on and "Is the nozzle clean, the part right?" not in found.questions:
+        unfinished = stopped.moves.along_path.size < subject.orders.count
+        if on and unfinished and "Is the nozzle clean, the part right?" not in found.questions:
             yield f"{told}: nobody is asked about the run that was cut short"
     elif any(each.value for each in found.switchings[switched:]):
         yield f"{told}: an output is switched on in the dry run after it"
