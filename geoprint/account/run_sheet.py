@@ -230,7 +230,7 @@ def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
 
 def _steps(setup: Setup, orders: Orders) -> list[str]:
     signals = setup.cell.signals
-    texts = ["1. tie GeoStopped to the events Stop and QStop, GeoSafe to Reset and PowerOn; outputs safe at 0"]
+    texts = ["1. before the first load on a controller: rapid/controller/first_load.md; nothing runs without it"]
     if signals.mode == "analog" and signals.flow_lag > 0.0:
         texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
     texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
