@@ -16,17 +16,8 @@ PLATE = Path(__file__).parents[2] / "data" / "plate.ply"
 
 @pytest.fixture(scope="module", params=cells())
 def subject(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Subject:
-    return made(request.param, tmp_path_factory.mktemp("cell"))
-
-
-@pytest.fixture(scope="module")
-def valve(tmp_path_factory: pytest.TempPathFactory) -> Subject:
-    return made("valve", tmp_path_factory.mktemp("cell"))
-
-
-def made(name: str, folder: Path) -> Subject:
-    cell = folder / f"{name}.toml"
-    cell.write_text(cells()[name], encoding="utf-8")
+    cell = tmp_path_factory.mktemp("cell") / f"{request.param}.toml"
+    cell.write_text(cells()[request.param], encoding="utf-8")
     return subject_of(planned(PLATE, backend="heat", cell=cell))
 
 
@@ -40,11 +31,13 @@ def test_every_promise_has_mutants() -> None:
     assert {mutant.promise for mutant in MUTANTS} == set(PROMISES)
 
 
-def test_each_mutant_breaks_its_promise(valve: Subject) -> None:
-    survived = [mutant for mutant in MUTANTS if not mutant.failure(valve)]
+@pytest.mark.parametrize("subject", ["valve"], indirect=True)
+def test_each_mutant_breaks_its_promise(subject: Subject) -> None:
+    survived = [mutant for mutant in MUTANTS if not mutant.failure(subject)]
     assert survived == []
 
 
-def test_a_mutant_without_its_place_is_refused(valve: Subject) -> None:
+@pytest.mark.parametrize("subject", ["valve"], indirect=True)
+def test_a_mutant_without_its_place_is_refused(subject: Subject) -> None:
     with pytest.raises(ValueError, match=r"GeoGuard\.mod has nothing like nowhere"):
-        Mutant("dry", "GeoGuard.mod", "nowhere", "").of(valve)
+        Mutant("dry", "GeoGuard.mod", "nowhere", "").of(subject)
