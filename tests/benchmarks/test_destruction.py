@@ -1,0 +1,43 @@
+"""Programs keep their promises on the machine, and each promise is broken by mutants that it must find."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.destruction.__main__ import cells, planned
+from benchmarks.destruction.mutants import MUTANTS, Mutant
+from benchmarks.destruction.promises import PROMISES
+from benchmarks.destruction.subject import Subject, subject_of
+
+PLATE = Path(__file__).parents[2] / "data" / "plate.ply"
+
+
+@pytest.fixture(scope="module", params=cells())
+def subject(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Subject:
+    cell = tmp_path_factory.mktemp("cell") / f"{request.param}.toml"
+    cell.write_text(cells()[request.param], encoding="utf-8")
+    return subject_of(planned(PLATE, backend="heat", cell=cell))
+
+
+@pytest.mark.parametrize("promise", PROMISES)
+def test_every_cell_keeps_every_promise(subject: Subject, promise: str) -> None:
+    assert list(PROMISES[promise](subject)) == []
+
+
+def test_every_promise_has_mutants() -> None:
+    assert len(MUTANTS) >= 40
+    assert {mutant.promise for mutant in MUTANTS} == set(PROMISES)
+
+
+@pytest.mark.parametrize("subject", ["valve"], indirect=True)
+def test_each_mutant_breaks_its_promise(subject: Subject) -> None:
+    survived = [mutant for mutant in MUTANTS if not mutant.failure(subject)]
+    assert survived == []
+
+
+@pytest.mark.parametrize("subject", ["valve"], indirect=True)
+def test_a_mutant_without_its_place_is_refused(subject: Subject) -> None:
+    with pytest.raises(ValueError, match=r"GeoGuard\.mod has nothing like nowhere"):
+        Mutant("dry", "GeoGuard.mod", "nowhere", "").of(subject)
