@@ -124,8 +124,8 @@ def judge_program(
     parsed, broken = _parsed_modules(modules)
     if broken:
         return Judged((*listed, *guard, *broken), None)
-    keepers = [parse_module(name, text) for name, text in residents]
-    _, unresolved = examine([*keepers, *parsed], signals=signals_of(cell))
+    task = [*(parse_module(name, text) for name, text in residents), *parsed]
+    _, unresolved = examine(task, signals=signals_of(cell))
     text = read_text(parsed)
     findings = [
         *listed,
@@ -135,14 +135,12 @@ def judge_program(
         *_failing(lambda: verify_header(text, placement=placement, surface_within=surface_within)),
         *_failing(lambda: verify_data(text, orders, cell=cell, placement=placement)),
     ]
-    found: list[Proof] = []
+    proofs: list[Proof] = []
     if not unresolved:
-        findings += _failing(
-            lambda: found.append(prove([*keepers, *parsed], orders, cell=cell, placement=placement, events=events))
-        )
-    for proof in found:
+        findings += _failing(lambda: proofs.append(prove(task, orders, cell=cell, placement=placement, events=events)))
+    for proof in proofs:
         findings += _motion_findings(proof, text, orders, cell=cell, events=events)
-    return Judged(tuple(findings), found[0] if found else None)
+    return Judged(tuple(findings), proofs[0] if proofs else None)
 
 
 def program_findings(
