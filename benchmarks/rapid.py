@@ -1,11 +1,13 @@
-"""How fast is a program written and read back, and how much memory does that take?
+"""How fast is a program written, read and executed, and how much memory does that take?
 
     python -m benchmarks.rapid [--smoke]
     python -m benchmarks.rapid --parts FOLDER
 
 A path of many runs over a plate, every pose a target, in both signal modes: seconds of processor time (one core
-does it all) to write the modules, to read and verify them, and to run the whole export, which does both, per hundred
-thousand lines; and the memory on top of the plan. Each row runs in a process of its own, so that its memory is its own.
+does it all) for the whole export, which writes the modules, reads and resolves them, executes them in every scenario
+and compares; what of that is reading and what is executing; the export without executing beside it; per hundred
+thousand lines; and the memory on top of the plan, of the whole and of executing alone. Each row runs in processes of
+its own, so that its memory is its own.
 With `--parts`, the programs of the real parts below a folder instead (`benchmarks.programs`).
 """
 
@@ -24,9 +26,14 @@ from benchmarks.parts.tables import row
 from benchmarks.programs import programs
 from geoprint import transforms
 from geoprint.config import load_cell
-from geoprint.export import Orders, orders_of, switching_events
-from geoprint.export.rapid import program as writer, program_findings, rapid_program
+from geoprint.export import Orders, TipsAt, orders_of, switching_events
+from geoprint.export.rapid import program as writer, rapid_program
+from geoprint.export.rapid.executed import prove
+from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.language.symbols import resolve
+from geoprint.export.rapid.made import signals_of
 from geoprint.model import Cell, FloatArray, JointPath, Placement, PoseStream, Program, SignalMode, Targets, Trajectory
+from geoprint.motion.arm import Arm
 
 COUNTS = (1_000, 10_000, 100_000)
 RUN = 400  # poses of a run
@@ -46,7 +53,10 @@ def main() -> None:
             print(line, flush=True)
         return
     counts = COUNTS[:1] if arguments.smoke else COUNTS
-    head = ("poses", "mode", "lines", "modules", "write, s", "read and verify, s", "both, s / 100k lines", "memory, MB")
+    head = (
+        "poses", "mode", "lines", "modules", "export, s", "of that reading, s", "executing, s", "without executing, s",
+        "export, s / 100k lines", "memory, MB", "of that executing, MB",
+    )  # fmt: skip
     print(row(*head))
     print(row(*("---" for _ in head)))
     context = multiprocessing.get_context("spawn")
@@ -54,40 +64,59 @@ def main() -> None:
     for count in counts:
         for mode in modes:
             with context.Pool(1) as pool:
-                print(pool.apply(measure, (count, mode)), flush=True)
+                program, whole, memory = pool.apply(export, (count, mode))
+            with context.Pool(1) as pool:
+                reading, executing, alone = pool.apply(execution, (program, count, mode))
+            lines = _lines(program)
+            print(
+                row(
+                    str(count), mode, str(lines), str(len(program.modules)), f"{whole:.2f}", f"{reading:.2f}",
+                    f"{executing:.2f}", f"{whole - executing:.2f}", f"{whole / lines * 1e5:.2f}", f"{memory:.0f}",
+                    f"{alone:.0f}",
+                ),
+                flush=True,
+            )  # fmt: skip
 
 
-def measure(count: int, mode: SignalMode) -> str:
-    """Return the row of one case."""
+def export(count: int, mode: SignalMode) -> tuple[Program, float, float]:
+    """Return a program, the time that its export took [s], and its memory [MB]."""
+    cell, placement, orders, tips_at = _case(count, mode)
+    before = _memory()
+    start = time.process_time()
+    program = rapid_program(
+        orders, cell=cell, placement=placement, surface_within=0.2, tips_at=tips_at, part_name="benchmark", spacing=1.0
+    )  # fmt: skip
+    return program, time.process_time() - start, _memory() - before
+
+
+def execution(program: Program, count: int, mode: SignalMode) -> tuple[float, float, float]:
+    """Return the times of reading and of executing a program [s], and the memory of executing [MB]."""
+    cell, placement, orders, tips_at = _case(count, mode)
+    events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
+    start = time.process_time()
+    modules = [parse_module(name, text) for name, text in program.modules if name.endswith(".mod")]
+    resolve(modules, signals=signals_of(cell))
+    reading = time.process_time() - start
+    before = _memory()
+    start = time.process_time()
+    prove(modules, orders, cell=cell, placement=placement, events=events)
+    return reading, time.process_time() - start, _memory() - before
+
+
+def _case(count: int, mode: SignalMode) -> tuple[Cell, Placement, Orders, TipsAt]:
     cell = _cell(mode)
+    # A plan has its arm already.
+    Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool).solutions(np.eye(4)[None])
     T_base_fixture = transforms.rigid(np.eye(3), cell.demo_position)
     placement = Placement(T_base_fixture, np.eye(4), calibrated=True, part_stated=True, misses=np.zeros(1))
     poses = stream(count)
     times = 1.0 + np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1))) / SPEED
-    orders = _orders(poses, times, placement)
-    before = _memory()
 
     def tips_at(moments: FloatArray) -> FloatArray:
         x, y, z = (np.interp(moments, times, poses.tips[:, axis]) for axis in range(3))
         return np.column_stack([x, y, z])
 
-    start = time.process_time()
-    program = rapid_program(
-        orders, cell=cell, placement=placement, surface_within=0.2, tips_at=tips_at, part_name="benchmark", spacing=1.0
-    )  # fmt: skip
-    whole = time.process_time() - start
-    events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
-    start = time.process_time()
-    findings = list(
-        program_findings(program.modules, orders, cell=cell, placement=placement, surface_within=0.2, events=events)
-    )
-    reading = time.process_time() - start
-    assert not findings, findings
-    lines = _lines(program)
-    return row(
-        str(count), mode, str(lines), str(len(program.modules)), f"{max(whole - reading, 0.0):.2f}", f"{reading:.2f}",
-        f"{whole / lines * 1e5:.2f}", f"{_memory() - before:.0f}",
-    )  # fmt: skip
+    return cell, placement, _orders(poses, times, placement), tips_at
 
 
 def stream(count: int) -> PoseStream:

@@ -135,12 +135,12 @@ def judge_program(
         *_failing(lambda: verify_header(text, placement=placement, surface_within=surface_within)),
         *_failing(lambda: verify_data(text, orders, cell=cell, placement=placement)),
     ]
-    found: list[Proof] = []
+    proofs: list[Proof] = []
     if not unresolved:
-        findings += _failing(lambda: found.append(prove(task, orders, cell=cell, placement=placement, events=events)))
-    for proof in found:
+        findings += _failing(lambda: proofs.append(prove(task, orders, cell=cell, placement=placement, events=events)))
+    for proof in proofs:
         findings += _motion_findings(proof, text, orders, cell=cell, events=events)
-    return Judged(tuple(findings), found[0] if found else None)
+    return Judged(tuple(findings), proofs[0] if proofs else None)
 
 
 def program_findings(

@@ -42,7 +42,8 @@ def test_a_program_is_executed_in_every_manner_and_does_what_the_plan_says() -> 
     executed = written()[1].executed
     assert executed.scenarios == (
         "dry", "printing", "resumed at run 2", "speed 0", "speed 101", "first run 0", "first run 3",
-        "work object 5 mm off", *(f"axis {k} far from home, and Stop" for k in range(1, 7)), "stopped in the first deposit, and gone on",
+        "work object 5 mm off", *(f"axis {k} far from home, and Stop" for k in range(1, 7)),
+        "stopped in the first deposit, and gone on",
     )  # fmt: skip
     assert executed.motion < 1e-4
     assert executed.outputs < 2e-4
