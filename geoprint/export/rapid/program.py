@@ -38,8 +38,8 @@ from geoprint.model import Cell, FloatArray, Placement, Program
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
 MODULE_LINES = 15000
-# Three digits of a speed are below 1 % of it, two of a zone below 10 %: few distinct values, never above the plan.
-_SPEED_DIGITS = 3
+# Four digits of a speed are below 0.1 % of it, two of a zone below 10 %: few distinct values, never above the plan.
+_SPEED_DIGITS = 4
 _ZONE_DIGITS = 2
 # A zone below 1 um is a stop in all but name, and zonedata that small serves nobody.
 _SMALLEST_ZONE = 0.001

@@ -24,8 +24,8 @@ from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program, Sign
 _POSITION_TOLERANCE = 1e-4
 # Far above the rounding of eight decimals, far below anything a robot repeats [degree].
 _TURN_TOLERANCE_DEG = 1e-3
-# Speeds and zones are rounded down to three and two digits, never up; a zone below 1 um is a stop.
-_SMALLEST_SPEED_SHARE = 0.99
+# Speeds and zones are rounded down to four and two digits, never up; a zone below 1 um is a stop.
+_SMALLEST_SPEED_SHARE = 0.999
 _SMALLEST_ZONE_SHARE = 0.9
 _SMALLEST_ZONE = 0.001
 # Tables hold six decimals of speeds [mm/s] and zones [mm].
