@@ -1,6 +1,7 @@
 """How fast and how exact is the robot chain? Inverse kinematics beside iteration, the stages beside their libraries.
 
     python -m benchmarks.motion [--smoke]
+    python -m benchmarks.motion --targets (--parts FOLDER | --smoke)
 
 - inverse: all eight closed-form branches of random reachable poses beside damped least squares with Pinocchio, which
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
@@ -12,6 +13,7 @@
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
 - bodies: what each body costs in the collision check: the controller's path, the tool, a lamp on it, the arm's links.
+- targets, alone: how the targets of data/'s parts and of the patches in FOLDER follow each other in time and place.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -29,6 +32,7 @@ from benchmarks.parts.rotation import rotation
 from benchmarks.parts.spirals import spiral
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
+from benchmarks.parts.target_table import target_table
 from benchmarks.parts.tip_speed import even_speed
 from geoprint import transforms
 from geoprint.config import load_cell
@@ -60,7 +64,17 @@ def main() -> None:
     """Print the comparisons."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--smoke", action="store_true", help="the smallest cases only, to see that the script runs")
-    smoke = parser.parse_args().smoke
+    parser.add_argument("--targets", action="store_true", help="how targets follow each other, and nothing else")
+    parser.add_argument("--parts", type=Path, metavar="FOLDER", help="of --targets: holds patches/")
+    arguments = parser.parse_args()
+    smoke: bool = arguments.smoke
+    if arguments.targets:
+        parts: Path | None = arguments.parts
+        if parts is None and not smoke:
+            parser.error("--targets needs the --parts, or --smoke")
+        for line in target_table(None if smoke else parts):
+            print(line, flush=True)
+        return
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     for line in inverse(arm, count=500 if smoke else 20_000):
