@@ -25,6 +25,7 @@ from geoprint.export.rapid import Timeline, read_back, timeline
 from geoprint.export.rapid.text import SwitchAt
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
+from geoprint.motion.controller import written_path
 from geoprint.motion.timing import tips_at
 from geoprint.pipeline import check_bundle, plan, save_plan
 from geoprint.results import Plan, RobotPlan
@@ -90,7 +91,8 @@ def deviations(planned: Plan, robot: RobotPlan) -> FloatArray:
     rotations = transforms.rotation_of(read[:, 3:7] / np.linalg.norm(read[:, 3:7], axis=1, keepdims=True))
     turned = np.swapaxes(rotations, 1, 2) @ transforms.rotation_of(orders.quaternions)
     solved = arm.solutions(T_base_work @ transforms.rigid(rotations, read[:, :3]))[:, robot.joint_path.branch]
-    joints = transforms.wrapped(solved - robot.joint_path.joints[orders.poses])
+    written = written_path(robot.joint_path, robot.targets, arm)
+    joints = transforms.wrapped(solved - written.joints[orders.poses])
     events = switching_events(orders, signals=cell.signals, tips_at=tips)
     switches = [trigger for step in steps for trigger in step.triggers if isinstance(trigger, SwitchAt)]
     places = [trigger.distance - event.distance for trigger, event in zip(switches, events, strict=True)]

@@ -1,4 +1,23 @@
-"""Which poses are written as targets: few enough for the controller, close enough to the path."""
+"""Which poses are written as targets: few enough for the controller, close enough to the path.
+
+All poses of `required_poses` are kept. Between them the straight move (slerp for the attitude) from one target to
+the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90 degrees. Of all
+such chains of moves that one is taken (`cheapest_chain`) in which no move is shorter than 12 ms, then fewest are
+shorter than `period`, then fewest leave the poses by more than a quarter of the tolerances. Where a run begins in
+the place where the one before ends (a run that was split, or a neighbour right beside it), that place is a target
+once, of the run that begins: no move is shorter than 0.001 mm but for turns on the spot.
+
+Where material is laid in bends so tight that moves are still shorter than the period, moves may be longer and the
+targets stand outside of the bend (`fitting`): the controller's rounded corner passes the pose that a target stands
+for, and stays within `tolerance` of the poses left out. Such bends are listed, and those that stay closer than
+12 ms.
+
+Zones are 0 at stops, which are fine points, and at the first and last target of each run, because whoever resumes
+at a run comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a
+neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds give the time of each move over the
+length of the controller's path, and are at most those of the process; where a move holds the ramp at a stop, they
+are its mean.
+"""
 
 from __future__ import annotations
 
@@ -53,23 +72,7 @@ def written_targets(
 ) -> Targets:
     """Choose the poses that the program names, and how the controller passes them.
 
-    All poses of `required_poses` are kept. Between them the straight move (slerp for the attitude) from one target to
-    the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90 degrees. Of all
-    such chains of moves that one is taken (`cheapest_chain`) in which no move is shorter than 12 ms, then fewest are
-    shorter than `period`, then fewest leave the poses by more than a quarter of the tolerances. Where a run begins in
-    the place where the one before ends (a run that was split, or a neighbour right beside it), that place is a target
-    once, of the run that begins: no move is shorter than 0.001 mm but for turns on the spot.
-
-    Where material is laid in bends so tight that moves are still shorter than the period, moves may be longer and the
-    targets stand outside of the bend (`fitting`): the controller's rounded corner passes the pose that a target stands
-    for, and stays within `tolerance` of the poses left out. Such bends are listed, and those that stay closer than
-    12 ms.
-
-    Zones are 0 at stops, which are fine points, and at the first and last target of each run, because whoever resumes
-    at a run comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a
-    neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds give the time of each move over the
-    length of the controller's path, and are at most those of the process; where a move holds the ramp at a stop, they
-    are its mean. The move to the first target has the travel speed.
+    The module says how. The move to the first target has the travel speed.
 
     Args:
         joint_path: p poses.
@@ -92,18 +95,7 @@ def written_targets(
         )  # fmt: skip
     poses = joint_path.poses
     kept = np.flatnonzero(~_repeated(poses))
-    course = Course(
-        tips=poses.tips[kept],
-        quaternions=same_sign(poses.quaternions)[kept],
-        times=trajectory.pose_times[kept],
-        required=np.searchsorted(kept, required_poses(poses)),
-        runs=poses.runs[kept],
-        rests=(poses.stops | _switches(poses))[kept],
-        laid=poses.laid[kept[:-1]],
-        tolerance=tolerance,
-        turn=ANGLE_TOLERANCE,
-        periods=(min(SHORTEST_TIME, period), period),
-    )
+    course = _course(poses, kept, trajectory.pose_times, tolerance=tolerance, period=period)
     rows, places = rounded_chain(course)
     chosen, moved = kept[rows], np.flatnonzero((places != course.tips[rows]).any(axis=1))
     zones = zones_of(places, course.resting(rows))
@@ -115,6 +107,22 @@ def written_targets(
         moved=moved,
         places=places[moved],
         bends=bends_of(poses, chosen, trajectory.pose_times, places=places, shortest=SHORTEST_TIME),
+    )
+
+
+def _course(poses: PoseStream, kept: IntArray, times: FloatArray, *, tolerance: float, period: float) -> Course:
+    """Return the course of the poses of a stream that go somewhere."""
+    return Course(
+        tips=poses.tips[kept],
+        quaternions=same_sign(poses.quaternions)[kept],
+        times=times[kept],
+        required=np.searchsorted(kept, required_poses(poses)),
+        runs=poses.runs[kept],
+        rests=(poses.stops | _switches(poses))[kept],
+        laid=poses.laid[kept[:-1]],
+        tolerance=tolerance,
+        turn=ANGLE_TOLERANCE,
+        periods=(min(SHORTEST_TIME, period), period),
     )
 
 

@@ -1,4 +1,14 @@
-"""When the arm is where: the whole motion from home to home, a row each millisecond, inside all limits."""
+"""When the arm is where: the whole motion from home to home, a row each millisecond, inside all limits.
+
+From home to the first pose and from the last one back, all joints move together at a share of their speeds.
+Between the poses' stops each leg runs from rest to rest: a spline of the joints with continuous second
+derivative, timed by TOPP-RA under the joint speeds and accelerations and the speed of the tip.
+
+Where the joints cannot hold the set speed along a run that lays material, `lower` lowers the speed of the whole run
+to what they hold all along it, so that the bead stays even; `follow` keeps the dips. The trajectory lists
+them in either case. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
+the tip would come from rest to its speed on a straight path. Where a leg is all ramp its largest speed counts.
+"""
 
 from __future__ import annotations
 
@@ -38,15 +48,6 @@ def retime(
     lowered_runs: tuple[Slowdown, ...] = (),
 ) -> Trajectory:
     """Run through a joint path in the shortest time that joints and process allow.
-
-    From home to the first pose and from the last one back, all joints move together at a share of their speeds.
-    Between the poses' stops each leg runs from rest to rest: a spline of the joints with continuous second
-    derivative, timed by TOPP-RA under the joint speeds and accelerations and the speed of the tip.
-
-    Where the joints cannot hold the set speed along a run that lays material, `lower` lowers the speed of the whole run
-    to what they hold all along it, so that the bead stays even; `follow` keeps the dips. The trajectory lists
-    them in either case. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
-    the tip would come from rest to its speed on a straight path. Where a leg is all ramp its largest speed counts.
 
     Args:
         joint_path: p poses with their joints.
