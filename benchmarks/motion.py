@@ -2,6 +2,7 @@
 
     python -m benchmarks.motion [--smoke]
     python -m benchmarks.motion --quadrants [FOLDER]
+    python -m benchmarks.motion --targets (--parts FOLDER | --smoke)
 
 - inverse: all eight closed-form branches of random reachable poses beside damped least squares with Pinocchio, which
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
@@ -13,6 +14,7 @@
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
 - bodies: what each body costs in the collision check: the controller's path, the tool, a lamp on it, the arm's links.
+- targets, alone: how the targets of data/'s parts and of the patches in FOLDER follow each other in time and place.
 
 `--quadrants` tells instead how near axes 1, 4 and 6 come to borders of their quadrants on the parts of data/ and the
 patches in FOLDER, and what their motion is like.
@@ -35,6 +37,7 @@ from benchmarks.parts.rotation import rotation
 from benchmarks.parts.spirals import spiral
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
+from benchmarks.parts.target_table import target_table
 from benchmarks.parts.tip_speed import PATCH_FOLDER, even_speed
 from geoprint import transforms
 from geoprint.config import load_cell
@@ -67,11 +70,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--smoke", action="store_true", help="the smallest cases only, to see that the script runs")
     parser.add_argument("--quadrants", type=Path, nargs="?", const=PATCH_FOLDER, metavar="FOLDER", help="of patches")
-    chosen = parser.parse_args()
-    smoke = chosen.smoke
-    if chosen.quadrants is not None:
-        for line in quadrants(folder=chosen.quadrants):
-            print(line, flush=True)
+    parser.add_argument("--targets", action="store_true", help="how targets follow each other, and nothing else")
+    parser.add_argument("--parts", type=Path, metavar="FOLDER", help="of --targets: holds patches/")
+    arguments = parser.parse_args()
+    smoke: bool = arguments.smoke
+    for line in _of_parts(arguments, parser):
+        print(line, flush=True)
+    if arguments.targets or arguments.quadrants is not None:
         return
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
@@ -87,6 +92,17 @@ def main() -> None:
         print(line, flush=True)
     for line in stages(cell, arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
+
+
+def _of_parts(arguments: argparse.Namespace, parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Yield the table of real parts that was asked for, if any."""
+    parts: Path | None = arguments.parts
+    if arguments.quadrants is not None:
+        yield from quadrants(folder=arguments.quadrants)
+    elif arguments.targets and parts is None and not arguments.smoke:
+        parser.error("--targets needs the --parts, or --smoke")
+    elif arguments.targets:
+        yield from target_table(None if arguments.smoke else parts)
 
 
 def inverse(arm: Arm, *, count: int) -> Iterator[str]:

@@ -24,6 +24,7 @@ from geoprint.export import switching_events
 from geoprint.export.rapid import Timeline, read_back, timeline
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
+from geoprint.motion.controller import written_path
 from geoprint.motion.timing import tips_at
 from geoprint.pipeline import check_bundle, plan, save_plan
 from geoprint.results import Plan, RobotPlan
@@ -88,7 +89,8 @@ def deviations(planned: Plan, robot: RobotPlan) -> FloatArray:
     rotations = transforms.rotation_of(made.turns)
     turned = np.swapaxes(rotations, 1, 2) @ transforms.rotation_of(orders.quaternions)
     solved = arm.solutions(T_base_work @ transforms.rigid(rotations, made.places))[:, robot.joint_path.branch]
-    joints = transforms.wrapped(solved - robot.joint_path.joints[orders.poses])
+    written = written_path(robot.joint_path, robot.targets, arm)
+    joints = transforms.wrapped(solved - written.joints[orders.poses])
     events = switching_events(orders, signals=cell.signals, tips_at=tips)
     switches = [each for _, some in sorted(made.switchings.items()) for each in some if not each.flow]
     places = [trigger.distance - event.distance for trigger, event in zip(switches, events, strict=True)]

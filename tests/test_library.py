@@ -198,7 +198,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "verify_poses_table": lambda: export.verify_poses_table(gone, planned.poses),
         "verify_trajectory_table": lambda: export.verify_trajectory_table(gone, robot.trajectory),
         "read_orders": lambda: export.read_orders(
-            gone, table, standoff=0.3, start=joints, aloft=joints, extent=np.zeros((2, 3)), duration=1.0
+            gone, table, start=joints, aloft=joints, extent=np.zeros((2, 3)), duration=1.0
         ),
     }
 

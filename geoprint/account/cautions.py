@@ -52,6 +52,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_repairs(plan.workpiece),
         *_paths(told),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
+        *(sentence for robot in told.robot for sentence in _bends(robot)),
     )
 
 
@@ -142,6 +143,25 @@ def _close_targets(told: RobotRecord) -> Iterator[str]:
             f"{targets.closer} targets follow the one before sooner than the controller digests them "
             f"(robot.target_period_ms is {targets.period_ms:g}; the soonest comes after {targets.shortest_ms:.1f} ms): "
             "the arm may slow down there."
+        )
+
+
+def _bends(told: RobotRecord) -> Iterator[str]:
+    """Say in how many bends targets stand beside the path, and where they are closer than a controller takes."""
+    bends = told.motion.targets.bends
+    rounded = [bend for bend in bends if bend.kind == "rounded"]
+    if rounded:
+        yield (
+            f"in {len(rounded)} tight bends targets stand up to {max(bend.offset_mm for bend in rounded):.2f} mm "
+            "outside of the path, so that the controller's rounded corners follow it (plan.json lists them)."
+        )
+    close = [bend for bend in bends if bend.kind == "close"]
+    if close:
+        worst = min(close, key=lambda bend: bend.shortest_ms)
+        x, y, z = worst.place_mm
+        yield (
+            f"in {len(close)} places moves that lay material are shorter than {told.motion.targets.least_ms:g} ms, the "
+            f"shortest {worst.shortest_ms:.1f} ms in run {worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
         )
 
 

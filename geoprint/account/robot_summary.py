@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.account.records.evidence import EvidenceRecord, ParsedRecord
 from geoprint.account.records.robot import (
+    BendRecord,
     ClearanceRecord,
     DryRunRecord,
     LeanPlaceRecord,
@@ -26,10 +27,11 @@ from geoprint.account.records.robot import (
 )
 from geoprint.account.records.rounding import place_of
 from geoprint.export.rapid import CELL_MODULE, Timeline, as_new
-from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
-from geoprint.motion.arm import BORDER_MARGIN, BORDERED, border_distances, is_axial, tilts
-from geoprint.motion.controller import LIFT, close_targets
+from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
+from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts
+from geoprint.motion.controller import LIFT, SHORTEST_TIME, close_targets
 from geoprint.motion.reach import laying
+from geoprint.motion.timing import largest_jerk
 from geoprint.results import Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
@@ -137,6 +139,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         smallest_wrist_angle_deg=_degrees(path.smallest_wrist_angle),
         slowest_deposit_mm_s=trajectory.slowest_deposit,
         stretched_pieces=trajectory.stretched,
+        largest_jerk_m_s3=largest_jerk(trajectory, _arm(plan), T_base_work=placement.T_base_work),
         share_at_speed=trajectory.share_at_speed,
         share_on_ramps=trajectory.share_on_ramps,
         slowdowns=tuple(_slowdown(slowdown) for slowdown in trajectory.slowdowns),
@@ -152,6 +155,11 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
     )
 
 
+def _arm(plan: Plan) -> Arm:
+    cell = plan.workpiece.cell
+    return Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+
+
 def _targets(plan: Plan, robot: RobotPlan) -> TargetsRecord:
     period = plan.workpiece.cell.robot.target_period
     closer, shortest = close_targets(robot.targets, robot.trajectory, period=period)
@@ -160,7 +168,22 @@ def _targets(plan: Plan, robot: RobotPlan) -> TargetsRecord:
         closer=closer,
         shortest_ms=1e3 * shortest,
         shortest_mm=robot.orders.shortest_move,
+        least_ms=1e3 * SHORTEST_TIME,
+        bends=tuple(_bend(bend) for bend in robot.targets.bends),
         dry_run_other_configuration=robot.orders.lifted_otherwise,
+    )
+
+
+def _bend(bend: Bend) -> BendRecord:
+    return BendRecord(
+        run=bend.run,
+        kind=bend.kind,
+        place_mm=bend.place,
+        arc_mm=bend.arc,
+        radius_mm=bend.radius if np.isfinite(bend.radius) else None,
+        targets=bend.targets,
+        offset_mm=bend.offset,
+        shortest_ms=1e3 * bend.shortest,
     )
 
 

@@ -118,7 +118,7 @@ def orders_of(
     """Return the orders of a plan.
 
     Args:
-        joint_path: poses, joint angles and configurations.
+        joint_path: poses, joint angles and configurations, with the targets where they are written.
         targets: which poses are written, how fast, how rounded.
         trajectory: when each pose is passed.
         placement: where the part stands; the joint path must have been computed for it.
@@ -127,8 +127,8 @@ def orders_of(
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
 
     Raises:
-        InputError: the targets do not serve the whole stream or do not stop where the signals switch, or the
-            placement is another one.
+        InputError: the targets do not serve the whole stream, stand elsewhere than the joint path has them or do not
+            stop where the signals switch, or the placement is another one.
     """
     _check_placement(joint_path, placement)
     poses, chosen = joint_path.poses, targets.poses
@@ -182,6 +182,11 @@ def _check_targets(poses: PoseStream, targets: Targets) -> None:
         raise InputError(
             f"targets need speeds of at least {SMALLEST_SPEED} mm/s and zones of at least 0 mm, found "
             f"{targets.speeds.min():g} mm/s and {targets.zones.min():g} mm; thin the stream again."
+        )
+    if (poses.tips[chosen[targets.moved]] != targets.places).any():
+        raise InputError(
+            "the joint path has the poses as planned, but some targets stand beside them; give the path as it is "
+            "written, from `written_path`."
         )
     after, before = np.append(poses.laid, np.False_), np.insert(poses.laid, 0, np.False_)
     rests = np.zeros(poses.count, dtype=np.bool_)

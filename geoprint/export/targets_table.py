@@ -11,12 +11,13 @@ from geoprint.export.orders import Orders
 from geoprint.export.tables import PosesTable, read_columns, table_bytes, whole_column
 from geoprint.model import BoolArray, FloatArray, IntArray
 
-# The configuration of each target, and behind `flow` that of the dry run, which is driven higher.
+# The configuration of each target, behind `flow` that of the dry run, which is driven higher, and where the target
+# stands: at the tip of its pose, or outside of a bend, so that the rounded corner passes the pose.
 TARGETS_COLUMNS = (
     "pose", "run", "laid", "t", "zone", "speed", "cf1", "cf4", "cf6", "cfx", "flow",
-    "dry_cf1", "dry_cf4", "dry_cf6", "dry_cfx",
+    "dry_cf1", "dry_cf4", "dry_cf6", "dry_cfx", "x", "y", "z",
 )  # fmt: skip
-_DECIMALS = (0, 0, 0, 6, 6, 6, 0, 0, 0, 0, 9, 0, 0, 0, 0)
+_DECIMALS = (0, 0, 0, 6, 6, 6, 0, 0, 0, 0, 9, 0, 0, 0, 0, 9, 9, 9)
 _WHOLE = (0, 1, 2, 6, 7, 8, 9, 11, 12, 13, 14)
 
 
@@ -24,7 +25,7 @@ def targets_table(orders: Orders) -> bytes:
     """Return the text of targets.csv: one row a target, in the order of the program."""
     columns = [
         orders.poses, orders.runs, orders.laid, orders.times, orders.zones, orders.speeds, orders.configuration,
-        orders.flow, orders.aloft_configuration,
+        orders.flow, orders.aloft_configuration, orders.tips,
     ]  # fmt: skip
     return table_bytes(np.column_stack(columns).astype(np.float64), columns=TARGETS_COLUMNS, decimals=_DECIMALS)
 
@@ -33,7 +34,6 @@ def read_orders(
     path: Path | str,
     poses: PosesTable,
     *,
-    standoff: float,
     start: FloatArray,
     aloft: FloatArray,
     extent: FloatArray,
@@ -44,7 +44,6 @@ def read_orders(
     Args:
         path: the file.
         poses: the plan's poses.csv.
-        standoff: height of the tip over the surface on deposit [mm].
         start: (6,) joints at the first target [rad].
         aloft: (6,) joints at the first target of the dry run [rad].
         extent: (2, 3) lowest and highest coordinates of the part [mm].
@@ -58,10 +57,9 @@ def read_orders(
     whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in _WHOLE]
     chosen, laid = whole[0], whole[2] == 1
     _check_rows(chosen, laid, path=path, last=len(poses.runs) - 1)
-    lifted = np.where(poses.deposit, standoff, 0.0)[:, None] * poses.normals
     return Orders(
         poses=chosen,
-        tips=(poses.points + lifted)[chosen],
+        tips=data[:, 15:18],
         quaternions=poses.quaternions[chosen],
         configuration=np.column_stack(whole[3:7]),
         zones=data[:, 4],
@@ -72,7 +70,7 @@ def read_orders(
         times=data[:, 3],
         start=start,
         aloft=aloft,
-        aloft_configuration=np.column_stack(whole[7:]),
+        aloft_configuration=np.column_stack(whole[7:11]),
         extent=extent,
         duration=duration,
     )

@@ -22,6 +22,7 @@ from geoprint.model.material import (
     Material as Material,
 )
 from geoprint.model.motion import (
+    Bend as Bend,
     Clearance as Clearance,
     ControllerPath as ControllerPath,
     JointPath as JointPath,

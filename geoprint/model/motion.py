@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import Literal, final
 
 import numpy as np
@@ -61,7 +62,7 @@ OnSlowdown = Literal["lower", "follow"]
 @final
 @comparable
 class Slowdown:
-    """A stretch of deposit on which the joints do not hold the set speed of the tip.
+    """A stretch of deposit on which joints or targets do not hold the set speed of the tip.
 
     Attributes:
         run: run of the pose stream.
@@ -72,8 +73,8 @@ class Slowdown:
         length: of the stretch [mm].
         set_speed: [mm/s].
         held_speed: smallest speed on the stretch [mm/s].
-        joint: the one that limits it there, 1 to 6.
-        limit: which of its limits.
+        joint: the one that limits it there, 1 to 6; 0 where it is none.
+        limit: which of its limits, or 'targets' where targets would follow each other sooner than a controller takes.
     """
 
     run: int
@@ -84,7 +85,7 @@ class Slowdown:
     set_speed: float
     held_speed: float
     joint: int
-    limit: Literal["speed", "acceleration"]
+    limit: Literal["speed", "acceleration", "targets"]
 
 
 @final
@@ -128,6 +129,33 @@ class Trajectory:
 
 
 @final
+@comparable
+class Bend:
+    """A bend of the path that straight moves between its poses do not follow within tolerance and period.
+
+    Attributes:
+        run: run of the pose stream.
+        kind: 'rounded' where targets stand outside of the bend, so that the controller's corners pass it; 'close' where
+            targets follow each other sooner than a controller takes.
+        place: tip in its middle, in the work frame [mm].
+        arc: of that place, from the start of the run [mm].
+        radius: of the path there [mm].
+        targets: number of them in the bend.
+        offset: largest distance of one of them from the path [mm].
+        shortest: least time of a move in the bend [s].
+    """
+
+    run: int
+    kind: Literal["rounded", "close"]
+    place: tuple[float, float, float]
+    arc: float
+    radius: float
+    targets: int
+    offset: float
+    shortest: float
+
+
+@final
 @frozen
 class Targets:
     """The poses that are written as robtargets; the controller joins them by straight lines.
@@ -136,14 +164,20 @@ class Targets:
         poses: (t,) ascending indices into the pose stream; all stops and all changes of deposit are among them.
         zones: (t,) radius in which the controller may round a target [mm]; 0 stops there (fine).
         speeds: (t,) speed of the tip in the move to each target [mm/s].
+        moved: (m,) ascending indices of targets that stand beside their pose, so that the rounded corner passes it.
+        places: (m, 3) where those stand [mm].
+        bends: where that is, and where targets are closer than a controller takes, in printing order.
     """
 
     poses: IntArray
     zones: FloatArray
     speeds: FloatArray
+    moved: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    places: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    bends: tuple[Bend, ...] = ()
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, poses="int: t", zones="float: t", speeds="float: t")
+        freeze_arrays(self, poses="int: t", zones="float: t", speeds="float: t", moved="int: m", places="float: m 3")
 
 
 @final

@@ -1,7 +1,9 @@
 """Corners of runs: rounded within a tolerance where the tip can drive that, else the run is split there.
 
-A bead is never laid at rest: where a run bends too sharply to be passed at speed, either a circular arc cuts the corner
-or one run ends there and the next begins.
+A bead is never laid at rest: where a run bends too sharply to be passed at speed, either a curve cuts the corner or one
+run ends there and the next begins. The curve is the moving average of the run about the corner: between straight legs a
+parabola, the very curve in which a controller passes a target with a zone, and where a contour trembles about its
+corner, smooth all the same.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.paths.resample import graded
 from geoprint.surfaces import PolylineDistance, arc_lengths, closest, positions
 
 # A run turns at a corner when its direction over this share of the spacing before a sample and after it differs by
@@ -19,24 +22,28 @@ from geoprint.surfaces import PolylineDistance, arc_lengths, closest, positions
 REACH_SHARE = 0.25
 CORNER_ANGLE = np.radians(30.0)
 # Largest distance between a run and the arc that rounds its corner, as a share of the spacing: what is within 5 %
-# counts as even, and neighbouring beads cut their corners alike.
-FILLET_ERROR_SHARE = 1.0 / 20.0
+# counts as even, and neighbouring beads cut their corners alike. Below a twentieth, so that the spacing stays as even
+# as with circular arcs, which cut less beside the corner.
+FILLET_ERROR_SHARE = 1.0 / 26.0
 # An arc reaches at most this share of the spacing along the run to either side.
 LARGEST_REACH_SHARE = 0.5
-# Largest turn from sample to sample of an arc [rad].
-ARC_STEP = np.radians(12.0)
+# Samples of an arc over each half of its reach.
+ARC_SAMPLES = 12
 # An arc is driven where its radius allows this share of the set speed ...
-SLOWEST_SHARE = 0.5
+SLOWEST_SHARE = 0.35
 # ... at this acceleration of the tip [mm/s2], which an arm of this size has in every direction. What its joints really
 # hold is found when the motion is timed.
 TIP_ACCELERATION = 1000.0
-# Directions at the ends of an arc are those over this share of the spacing.
-DIRECTION_SHARE = 0.05
-# Where an arc leaves the run by more than allowed it is made half as long, so many times; rounding is allowed for.
-SHRINKINGS = 4
+# Curvature is looked at over this share of an arc's reach.
+BEND_SHARE = 1.0 / 6.0
+# Arcs are tried from short ones on, as shares of the longest, as long as they leave the run by no more than allowed;
+# rounding is allowed for.
+REACHES = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 ERROR_ROUNDING = 1.1
 # Samples of the run closer than this to the end of an arc are dropped [mm].
 CROWDED = 0.01
+# Averages over less than this [mm] are the place itself.
+SHORTEST_HALF = 1e-6
 
 
 class RoundedRun(NamedTuple):
@@ -167,7 +174,13 @@ class _Solution(NamedTuple):
         sorting = np.argsort(order, kind="stable")
         rows = np.concatenate([self.outline.rows[kept], *(np.full(len(arc.places), -1) for arc in self.arcs)])[sorting]
         places = np.concatenate([self.outline.places[kept], *(arc.places for arc in self.arcs)])[sorting]
-        cuts = [0, *np.searchsorted(order[sorting], self.splits).tolist(), rows.size - 1]
+        order = order[sorting]
+        if self.arcs:
+            added = np.setdiff1d(graded(order), order)
+            between = np.searchsorted(order, added)
+            rows, places = np.insert(rows, between, -1), np.insert(places, between, self.outline.at(added), axis=0)
+            order = np.insert(order, between, added)
+        cuts = [0, *np.searchsorted(order, self.splits).tolist(), rows.size - 1]
         closed = self.outline.closed and not self.splits
         return [_Outline(rows[a : b + 1], places[a : b + 1], closed) for a, b in pairwise(cuts)]
 
@@ -229,41 +242,57 @@ def _fillet(
 ) -> _Arc | None:
     """Return the arc that rounds a corner at an arc length [mm], or None where it would be too tight.
 
-    An arc of angle t that reaches l along the run to either side is l tan(t / 4) away from the corner. Beyond either
-    end of it an open run goes on for long enough to have a direction there.
+    The average over h to either side leaves a corner of turn t by h sin(t / 2) / 2. Towards the ends of the arc, 2 h
+    away, the average is taken over less and less, so that it ends on the run.
     """
-    error, step = FILLET_ERROR_SHARE * spacing, DIRECTION_SHARE * spacing
-    if not outline.closed:
-        room = min(room, corner - step, float(outline.arcs[-1]) - corner - step)
-    reach = min(error / float(np.tan(turn / 4.0)), LARGEST_REACH_SHARE * spacing, room)
-    for _ in range(SHRINKINGS):
-        ends = outline.at(np.array([corner - reach, corner + reach]))
-        outer = outline.at(np.array([corner - reach - step, corner + reach + step]))
-        into, out = ends[0] - outer[0], outer[1] - ends[1]
-        angle = float(_angles(into[None], out[None])[0])
-        radius = float(np.linalg.norm(ends[1] - ends[0])) / (2.0 * float(np.sin(max(angle, 1e-9) / 2.0)))
-        if radius < smallest_radius:
-            return None
-        places = _bent(ends, into, out, angle=angle)
+    error = FILLET_ERROR_SHARE * spacing
+    # Arcs that would meet, or begin where the run does, leave a place between them.
+    room = min(room, LARGEST_REACH_SHARE * spacing) - 2.0 * CROWDED
+    half = min(2.0 * error / float(np.sin(turn / 2.0)), room / 2.0)
+    best: _Arc | None = None
+    for share in REACHES:
+        found = _arc(outline, corner, half=share * half)
         arcs = outline.arcs
-        cut = outline.places[(arcs > corner - reach) & (arcs < corner + reach)]
-        if PolylineDistance([places], step=spacing)(cut).max(initial=0.0) <= ERROR_ROUNDING * error:
-            return _Arc(corner - reach, corner + reach, places)
-        reach /= 2.0
-    return None
+        cut = outline.places[(arcs > found.start) & (arcs < found.end)]
+        if PolylineDistance([found.places], step=spacing)(cut).max(initial=0.0) > ERROR_ROUNDING * error:
+            break
+        radius = _smallest_radius(found.places, reach=BEND_SHARE * 2.0 * share * half)
+        best = best if radius < smallest_radius else found
+    return best
 
 
-def _bent(ends: FloatArray, into: FloatArray, out: FloatArray, *, angle: float) -> FloatArray:
-    """Return (j, 3) places on the cubic from one end to the other along both directions; nearly a circle's arc."""
-    radii = float(np.linalg.norm(ends[1] - ends[0])) / (2.0 * max(float(np.sin(angle / 2.0)), 1e-9))
-    handle = 4.0 / 3.0 * float(np.tan(angle / 4.0)) * radii
-    into, out = into / np.linalg.norm(into), out / np.linalg.norm(out)
-    controls = np.stack([ends[0], ends[0] + handle * into, ends[1] - handle * out, ends[1]])
-    share = np.linspace(0.0, 1.0, max(int(np.ceil(angle / ARC_STEP)), 2) + 1)[:, None]
-    weights = np.hstack(
-        [(1.0 - share) ** 3, 3.0 * share * (1.0 - share) ** 2, 3.0 * share**2 * (1.0 - share), share**3]
+def _arc(outline: _Outline, corner: float, *, half: float) -> _Arc:
+    """Return the arc about a corner at an arc length [mm] that is the average over a length to either side."""
+    shares = np.linspace(-1.0, 1.0, 2 * ARC_SAMPLES + 1)
+    at = corner + 2.0 * half * shares
+    places = _averaged(outline, at, half * np.minimum(2.0 * (1.0 - np.abs(shares)), 1.0))
+    return _Arc(float(at[0]), float(at[-1]), places)
+
+
+def _averaged(outline: _Outline, at: FloatArray, halves: FloatArray) -> FloatArray:
+    """Return (j, 3) mean places of an outline within (j,) lengths to either side of (j,) arc lengths [mm]."""
+    arcs, places = outline.arcs, outline.places
+    areas = np.concatenate(
+        [np.zeros((1, 3)), np.cumsum(np.diff(arcs)[:, None] * (places[1:] + places[:-1]) / 2, axis=0)]
     )
-    return weights @ controls
+
+    def area(ends: FloatArray) -> FloatArray:
+        row = np.clip(np.searchsorted(arcs, ends, side="right") - 1, 0, arcs.size - 2)
+        return areas[row] + (ends - arcs[row])[:, None] * (places[row] + outline.at(ends)) / 2.0
+
+    wide = halves > SHORTEST_HALF
+    ends = np.clip(np.stack([at - halves, at + halves]), 0.0, arcs[-1])
+    means = outline.at(at)
+    means[wide] = (area(ends[1, wide]) - area(ends[0, wide])) / (ends[1] - ends[0])[wide, None]
+    return means
+
+
+def _smallest_radius(places: FloatArray, *, reach: float) -> float:
+    """Return the smallest radius of a polyline's bends, each looked at over a reach to either side [mm]."""
+    line = _Outline(np.arange(len(places)), places, closed=False)
+    inner = line.arcs[(line.arcs > reach) & (line.arcs < line.arcs[-1] - reach)]
+    before, at, after = line.at(inner - reach), line.at(inner), line.at(inner + reach)
+    return float((reach / np.maximum(_angles(at - before, after - at), 1e-9)).min(initial=np.inf))
 
 
 def _angles(first: FloatArray, second: FloatArray) -> FloatArray:

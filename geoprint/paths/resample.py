@@ -13,6 +13,9 @@ CROWDED_SHARE = 0.25
 SHORTEST_PIECE = 1e-9
 # Weights that miss a sum of 1 by more than this belong to a point outside the triangle.
 WHOLE = 1e-9
+# No step is longer than this times the one before or after it, or than this times a length [mm] far below a bead.
+GRADING = 2.0
+SHORTEST_GRADED = 0.02
 
 
 def resample(surface: Surface, points: SurfacePoints, *, step: float, chord_error: float) -> SurfacePoints:
@@ -36,6 +39,24 @@ def resample(surface: Surface, points: SurfacePoints, *, step: float, chord_erro
     share = (samples - arcs[piece]) / np.maximum(arcs[np.minimum(piece + 1, arcs.size - 1)] - arcs[piece], 1e-300)
     following = index[np.minimum(piece + 1, arcs.size - 1)]
     return interpolate(surface, points, index[piece], following, np.clip(share, 0.0, 1.0))
+
+
+def graded(samples: FloatArray) -> FloatArray:
+    """Halve every step between (k,) ascending samples that is longer than `GRADING` times a neighbouring one.
+
+    Joints are splined through the samples, and a spline swings out on a long step beside a short one that bends.
+
+    Examples:
+        >>> graded(np.array([0.0, 1.0, 1.25]))
+        array([0.  , 0.5 , 1.  , 1.25])
+    """
+    while True:
+        steps = np.diff(samples)
+        smaller = np.minimum(np.append(steps[1:], np.inf), np.insert(steps[:-1], 0, np.inf))
+        long = steps > GRADING * np.maximum(smaller, SHORTEST_GRADED)
+        if not long.any():
+            return samples
+        samples = np.sort(np.append(samples, 0.5 * (samples[:-1] + samples[1:])[long]))
 
 
 def interpolate(

@@ -234,7 +234,7 @@ class _Checking:
 
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
-            self._folder / "targets.csv", poses, standoff=setup.cell.process.standoff, start=setup.start,
+            self._folder / "targets.csv", poses, start=setup.start,
             aloft=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
         )  # fmt: skip
         check_extent(poses, setup.extent)

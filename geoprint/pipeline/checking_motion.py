@@ -25,7 +25,9 @@ TRAJECTORY_TOLERANCE = 0.01
 JOINT_TOLERANCE = 1e-3
 # An angle this near to a multiple of 90 degrees [rad] may count for either quadrant.
 QUADRANT_TOLERANCE = 1e-6
-# Speeds are written to one decimal [mm/s].
+# Beside a target that stands outside of a bend, its joints are off the trajectory's by this for each mm [rad/mm].
+JOINTS_PER_MM = 0.03
+# Speeds are written to four digits, half of the last one of 1000 mm/s is [mm/s].
 SPEED_TOLERANCE = 0.06
 # A straight line between targets is longer than the planned path by at most what their places were rounded by, and the
 # trajectory, seen each millisecond, shorter than it by what that cuts off at a corner [mm].
@@ -47,10 +49,12 @@ _MILLISECOND = 1e-3
 def check_passing(orders: Orders, passed: FloatArray) -> None:
     """Check that the trajectory passes the targets when they say; `passed` (t, 3) is where the tip is then.
 
+    It passes the target itself, or the middle of the corner in which the controller rounds it.
+
     Raises:
-        VerificationError: it does not.
+        VerificationError: it does neither.
     """
-    misses = np.linalg.norm(passed - orders.tips, axis=1)
+    misses = np.minimum(*(np.linalg.norm(passed - each, axis=1) for each in (orders.tips, _corner_middles(orders))))
     if misses.max() > TRAJECTORY_TOLERANCE:
         target = int(misses.argmax())
         raise VerificationError(
@@ -60,11 +64,32 @@ def check_passing(orders: Orders, passed: FloatArray) -> None:
         )
 
 
+def _largest_zones(orders: Orders) -> FloatArray:
+    """Return (t,) the zone of each target by its neighbours, runs and laying alone [mm]."""
+    distances = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
+    nearer = np.minimum(np.append(distances, 0.0), np.append(0.0, distances))
+    borders = np.diff(orders.runs) != 0
+    stops = np.append(borders, np.True_) | np.append(np.True_, borders)
+    stops |= np.diff(orders.laid.astype(np.int8), prepend=0) != 0
+    return np.where(stops | (nearer < TURN_ON_THE_SPOT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
+
+
+def _corner_middles(orders: Orders) -> FloatArray:
+    """Return (t, 3) the middle of the parabola about each target, with the zone that its neighbours give [mm]."""
+    steps = np.diff(orders.tips, axis=0)
+    along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), TURN_ON_THE_SPOT)
+    zones = _largest_zones(orders)[1:-1, None]
+    entries, exits = orders.tips[1:-1] - zones * along[:-1], orders.tips[1:-1] + zones * along[1:]
+    middles = orders.tips.copy()
+    middles[1:-1] = (entries + 2.0 * orders.tips[1:-1] + exits) / 4.0
+    return middles
+
+
 def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Process) -> None:
     """Check that the speed of each target is that of the trajectory up to it, and at most the process's.
 
-    The planned path there is at least as long as the straight line between the targets, and at most as long as that of
-    the trajectory, which swings around corners.
+    The path there is about as long as the straight line between where the targets are passed, or longer, and at most
+    as long as that of the trajectory, which swings around corners.
 
     Args:
         orders: t targets.
@@ -75,7 +100,7 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
     Raises:
         VerificationError: one is not.
     """
-    lines, durations = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1), np.diff(orders.times)
+    lines, durations = np.linalg.norm(np.diff(_corner_middles(orders), axis=0), axis=1), np.diff(orders.times)
     paths = np.maximum(_path_lengths(orders.times, tips, times), lines)
     planned = np.where(orders.laid[:-1], process.speed, process.travel_speed)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -102,12 +127,7 @@ def check_zones(orders: Orders, tips: TipsAt) -> None:
     Raises:
         VerificationError: one is not.
     """
-    distances = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
-    nearer = np.minimum(np.append(distances, 0.0), np.append(0.0, distances))
-    borders = np.diff(orders.runs) != 0
-    stops = np.append(borders, np.True_) | np.append(np.True_, borders)
-    stops |= np.diff(orders.laid.astype(np.int8), prepend=0) != 0
-    largest = np.where(stops | (nearer < TURN_ON_THE_SPOT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
+    largest = _largest_zones(orders)
     resting = np.linalg.norm(tips(orders.times + _MILLISECOND) - tips(orders.times - _MILLISECOND), axis=1) < RESTING
     kept = (np.abs(orders.zones - largest) <= ZONE_TOLERANCE) | ((orders.zones == 0.0) & resting)
     if not kept.all():
@@ -142,11 +162,12 @@ def check_configuration(made: Made, orders: Orders, table: TrajectoryTable, arm:
     """
     found = arm.solutions(T_base_work @ _frames(made))
     planned = joints_at(table.times, table.joints, orders.times)
+    beside = np.linalg.norm(_corner_middles(orders) - orders.tips, axis=1)
     wound = found + 2.0 * np.pi * np.rint((planned[:, None] - found) / (2.0 * np.pi))
     misses = np.abs(wound - planned[:, None]).max(axis=2)
     nearest = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
     rows = np.arange(made.count)
-    off = ~(misses[rows, nearest] <= JOINT_TOLERANCE)
+    off = ~(misses[rows, nearest] <= JOINT_TOLERANCE + JOINTS_PER_MM * beside)
     if off.any():
         _refuse(made, int(np.argmax(off)), "no inverse kinematic solution is on the planned motion")
     _check_data(made, wound[rows, nearest], made.configurations.astype(np.int64), arm=arm, how="")

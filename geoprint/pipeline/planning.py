@@ -41,10 +41,10 @@ from geoprint.motion.controller import (
     aloft_path,
     controller_path,
     there_and_back,
-    written_targets,
+    written_path,
 )
 from geoprint.motion.reach import Leaning, NozzleRoom, lost_shares, reach
-from geoprint.motion.timing import retime, tips_at
+from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.paths import arrange, poses
 from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of, with_backend
 from geoprint.pipeline.stages import Stages
@@ -172,8 +172,9 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
         joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
     with stage("timing"):
-        trajectory = retime(joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown)
-        targets = written_targets(joint_path, trajectory, process=cell.process, period=cell.robot.target_period)
+        trajectory, targets = timed_targets(
+            joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown
+        )
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
         found = _clearance(path, joint_path, workpiece, placement, arm)
@@ -183,7 +184,7 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
         _check_stations(aloft, workpiece, placement, arm)
     with stage("program"):
         orders = orders_of(
-            joint_path,
+            written_path(joint_path, targets, arm),
             targets,
             trajectory,
             placement=placement,

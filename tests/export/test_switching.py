@@ -207,7 +207,7 @@ def test_orders_read_back_from_their_tables(tmp_path: Path) -> None:
     (tmp_path / "targets.csv").write_bytes(targets_table(ORDERS))
     (tmp_path / "poses.csv").write_bytes(poses_table(POSES))
     found = read_orders(
-        tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), standoff=POSES.standoff,
+        tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"),
         start=ORDERS.start, aloft=ORDERS.aloft, extent=ORDERS.extent, duration=ORDERS.duration,
     )  # fmt: skip
     for name in ("poses", "configuration", "aloft_configuration", "runs", "laid", "times"):
@@ -223,7 +223,7 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
     (tmp_path / "poses.csv").write_bytes(poses_table(stream()))
     with pytest.raises(VerificationError, match="do not rise from 0 to 17"):
         read_orders(
-            tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), standoff=0.3, start=ORDERS.start,
+            tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), start=ORDERS.start,
             aloft=ORDERS.aloft, extent=ORDERS.extent, duration=ORDERS.duration,
         )  # fmt: skip
 

@@ -65,18 +65,38 @@ def test_a_run_hardly_longer_than_its_arc_keeps_the_directions_of_its_ends(leg: 
     assert turns(places).max() < CORNER_ANGLE
 
 
-def test_a_right_angle_becomes_an_arc_a_twentieth_of_the_spacing_away() -> None:
+def test_a_right_angle_becomes_a_parabola_whose_distance_the_spacing_sets() -> None:
     found = rounded(bend(np.pi / 2.0))
     assert len(found.pieces) == 1
     np.testing.assert_allclose(found.fillets, [[10.0, 10.0, 0.0]], atol=1e-9)
     places = places_of(found.pieces[0].points)
-    missed = np.linalg.norm(places - [10.0, 10.0, 0.0], axis=1).min()
-    assert missed == pytest.approx(FILLET_ERROR_SHARE * SPACING, rel=0.02)
-    radius = FILLET_ERROR_SHARE * SPACING / (np.sqrt(2.0) - 1.0)
-    centre = np.array([10.0 - radius, 10.0 + radius, 0.0])
-    near = np.linalg.norm(places - [10.0, 10.0, 0.0], axis=1) < 0.9 * radius
-    np.testing.assert_allclose(np.linalg.norm(places[near] - centre, axis=1), radius, rtol=0.01)
-    assert turns(places).max() < np.radians(15.0)
+    legs = np.abs(places[:, :2] - 10.0)
+    missed = np.hypot(*legs.T).min()
+    # A 26th of 1 mm, and the legs of the parabola with that apex: sqrt(x / l) + sqrt(y / l) = 1.
+    assert missed == pytest.approx(0.03846, rel=0.01)
+    reach = 0.10879
+    inside = legs.max(axis=1) < 0.98 * reach
+    assert inside.sum() >= 7
+    np.testing.assert_allclose(np.sqrt(legs[inside] / reach).sum(axis=1), 1.0, atol=0.01)
+    assert turns(places).max() < np.radians(20.0)
+
+
+def test_a_corner_that_trembles_is_rounded_as_smoothly_as_a_clean_one() -> None:
+    clean, shaken = bend(np.pi / 2.0), bend(np.pi / 2.0)
+    corner = int(np.linalg.norm(clean - [10.0, 10.0, 0.0], axis=1).argmin())
+    beak = np.array([[9.98, 10.0, 0.0], [10.01, 9.995, 0.0], [10.0, 10.03, 0.0]])
+    shaken = np.vstack([clean[:corner], beak, clean[corner + 1 :]])
+    assert turns(shaken).max() > np.radians(80.0)
+    (piece,) = rounded(shaken).pieces
+    assert turns(places_of(piece.points)).max() < np.radians(25.0)
+
+
+def test_steps_grow_and_shrink_gradually_about_a_corner() -> None:
+    places = places_of(rounded(bend(np.pi / 2.0)).pieces[0].points)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert steps.min() < 0.02
+    ratios = steps[1:] / steps[:-1]
+    assert max(ratios.max(), (1.0 / ratios).max()) < 3.0
 
 
 @settings(max_examples=25, deadline=None)

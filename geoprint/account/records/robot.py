@@ -51,8 +51,24 @@ class SlowdownRecord(Record):
     length_mm: Rounded = Field(description="of the stretch [mm]")
     set_mm_s: float = Field(description="speed that was asked for [mm/s]")
     held_mm_s: Rounded = Field(description="smallest speed on the stretch [mm/s]")
-    joint: int = Field(description="that limits it there, 1 to 6")
-    limit: Literal["speed", "acceleration"] = Field(description="of that joint")
+    joint: int = Field(description="that limits it there, 1 to 6; 0 where it is the targets")
+    limit: Literal["speed", "acceleration", "targets"] = Field(description="of that joint, or how near targets are")
+
+
+class BendRecord(Record):
+    """A bend of the path that straight moves between its poses do not follow within tolerance and period."""
+
+    run: int = Field(description="from 0")
+    kind: Literal["rounded", "close"] = Field(
+        description="targets stand outside of the bend, so that rounded corners pass it; or they are closer in time"
+        " than a controller takes"
+    )
+    place_mm: Place = Field(description="tip in its middle [mm]")
+    arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
+    radius_mm: Rounded | None = Field(description="of the path there [mm]; null where it is straight")
+    targets: Count = Field(description="in the bend")
+    offset_mm: Rounded = Field(description="largest, of a target from the path [mm]")
+    shortest_ms: Rounded = Field(description="least time of a move there [ms]")
 
 
 class TargetsRecord(Record):
@@ -62,6 +78,8 @@ class TargetsRecord(Record):
     closer: Count = Field(description="targets that come sooner than that after the one before")
     shortest_ms: Rounded = Field(description="between two [ms]")
     shortest_mm: Rounded = Field(description="move between two [mm]")
+    least_ms: Rounded = Field(description="time of a move that lays material [ms]; what is shorter is a 'close' bend")
+    bends: tuple[BendRecord, ...] = Field(description="that straight moves do not follow, in the order of printing")
     dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
 
 
@@ -88,6 +106,7 @@ class MotionRecord(Record):
     smallest_wrist_angle_deg: Rounded = Field(description="of joint 5 [degrees]")
     slowest_deposit_mm_s: Rounded = Field(description="of the tip [mm/s]")
     stretched_pieces: Count = Field(description="of the motion that had to be slower than planned")
+    largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
     share_at_speed: Rounded = Field(description="of the deposit within 1 % of the set speed")
     share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
     slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")

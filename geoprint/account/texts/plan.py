@@ -121,7 +121,8 @@ def _pace_text(told: MotionRecord) -> str:
     what = "is lowered" if worst.kind == "lowered" else "dips"
     x, y, z = worst.place_mm
     others = len({slowdown.run for slowdown in told.slowdowns}) - 1
+    why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
     return (
-        f"{line}; run {worst.run + 1} {what} to {worst.held_mm_s:.1f} mm/s by the {worst.limit} of joint "
-        f"{worst.joint} at ({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} more by less" if others else "")
+        f"{line}; run {worst.run + 1} {what} to {worst.held_mm_s:.1f} mm/s by {why} "
+        f"at ({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} more by less" if others else "")
     )

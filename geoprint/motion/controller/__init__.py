@@ -6,14 +6,15 @@ from geoprint.motion.controller.aloft import (
     aloft_configuration as aloft_configuration,
     aloft_path as aloft_path,
 )
+from geoprint.motion.controller.fitting import LARGEST_ZONE as LARGEST_ZONE
 from geoprint.motion.controller.interpolation import (
     controller_path as controller_path,
     there_and_back as there_and_back,
 )
 from geoprint.motion.controller.targets import (
-    LARGEST_ZONE as LARGEST_ZONE,
+    SHORTEST_TIME as SHORTEST_TIME,
     SMALLEST_SPEED as SMALLEST_SPEED,
-    SPEED_DECIMALS as SPEED_DECIMALS,
     close_targets as close_targets,
     written_targets as written_targets,
 )
+from geoprint.motion.controller.written import written_path as written_path

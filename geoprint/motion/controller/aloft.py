@@ -14,6 +14,7 @@ from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Targets
 from geoprint.motion.arm import Arm, configuration_data
+from geoprint.motion.controller.written import written_path
 from geoprint.motion.reach import tool_poses
 
 # How much higher a dry run is, along the base's z axis [mm].
@@ -39,6 +40,7 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
         InputError: the tool does not stop where a run begins or ends.
         ReachError: the branch ends along the path, or comes down to a run with other joints than the print has there.
     """
+    joint_path = written_path(joint_path, targets, arm)
     poses, chosen = joint_path.poses, targets.poses
     _refuse_rounded_ends(poses.runs[chosen], targets.zones)
     lift = transforms.inverse(joint_path.T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])

@@ -11,6 +11,7 @@ from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets, frozen
 from geoprint.motion.arm import JOINTS, Arm, configuration_data
 from geoprint.motion.controller.targets import required_poses
+from geoprint.motion.controller.written import written_path
 from geoprint.motion.controller.zones import triangle_middles
 from geoprint.motion.reach import LARGEST_JUMP, TURN_STEP, tool_poses
 
@@ -52,6 +53,7 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
             target is reached with other joints or another configuration than the joint path has there.
     """
     _refuse_incomplete(joint_path, targets, step=step)
+    joint_path = written_path(joint_path, targets, arm)
     lines = _sampled_lines(joint_path, targets, arm, step=step)
     there = _joint_move(arm.robot.home, lines.joints[0], arm, step=step)[:-1]
     back = _joint_move(lines.joints[-1], arm.robot.home, arm, step=step)[1:]

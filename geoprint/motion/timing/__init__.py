@@ -2,6 +2,8 @@
 
 from geoprint.motion.timing.moments import (
     joints_at as joints_at,
+    largest_jerk as largest_jerk,
     tips_at as tips_at,
 )
 from geoprint.motion.timing.retiming import retime as retime
+from geoprint.motion.timing.spacing import timed_targets as timed_targets

@@ -1,4 +1,14 @@
-"""When the arm is where: the whole motion from home to home, a row each millisecond, inside all limits."""
+"""When the arm is where: the whole motion from home to home, a row each millisecond, inside all limits.
+
+From home to the first pose and from the last one back, all joints move together at a share of their speeds.
+Between the poses' stops each leg runs from rest to rest: a spline of the joints with continuous second
+derivative, timed by TOPP-RA under the joint speeds and accelerations and the speed of the tip.
+
+Where the joints cannot hold the set speed along a run that lays material, `lower` lowers the speed of the whole run
+to what they hold all along it, so that the bead stays even; `follow` keeps the dips. The trajectory lists
+them in either case. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
+the tip would come from rest to its speed on a straight path. Where a leg is all ramp its largest speed counts.
+"""
 
 from __future__ import annotations
 
@@ -29,23 +39,22 @@ from geoprint.motion.timing.verification import SAMPLE_TIME, verify
 MOST_LOWERINGS = 5
 
 
-def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown: OnSlowdown = "lower") -> Trajectory:
+def retime(
+    joint_path: JointPath,
+    robot: Robot,
+    *,
+    process: Process,
+    on_slowdown: OnSlowdown = "lower",
+    lowered_runs: tuple[Slowdown, ...] = (),
+) -> Trajectory:
     """Run through a joint path in the shortest time that joints and process allow.
-
-    From home to the first pose and from the last one back, all joints move together at a share of their speeds.
-    Between the poses' stops each leg runs from rest to rest: a spline of the joints with continuous second
-    derivative, timed by TOPP-RA under the joint speeds and accelerations and the speed of the tip.
-
-    Where the joints cannot hold the set speed along a run that lays material, `lower` lowers the speed of the whole run
-    to what they hold all along it, so that the bead stays even; `follow` keeps the dips. The trajectory lists
-    them in either case. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
-    the tip would come from rest to its speed on a straight path. Where a leg is all ramp its largest speed counts.
 
     Args:
         joint_path: p poses with their joints.
         robot: limits and home.
         process: speeds of the tip, and the share of the joint speeds from and to home.
         on_slowdown: what is done where the set speed is not held.
+        lowered_runs: runs that are slower for another reason; where the joints hold less, that counts.
 
     Returns:
         The trajectory, verified by differentiating its own rows. A pose that lies where the one before it does is
@@ -60,7 +69,9 @@ def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
-    knots, legs, slower, found = _timed(knots, robot=robot, process=process, on_slowdown=on_slowdown)
+    knots, legs, slower, found = _timed(
+        knots, robot=robot, process=process, on_slowdown=on_slowdown, lowered_runs=lowered_runs
+    )
     rows = knots.legs
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
     back = _home_motion(knots.joints[-1], robot.home, robot=robot, process=process)
@@ -82,12 +93,13 @@ def retime(joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown
 
 
 def _timed(
-    knots: Knots, *, robot: Robot, process: Process, on_slowdown: OnSlowdown
+    knots: Knots, *, robot: Robot, process: Process, on_slowdown: OnSlowdown, lowered_runs: tuple[Slowdown, ...]
 ) -> tuple[Knots, list[Motion], tuple[Slowdown, ...], Pace]:
     """Return the knots with the ceilings kept, the motions of the legs, what was lowered, and the pace."""
     slower = (
         {slow.run: slow for slow in held_speeds(knots, robot=robot, process=process)} if on_slowdown == "lower" else {}
     )
+    slower |= {slow.run: slow for slow in lowered_runs if slow.held_speed <= slower.get(slow.run, slow).held_speed}
     knots = lowered(knots, tuple(slower.values()))
     legs = [_leg(knots, first, last, robot=robot) for first, last in knots.legs]
     found = pace(knots, legs, robot=robot, process=process)

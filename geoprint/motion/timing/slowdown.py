@@ -9,7 +9,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slowdown
-from geoprint.motion.controller import SPEED_DECIMALS
 from geoprint.motion.timing.knots import METRES_PER_MILLIMETRE, Knots
 from geoprint.motion.timing.strain import strains
 from geoprint.motion.timing.topp import Motion, at_grid, end_ramps
@@ -22,6 +21,7 @@ EVEN_SHARE = 0.99
 RAMP_FACTOR = 2.0
 
 # A lowered speed is a whole number of these steps [mm/s], so that the program can name it exactly.
+SPEED_DECIMALS = 1
 SPEED_STEP = 10.0**-SPEED_DECIMALS
 SPEED_ROUNDING = 1e-9
 
@@ -78,7 +78,7 @@ def held_speeds(knots: Knots, *, robot: Robot, process: Process) -> tuple[Slowdo
                     arc=float(knots.arcs[hold.first + step]),
                     length=_laid_length(knots, run),
                     set_speed=process.speed,
-                    held_speed=_stepped(process.speed * share),
+                    held_speed=stepped(process.speed * share),
                     joint=joint,
                     limit=limit,
                 )
@@ -90,7 +90,7 @@ def held_after_dips(knots: Knots, dips: tuple[Slowdown, ...]) -> tuple[Slowdown,
     """Return what runs hold that still dip: one slowdown of kind 'lowered' for each, at the speed of its lowest dip."""
     lowest = {dip.run: dip for dip in sorted(dips, key=lambda dip: -dip.held_speed)}
     return tuple(
-        replace(dip, kind="lowered", length=_laid_length(knots, run), held_speed=_stepped(dip.held_speed))
+        replace(dip, kind="lowered", length=_laid_length(knots, run), held_speed=stepped(dip.held_speed))
         for run, dip in lowest.items()
     )
 
@@ -144,7 +144,7 @@ def _laid_length(knots: Knots, run: int) -> float:
     return float((np.diff(knots.lengths) * knots.tip_shares)[laid].sum()) / METRES_PER_MILLIMETRE
 
 
-def _stepped(speed: float) -> float:
+def stepped(speed: float) -> float:
     """Return the speed [mm/s] rounded down to a whole number of steps, where it has one."""
     steps = np.floor(speed / SPEED_STEP + SPEED_ROUNDING)
     return round(float(steps) * SPEED_STEP, SPEED_DECIMALS) if steps > 0 else speed

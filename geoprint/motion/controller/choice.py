@@ -1,0 +1,207 @@
+"""Which poses become targets: the cheapest chain of straight moves, found by dynamic programming.
+
+A greedy choice leaves what remains before a pose that must be a target, however short that is. Here every chain of
+moves from one such pose to the next is weighed: first that no move is shorter in time than a controller takes at all,
+then that few are shorter than it likes, then that few use the tolerances up, then that there are few.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from geoprint.kernels import njit
+from geoprint.model import FloatArray, IntArray
+
+# Share of the tolerances that is used up as long as the rate of targets allows: the closer, the better.
+FINE_SHARE = 0.25
+
+# A straight move turns the tool in the shorter direction; far below half a turn [rad] nobody can take it for the other.
+LARGEST_TURN = float(np.radians(90.0))
+
+# Steps of the tip below this [mm] are turns on the spot.
+COINCIDENT = 1e-6
+
+# Quaternions closer than this [rad] are interpolated straight: slerp would divide by nearly zero, and the straight line
+# is off by less than 1e-6 rad.
+SMALL_TURN = 1e-3
+
+# What a move costs beside the 1 that every move costs: so far apart that one of a kind outweighs all that come below.
+TOO_SHORT = 1e7
+CLOSE = 1e4
+WIDE = 100.0
+COARSE = 10.0
+
+# Every move over so many poses is weighed, of longer ones those over twice as many again, up to the most, and the one
+# to the pose that must follow. Where so many in turn leave the tolerance, longer ones are taken to leave it as well.
+NEAREST = 24
+MOST = 512
+TRIES = 4
+
+# Share of a time by which moves that take it may seem shorter.
+TIME_ROUNDING = 1e-9
+
+
+def cheapest_chain(
+    tips: FloatArray,
+    quaternions: FloatArray,
+    times: FloatArray,
+    required: IntArray,
+    *,
+    allowed: FloatArray,
+    turn: float,
+    tolerance: float,
+    periods: tuple[float, float],
+) -> IntArray:
+    """Return the poses that become targets, the required ones among them.
+
+    Args:
+        tips: (p, 3) [mm].
+        quaternions: (p, 4) of one sign from pose to pose.
+        times: (p,) when they are passed [s].
+        required: ascending poses that must be targets; the first and the last pose are among them.
+        allowed: (p,) largest distance of each pose from the straight move past it [mm].
+        turn: largest angle of a pose from the attitude there [rad].
+        tolerance: distance at which a move counts as wide [mm].
+        periods: least time of a move [s], and the time that moves should have.
+    """
+    chosen = [required[:1]]
+    for first, last in pairwise(required.tolist()):
+        part = slice(first, last + 1)
+        rows = _chain(tips[part], quaternions[part], times[part], allowed[part], turn, tolerance, *periods)
+        chosen.append(first + rows[1:])
+    return np.concatenate(chosen)
+
+
+def chord_shares(tips: FloatArray, chosen: IntArray, *, tolerance: float) -> FloatArray:
+    """Return the largest distance of the poses left out from each straight move, by the tolerance [mm]."""
+    return _chord_shares(tips, chosen, tolerance)
+
+
+@njit(cache=True)
+def _chain(  # noqa: PLR0917
+    tips: FloatArray,
+    quaternions: FloatArray,
+    times: FloatArray,
+    allowed: FloatArray,
+    turn: float,
+    tolerance: float,
+    shortest: float,
+    period: float,
+) -> IntArray:
+    """Return the rows of the cheapest chain from the first row to the last."""
+    last = len(times) - 1
+    costs, before = np.full(last + 1, np.inf), np.zeros(last + 1, np.int64)
+    costs[0] = 0.0
+    for start in range(last):
+        tries, end, reach = 0, start, 0
+        while reach < MOST and end < last and tries < TRIES:
+            reach = reach + 1 if reach < NEAREST else 2 * reach
+            end = min(start + reach, last)
+            if reach == NEAREST and last <= start + MOST:
+                # The whole rest at once, where it is straight.
+                cost = _cost(tips, quaternions, times, allowed, start, last, turn, tolerance, shortest, period)
+                if costs[start] + cost < costs[last]:
+                    costs[last], before[last] = costs[start] + cost, start
+            cost = _cost(tips, quaternions, times, allowed, start, end, turn, tolerance, shortest, period)
+            tries = tries + 1 if cost == np.inf else 0
+            if costs[start] + cost < costs[end]:
+                costs[end], before[end] = costs[start] + cost, start
+    chain = [last]
+    while chain[-1] > 0:
+        chain.append(before[chain[-1]])
+    return np.array(chain[::-1])
+
+
+@njit(cache=True)
+def _cost(  # noqa: PLR0917
+    tips: FloatArray,
+    quaternions: FloatArray,
+    times: FloatArray,
+    allowed: FloatArray,
+    first: int,
+    last: int,
+    turn: float,
+    tolerance: float,
+    shortest: float,
+    period: float,
+) -> float:
+    """Return what a straight move costs, infinite where a pose past it may not be so far off."""
+    off = _deviation(tips, quaternions, allowed, first, last, turn, tolerance)
+    if off == np.inf:
+        return np.inf
+    time = times[last] - times[first]
+    cost = 1.0
+    if off > FINE_SHARE:
+        cost += COARSE + off
+    if off > 1.0:
+        cost += WIDE
+    if time < period * (1.0 - TIME_ROUNDING):
+        cost += CLOSE
+    if time < shortest * (1.0 - TIME_ROUNDING):
+        cost += TOO_SHORT * (2.0 - time / shortest)
+    return cost
+
+
+@njit(cache=True)
+def _deviation(  # noqa: PLR0917
+    tips: FloatArray, quaternions: FloatArray, allowed: FloatArray, first: int, last: int, turn: float, tolerance: float
+) -> float:
+    """Return the largest deviation of the poses between two from the straight move, by tolerance and turn.
+
+    A pose belongs to the place of the move that is nearest to its tip; where the tip stays in place, to the one
+    whose turn is nearest to its own. It is infinite where a pose is farther off than allowed.
+    """
+    if last == first + 1:
+        return 0.0
+    start, end = quaternions[first], quaternions[last]
+    apart = 2.0 * np.arcsin(min(np.sqrt(((end - start) ** 2).sum()) / 2.0, 1.0))
+    if apart > LARGEST_TURN / 2.0:
+        return np.inf
+    x, y, z = tips[last, 0] - tips[first, 0], tips[last, 1] - tips[first, 1], tips[last, 2] - tips[first, 2]
+    square = x * x + y * y + z * z
+    worst = 0.0
+    for row in range(first + 1, last):
+        u, v, w = tips[row, 0] - tips[first, 0], tips[row, 1] - tips[first, 1], tips[row, 2] - tips[first, 2]
+        if square > COINCIDENT**2:
+            share = min(max((u * x + v * y + w * z) / square, 0.0), 1.0)
+        else:
+            share = _turned_share(start, end, quaternions[row], apart)
+        missed = (u - share * x) ** 2 + (v - share * y) ** 2 + (w - share * z) ** 2
+        if missed > allowed[row] ** 2:
+            return np.inf
+        ahead, behind = share, 1.0 - share
+        if apart >= SMALL_TURN:
+            ahead, behind = np.sin(apart * share) / np.sin(apart), np.sin(apart * (1.0 - share)) / np.sin(apart)
+        turned = 0.0
+        for axis in range(4):
+            turned += (quaternions[row, axis] - behind * start[axis] - ahead * end[axis]) ** 2
+        turned = 4.0 * turned / turn**2
+        if turned > 1.0:
+            return np.inf
+        worst = max(worst, missed / tolerance**2, turned)
+    return np.sqrt(worst)
+
+
+@njit(cache=True)
+def _turned_share(start: FloatArray, end: FloatArray, between: FloatArray, apart: float) -> float:
+    """Return the share of the slerp from one quaternion to another, so far apart [rad], that is nearest to a third."""
+    if apart == 0.0:
+        return 0.0
+    across = (end - np.cos(apart) * start) / np.sin(apart)
+    return min(max(np.arctan2((between * across).sum(), (between * start).sum()) / apart, 0.0), 1.0)
+
+
+@njit(cache=True)
+def _chord_shares(tips: FloatArray, chosen: IntArray, tolerance: float) -> FloatArray:
+    shares = np.zeros(len(chosen) - 1)
+    for move in range(len(chosen) - 1):
+        first, last = chosen[move], chosen[move + 1]
+        line = tips[last] - tips[first]
+        square = (line * line).sum()
+        for row in range(first + 1, last):
+            offset = tips[row] - tips[first]
+            share = min(max((offset * line).sum() / square, 0.0), 1.0) if square > COINCIDENT**2 else 0.0
+            shares[move] = max(shares[move], np.sqrt(((offset - share * line) ** 2).sum()) / tolerance)
+    return shares

@@ -1,0 +1,139 @@
+"""Places of targets beside the path, so that the controller's corner passes the path itself.
+
+A controller rounds a target with a zone by a parabola [ABBRapid, zonedata] whose apex lies between the target and the
+chord from the zone's entry to its exit (`zones`). Where a path bends so tightly that straight moves within the
+tolerance would follow each other too soon, the target is put outside of the bend by what the corner cuts off: the
+apex is then the pose that it stands for. Where zones reach halfway to the next target, the written path is a quadratic
+spline through the poses, off by the fourth power of its step instead of the second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint.kernels import njit
+from geoprint.model import BoolArray, FloatArray, IntArray
+
+# Largest radius in which the controller may round a target [mm]: below half a bead, however wide the targets stand.
+LARGEST_ZONE = 0.3
+# Steps of the tip below this [mm] are turns on the spot.
+COINCIDENT = 1e-6
+# The places are found by iteration; each round leaves a third of what was off, or less.
+ROUNDS = 16
+# Straight pieces that stand for half a parabola.
+PIECES = 6
+
+
+def zones_of(places: FloatArray, rests: BoolArray) -> FloatArray:
+    """Return (t,) half the distance of each target to its nearer neighbour, at most `LARGEST_ZONE`; 0 at rest [mm]."""
+    distances = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    nearer = np.minimum(np.append(distances, 0.0), np.append([0.0], distances))
+    return np.where(rests | (nearer < COINCIDENT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
+
+
+def apexes(places: FloatArray, zones: FloatArray) -> FloatArray:
+    """Return (t, 3) where the controller passes each of (t, 3) targets, halfway between its entry and exit [mm].
+
+    Examples:
+        >>> apexes(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]]), np.array([0.0, 1.0, 0.0]))[1]
+        array([3.75, 0.25])
+    """
+    steps = np.diff(places, axis=0)
+    along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), COINCIDENT)
+    passed = places.copy()
+    passed[1:-1] += zones[1:-1, None] / 4.0 * (along[1:] - along[:-1])
+    return passed
+
+
+def fitted_places(tips: FloatArray, moved: BoolArray, rests: BoolArray) -> FloatArray:
+    """Return (t, 3) targets of which the moved ones are passed at their own (t, 3) tips; others stand there [mm]."""
+    return _fitted(tips, moved, rests) if moved.any() else tips
+
+
+def rounded_deviations(tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
+    """Return how far path and controller's path are apart along each move, from apex to apex [mm].
+
+    Args:
+        tips: (p, 3) of the path.
+        chosen: (t,) poses that the targets stand for.
+        places: (t, 3) of the targets.
+        zones: (t,) of the targets [mm].
+
+    Returns:
+        (t - 1,) the largest distance of a pose from the controller's path, or of that one from the poses.
+    """
+    return _rounded(tips, chosen, places, zones, apexes(places, zones))[0]
+
+
+def rounded_lengths(tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
+    """Return (t - 1,) the length of the controller's path along each move, from apex to apex [mm]; args as above."""
+    return _rounded(tips, chosen, places, zones, apexes(places, zones))[1]
+
+
+@njit(cache=True)
+def _fitted(tips: FloatArray, moved: BoolArray, rests: BoolArray) -> FloatArray:
+    last = len(tips) - 1
+    places, lengths, along = tips.copy(), np.empty(last), np.empty((last, 3))
+    for _ in range(ROUNDS):
+        for row in range(last):
+            step = places[row + 1] - places[row]
+            lengths[row] = max(np.sqrt((step * step).sum()), COINCIDENT)
+            along[row] = step / lengths[row]
+        for row in range(1, last):
+            if moved[row] and not rests[row]:
+                zone = min(min(lengths[row - 1], lengths[row]) / 2.0, LARGEST_ZONE)
+                places[row] = tips[row] - zone / 4.0 * (along[row] - along[row - 1])
+    return places
+
+
+@njit(cache=True)
+def _rounded(
+    tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray, passed: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return (t - 1,) deviations and lengths of the moves."""
+    found, lengths = np.zeros(len(chosen) - 1), np.zeros(len(chosen) - 1)
+    line = np.empty((2 * PIECES + 2, 3))
+    for move in range(len(chosen) - 1):
+        step = places[move + 1] - places[move]
+        length = np.sqrt((step * step).sum())
+        if length <= COINCIDENT:
+            continue
+        away, towards = places[move] + zones[move] / length * step, places[move + 1] - zones[move + 1] / length * step
+        for k in range(PIECES + 1):
+            # Half a parabola, from its apex along the chord's direction to its tangent at the end.
+            share = k / PIECES
+            line[k] = _half(passed[move], places[move], away, share)
+            line[2 * PIECES + 1 - k] = _half(passed[move + 1], places[move + 1], towards, share)
+        for row in range(len(line) - 1):
+            lengths[move] += np.sqrt(((line[row + 1] - line[row]) ** 2).sum())
+        path = tips[chosen[move] : chosen[move + 1] + 1]
+        for row in range(1, len(path) - 1):
+            found[move] = max(found[move], _distance(path[row], line))
+        for row in range(len(line)):
+            found[move] = max(found[move], _distance(line[row], path))
+    return found, lengths
+
+
+@njit(cache=True)
+def _half(apex: FloatArray, corner: FloatArray, end: FloatArray, share: float) -> FloatArray:
+    """Return a place on the half of a parabola from its apex to its end: its middle control point is halfway."""
+    middle = (corner + end) / 2.0
+    return (1.0 - share) ** 2 * apex + 2.0 * share * (1.0 - share) * middle + share**2 * end
+
+
+@njit(cache=True)
+def _distance(place: FloatArray, line: FloatArray) -> float:
+    """Return the distance of a place from a polyline [mm]."""
+    least = np.inf
+    for row in range(len(line) - 1):
+        square, inner = 0.0, 0.0
+        for axis in range(3):
+            step = line[row + 1, axis] - line[row, axis]
+            square += step * step
+            inner += step * (place[axis] - line[row, axis])
+        share = min(max(inner / square, 0.0), 1.0) if square > 0.0 else 0.0
+        missed = 0.0
+        for axis in range(3):
+            missed += (place[axis] - line[row, axis] - share * (line[row + 1, axis] - line[row, axis])) ** 2
+        least = min(least, missed)
+    return np.sqrt(least)

@@ -1,0 +1,100 @@
+"""Trajectory and targets together: runs are slower where their targets would come sooner than a controller takes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from geoprint.model import Bend, JointPath, OnSlowdown, Process, Robot, Slowdown, Targets, Trajectory
+from geoprint.motion.controller import SHORTEST_TIME, written_targets
+from geoprint.motion.timing.retiming import retime
+from geoprint.motion.timing.slowdown import stepped
+
+# A slower run gets other targets; after so many lowerings what is still too close stays, and is listed.
+MOST_LOWERINGS = 3
+# A run is not lowered below this share of the set speed: what a ramp or a stop leaves no room for, no speed mends.
+SLOWEST_SHARE = 0.25
+
+
+class TimedTargets(NamedTuple):
+    """A trajectory, and the targets that are written of it."""
+
+    trajectory: Trajectory
+    targets: Targets
+
+
+def timed_targets(
+    joint_path: JointPath, robot: Robot, *, process: Process, on_slowdown: OnSlowdown = "lower"
+) -> TimedTargets:
+    """Run through a joint path in the shortest time in which its targets come no sooner than a controller takes.
+
+    Where targets that lay material follow each other in less than 12 ms, the whole run is lowered by what is missing,
+    so that the bead stays even, and timed again; the trajectory lists it.
+
+    Args:
+        joint_path: p poses with their joints.
+        robot: limits, home and the period of its targets.
+        process: speeds of the tip.
+        on_slowdown: what is done where the joints do not hold the set speed.
+
+    Raises:
+        InputError: the joint path is empty.
+        LimitError: a limit cannot be kept.
+        VerificationError: the result does not pass the poses.
+    """
+
+    def timed(lowered: dict[int, Slowdown]) -> TimedTargets:
+        trajectory = retime(
+            joint_path, robot, process=process, on_slowdown=on_slowdown, lowered_runs=tuple(lowered.values())
+        )
+        return TimedTargets(
+            trajectory, written_targets(joint_path, trajectory, process=process, period=robot.target_period)
+        )
+
+    lowered: dict[int, Slowdown] = {}
+    found = best = timed(lowered)
+    for _ in range(MOST_LOWERINGS):
+        again = _lowerings(found, joint_path, process=process)
+        if not again:
+            break
+        lowered |= again
+        found = timed(lowered)
+        best = min(best, found, key=_close)
+    return best
+
+
+def _close(found: TimedTargets) -> int:
+    """Return how many moves are too short."""
+    return sum(bend.targets for bend in found.targets.bends if bend.kind == "close")
+
+
+def _lowerings(found: TimedTargets, joint_path: JointPath, *, process: Process) -> dict[int, Slowdown]:
+    """Return for each run with targets too close the speed at which the closest would be far enough apart."""
+    speeds = {slow.run: slow.held_speed for slow in found.trajectory.slowdowns if slow.kind == "lowered"}
+    worst: dict[int, Bend] = {}
+    for bend in found.targets.bends:
+        if bend.kind == "close" and bend.shortest < worst.get(bend.run, bend).shortest + SHORTEST_TIME:
+            worst[bend.run] = min(bend, worst.get(bend.run, bend), key=lambda each: each.shortest)
+    slower: dict[int, Slowdown] = {}
+    for run, bend in worst.items():
+        held = stepped(speeds.get(run, process.speed) * bend.shortest / SHORTEST_TIME)
+        if held >= SLOWEST_SHARE * process.speed:
+            slower[run] = Slowdown(
+                run=run,
+                kind="lowered",
+                place=bend.place,
+                arc=bend.arc,
+                length=_laid_length(joint_path, run),
+                set_speed=process.speed,
+                held_speed=held,
+                joint=0,
+                limit="targets",
+            )
+    return slower
+
+
+def _laid_length(joint_path: JointPath, run: int) -> float:
+    poses = joint_path.poses
+    laid = poses.laid & (poses.runs[1:] == run)
+    return float(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)[laid].sum())

@@ -1,0 +1,110 @@
+"""Runs whose targets would come too soon are lowered as a whole, and what is written of the tip's jerk."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geoprint.model import FloatArray, JointPath, Trajectory
+from geoprint.motion.controller import written_targets
+from geoprint.motion.timing import joints_at, largest_jerk, retime, timed_targets
+from tests.motion.cells import bent_cell
+from tests.motion.joint_paths import arc, arm_of, line, solved, stream
+
+CELL = bent_cell()
+ROBOT, PROCESS = CELL.robot, CELL.process
+BEND = 0.18
+
+
+def hairpin(angle: float) -> JointPath:
+    """Return a run of two straight legs of 10 mm with an arc of 0.18 mm between them; its joints hardly move."""
+    bend = arc(radius=BEND, step=0.02, angle=angle)
+    legs: list[FloatArray] = []
+    for start, other in ((bend[0], bend[1]), (bend[-1], bend[-2])):
+        away = (start - other) / np.linalg.norm(start - other)
+        legs.append(start + away * np.linspace(0.05, 10.0, 200)[:, None])
+    tips = np.vstack([legs[0][::-1], bend, legs[1]])
+    count = len(tips)
+    joints = np.tile(ROBOT.home, (count, 1))
+    joints[:, 0] += np.append(0.0, np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))) * 1e-3
+    return JointPath(
+        poses=stream(tips), joints=joints, configuration=np.zeros((count, 4), dtype=np.int64), branch=0,
+        rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
+    )  # fmt: skip
+
+
+def test_a_run_whose_targets_come_too_soon_is_lowered_until_they_do_not() -> None:
+    path = hairpin(4.0)
+    fast = retime(path, ROBOT, process=PROCESS)
+    (close, *_) = (bend for bend in written_targets(path, fast, process=PROCESS).bends if bend.kind == "close")
+    assert close.shortest < 0.012
+
+    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    assert [bend for bend in targets.bends if bend.kind == "close"] == []
+    assert np.diff(trajectory.pose_times[targets.poses]).min() >= 0.012 - 1e-9
+    (slow,) = trajectory.slowdowns
+    assert (slow.run, slow.kind, slow.joint, slow.limit) == (0, "lowered", 0, "targets")
+    assert 5.0 <= slow.held_speed < 20.0
+    assert slow.length == pytest.approx(20.0 + 4.0 * BEND, abs=0.01)
+    middle = slice(60, -60)
+    lengths = np.linalg.norm(np.diff(path.poses.tips, axis=0), axis=1)
+    np.testing.assert_allclose((lengths / np.diff(trajectory.pose_times))[middle], slow.held_speed, rtol=1e-6)
+
+
+def test_a_run_whose_targets_have_time_keeps_its_speed() -> None:
+    path = hairpin(1.0)
+    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    assert trajectory.slowdowns == ()
+    assert targets.moved.size > 0
+    assert trajectory.duration == retime(path, ROBOT, process=PROCESS).duration
+
+
+def test_written_speeds_give_the_time_of_each_move_over_the_length_of_the_controllers_path() -> None:
+    path = hairpin(1.0)
+    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    places = path.poses.tips[targets.poses].copy()
+    places[targets.moved] = targets.places
+    steps = np.diff(places, axis=0)
+    along = steps / np.linalg.norm(steps, axis=1, keepdims=True)
+    zones = targets.zones[1:-1, None]
+    share = np.linspace(0.0, 1.0, 201)[:, None, None]
+    curves = (
+        (1 - share) ** 2 * (places[1:-1] - zones * along[:-1])
+        + 2 * share * (1 - share) * places[1:-1]
+        + share**2 * (places[1:-1] + zones * along[1:])
+    )
+    pieces = np.linalg.norm(np.diff(curves, axis=0), axis=2)
+    halves = np.vstack([pieces[:100].sum(axis=0), pieces[100:].sum(axis=0)])
+    lengths = np.linalg.norm(steps, axis=1) - np.append(0.0, targets.zones[1:-1]) - np.append(targets.zones[1:-1], 0.0)
+    lengths[:-1] += halves[0]
+    lengths[1:] += halves[1]
+    planned = np.diff(trajectory.pose_times[targets.poses])
+    clock = lengths / targets.speeds[1:]
+    assert np.abs(clock - planned).max() < 1e-3
+    assert clock.sum() == pytest.approx(planned.sum(), rel=1e-3)
+    assert targets.speeds.max() <= PROCESS.travel_speed
+    assert np.unique(targets.speeds).size < 30
+
+
+def test_jerk_is_that_of_the_tip_and_nothing_where_nothing_is_laid() -> None:
+    arm = arm_of(CELL)
+    path = solved(stream(line((0.0, 0.0, 0.0), (20.0, 0.0, 0.0), count=81)), arm)
+    trajectory = retime(path, ROBOT, process=PROCESS)
+    times: FloatArray = 1e-3 * np.arange(400.0)
+    # 100 m/s3 along x of the base: joints are those of the straight line at the places of a cubic in time.
+    way = 1e3 * 100.0 * (times - 0.2) ** 3 / 6.0
+    places = 10.0 + way
+    inside = np.abs(way) < 9.0
+    joints = joints_at(path.poses.tips[:, 0], path.joints, places)
+    made = Trajectory(
+        times=times, joints=joints, runs=np.zeros(400, dtype=np.int64), deposit=inside,
+        pose_times=trajectory.pose_times, stretched=0, slowest_deposit=0.0, slowdowns=(), share_at_speed=0.0,
+        share_on_ramps=0.0,
+    )  # fmt: skip
+    assert largest_jerk(made, arm, T_base_work=path.T_base_work) == pytest.approx(100.0, rel=0.1)
+    none = Trajectory(
+        times=times, joints=joints, runs=np.zeros(400, dtype=np.int64), deposit=np.zeros(400, dtype=np.bool_),
+        pose_times=trajectory.pose_times, stretched=0, slowest_deposit=0.0, slowdowns=(), share_at_speed=0.0,
+        share_on_ramps=0.0,
+    )  # fmt: skip
+    assert largest_jerk(none, arm, T_base_work=path.T_base_work) == 0.0
