@@ -14,7 +14,7 @@ from geoprint.export import Orders, TipsAt
 from geoprint.export.rapid import controller_files
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine import Execution, Scenario, Switching, Task, compile_task
+from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, Switching, compile_task
 from geoprint.export.rapid.machine.scenario import Event
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
 from geoprint.motion.arm import Arm
@@ -79,11 +79,11 @@ class Subject:
         return int(self.orders.runs[-1]) + 1
 
     @cached_property
-    def task(self) -> Task:
+    def task(self) -> MachineTask:
         """All modules, compiled."""
         return self.task_without(())
 
-    def task_without(self, files: Collection[str]) -> Task:
+    def task_without(self, files: Collection[str]) -> MachineTask:
         """Return the modules but some, compiled."""
         parsed = [parse_module(file, text) for file, text in self.modules.items() if file not in files]
         signals = self.cell.signals

@@ -10,6 +10,7 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.executed import Proof, deviations, prove, switching_deviation
+from geoprint.export.rapid.guard import resident_module
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.program import proven_program
 from geoprint.model import Placement
@@ -34,6 +35,7 @@ def proven(*changes: tuple[str, str], placement: Placement = PLACEMENT) -> Proof
     for old, new in changes:
         assert any(old in text for _, text in modules)
         modules = [(name, text.replace(old, new)) for name, text in modules]
+    modules.append(resident_module(CELL, placement))
     parsed = [parse_module(name, text) for name, text in modules]
     return prove(parsed, orders(), cell=CELL, placement=placement, events=events())
 
