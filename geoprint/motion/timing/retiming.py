@@ -57,8 +57,7 @@ def retime(
         lowered_runs: runs that are slower for another reason; where the joints hold less, that counts.
 
     Returns:
-        The trajectory, verified by differentiating its own rows. A pose that lies where the one before it does is
-        passed at the same time.
+        The trajectory, verified by differentiating its own rows; poses in one place are passed at the same time.
 
     Raises:
         InputError: the joint path is empty.
