@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import final
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias, final
 
 import numpy as np
 
 from geoprint import transforms
+from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.syntax import Module
-from geoprint.export.rapid.machine import NOT_KNOWN, Execution
+from geoprint.export.rapid.machine import NOT_KNOWN
 from geoprint.export.rapid.made import Made, dry, make, printing, task_of
 from geoprint.export.rapid.refusals import refusals, stopped
 from geoprint.export.rapid.text import refuse
 from geoprint.export.rapid.verify_outputs import verify_dry
 from geoprint.export.switching import Event
-from geoprint.model import BoolArray, Cell, Placement, comparable
+from geoprint.model import BoolArray, Cell, IntArray, Placement, comparable
 from geoprint.motion.arm import Arm
 
 # Moves shorter than this [mm] turn the tool; their speed is that of the turning.
@@ -24,6 +25,9 @@ _TURN_ON_THE_SPOT = 1e-3
 # What alone leads to statements that no scenario executes.
 _ERROR = "an error that the controller raises"
 _ELSE = "a stop, a refusal or an answer that no scenario brings here"
+# How a program was run, in words, and lines of its statements with whether each was executed, for each module. The
+# executions themselves are large.
+_Ran: TypeAlias = tuple[str, Mapping[str, tuple[IntArray, BoolArray]]]
 
 
 @final
@@ -63,11 +67,13 @@ class Proof:
         dry: the dry run.
         printing: from the first run on; where its placement is not known, what it would do if it could.
         executed: figures.
+        wrong: what it does not refuse, or goes on with behind a stop.
     """
 
     dry: Made
     printing: Made
     executed: Executed
+    wrong: tuple[VerificationError, ...]
 
 
 def prove(
@@ -89,7 +95,7 @@ def prove(
 
     Raises:
         VerificationError: it does what the machine does not know, does not run to its end run by run, switches
-            something on in a dry run, does not refuse what it must, or resumed does something else than when it prints.
+            something on in a dry run, or resumed does something else than when it prints.
     """
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     task = task_of(modules, cell=cell, arm=arm)
@@ -97,14 +103,22 @@ def prove(
     lifted = make(task, dry(cell), orders=orders)
     verify_dry(lifted)
     made = make(task, printing(cell, placement=placement), orders=orders)
-    ran = [("dry", lifted.execution), ("printing", made.execution)]
+    ran: list[_Ran] = [("dry", lifted.execution.statements), ("printing", made.execution.statements)]
     for first in sorted({runs // 2 + 1, runs} - {1}):
         resumed = make(task, printing(cell, placement=placement, first=first), orders=orders)
         _check_resumed(resumed, made, first=first, known=not placement.missing)
-        ran.append((f"resumed at run {first}", resumed.execution))
-    ran += refusals(task, made.scenario, runs=runs)
-    ran += stopped(task, made)
-    return Proof(lifted, made, _figures(made, orders, ran, modules, placement=placement, events=events))
+        ran.append((f"resumed at run {first}", resumed.execution.statements))
+    wrong: list[VerificationError] = []
+    for case in (
+        lambda: refusals(task, made.scenario, runs=runs),
+        lambda: stopped(task, made, valve=cell.signals.dispenser),
+    ):
+        try:
+            ran += [(name, execution.statements) for name, execution in case()]
+        except VerificationError as error:
+            wrong.append(error)
+    executed = _figures(made, orders, ran, modules, placement=placement, events=events)
+    return Proof(lifted, made, executed, tuple(wrong))
 
 
 def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> None:
@@ -124,7 +138,7 @@ def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> No
 def _figures(
     made: Made,
     orders: Orders,
-    ran: Sequence[tuple[str, Execution]],
+    ran: Sequence[_Ran],
     modules: Sequence[Module],
     *,
     placement: Placement,
@@ -140,7 +154,7 @@ def _figures(
     missed: set[tuple[str, int, str]] = set()
     count = done = 0
     for file, (lines, _) in made.execution.statements.items():
-        seen: BoolArray = np.logical_or.reduce([execution.statements[file][1] for _, execution in ran])
+        seen: BoolArray = np.logical_or.reduce([statements[file][1] for _, statements in ran])
         count, done = count + lines.size, done + int(seen.sum())
         for line in lines[~seen].tolist():
             missed.add((file, line, _ERROR if (file, line) in handled else _ELSE))

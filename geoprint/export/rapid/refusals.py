@@ -61,12 +61,13 @@ def refusals(task: MachineTask, printing: Scenario, *, runs: int) -> list[tuple[
     return found
 
 
-def stopped(task: MachineTask, made: Made) -> list[tuple[str, Execution]]:
+def stopped(task: MachineTask, made: Made, *, valve: str) -> list[tuple[str, Execution]]:
     """Execute a start far from home, a stop in the middle of the first deposit, and a start where it stood.
 
     Args:
         task: the program.
         made: what it does when it prints.
+        valve: the output that lets material flow.
 
     Returns:
         The case in words and what happened; nothing where no module brings the routine that a stop runs, or nothing is
@@ -75,7 +76,11 @@ def stopped(task: MachineTask, made: Made) -> list[tuple[str, Execution]]:
     Raises:
         VerificationError: an output is on behind the stop, or the program prints on without a word.
     """
-    on = [each for each in made.execution.switchings if each.value > 0.0 and each.move >= 0 and not each.flow]
+    on = [
+        each
+        for each in made.execution.switchings
+        if each.signal == valve.lower() and each.value > 0.0 and each.move >= 0
+    ]
     scenario = made.scenario
     if not on or scenario.held or "Stop" not in scenario.ties:
         return []

@@ -223,6 +223,7 @@ def _motion_findings(
         yield from _failing(lambda: verify_switching(made, events, signals=cell.signals))
         yield from _failing(lambda: verify_flow(made, orders, signals=cell.signals))
         yield from _failing(lambda: _verify_going_on(made))
+    yield from proof.wrong
 
 
 def _verify_going_on(made: Made) -> None:

@@ -37,7 +37,10 @@ def proven(*changes: tuple[str, str], placement: Placement = PLACEMENT) -> Proof
         modules = [(name, text.replace(old, new)) for name, text in modules]
     modules.append(resident_module(CELL, placement))
     parsed = [parse_module(name, text) for name, text in modules]
-    return prove(parsed, orders(), cell=CELL, placement=placement, events=events())
+    proof = prove(parsed, orders(), cell=CELL, placement=placement, events=events())
+    for wrong in proof.wrong:
+        raise wrong
+    return proof
 
 
 def test_a_program_is_executed_in_every_manner_and_does_what_the_plan_says() -> None:

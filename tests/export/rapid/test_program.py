@@ -259,7 +259,7 @@ def test_depositing_at_a_fixed_pressure_is_refused_below_full_speed_and_allowed_
 
 def test_speeds_and_zones_are_shared_and_never_above_the_plan() -> None:
     text = text_of(write(), "GeoCell.mod")
-    assert re.findall(r"speeddata vGeo\d:=\[([\d.]+),", text) == ["19.87", "20", "60"]
+    assert re.findall(r"speeddata vGeo\d:=\[([\d.]+),", text) == ["19.876", "20", "60"]
     assert re.findall(r"zonedata zGeo\d:=\[FALSE,([\d.]+),", text) == ["0.12", "0.3"]
 
 

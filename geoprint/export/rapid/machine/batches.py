@@ -31,8 +31,8 @@ class Batches:
     """The moves of one routine to constant targets; rows are filled while it is compiled, then they are sealed."""
 
     __slots__ = (
-        "_angles", "_axes", "_file", "_keys", "_lengths", "_lines", "_looks", "_numbers", "_places", "_rows", "_speeds",
-        "_stops", "_table", "_tools", "_turns", "_units", "_verb", "_zones",
+        "_angles", "_axes", "_file", "_keys", "_lengths", "_lines", "_looks", "_numbers", "_places", "_rows", "_same",
+        "_speeds", "_stops", "_table", "_tools", "_turns", "_units", "_verb", "_zones",
     )  # fmt: skip
 
     def __init__(self, *, file: int, verb: int) -> None:
@@ -43,6 +43,8 @@ class Batches:
         self._looks: list[Look] = []
         self._keys: dict[str, int] = {}
         self._table: list[tuple[Look, Look, int, int]] = []
+        # What a move with the same names has come to: speed, zone, and pair of tool and work object.
+        self._same: dict[tuple[str, ...], tuple[int, int, int]] = {}
         # Row of each step, by its number.
         self._rows: dict[int, int] = {}
 
@@ -62,6 +64,21 @@ class Batches:
             self._keys[both] = len(self._table)
             self._table.append((held[1], work[1], held[2], work[2]))
         self._tools.append(self._keys[both])
+        self._same[speed[0], zone[0], held[0], work[0]] = self._speeds[-1], self._zones[-1], self._tools[-1]
+
+    def again(self, step: int, line: int, target: Value, names: tuple[str, ...]) -> bool:
+        """Add a move whose names (speed, zone, tool, work object) are those of one before; False if there is none."""
+        same = self._same.get(names)
+        if same is None:
+            return False
+        self._rows[step] = len(self._lines)
+        for part in cast("tuple[tuple[float, ...], ...]", target):
+            self._numbers.extend(part)
+        self._lines.append(line)
+        self._speeds.append(same[0])
+        self._zones.append(same[1])
+        self._tools.append(same[2])
+        return True
 
     def _look(self, name: str, look: Look) -> int:
         if name not in self._keys:
@@ -129,9 +146,10 @@ class Batches:
         """Return the rows of the log of moves from where the tip is, and when the program may go on after each."""
         motion = state.motion
         lengths, angles = self._from(rows, tip)
-        values = [look(state) for look in self._looks]
-        speeds = np.array([cast("tuple[float, ...]", values[int(k)])[:2] for k in self._speeds[rows]])
-        zones = np.array([_radius(values[int(k)]) for k in self._zones[rows]])
+        wanted = {*self._speeds[rows], *self._zones[rows]}
+        values = {k: self._looks[k](state) for k in wanted}
+        speeds = np.array([cast("tuple[float, ...]", values[k])[:2] for k in self._speeds[rows]])
+        zones = np.array([_radius(values[k]) for k in self._zones[rows]])
         if speeds.min() <= 0.0:
             fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
         share = scale(state)

@@ -35,6 +35,8 @@ _TRIGGERS = tuple(f"t{k}" for k in range(2, 9))
 _OPTIONS = frozenset({"wobj", "t", "v"})
 # A robtarget: place, attitude, configuration, other axes.
 _TARGET_SHAPE = [3, 4, 4, 6]
+# Names of the arguments of a move as it is mostly written.
+_PLAIN = ["", "", "", "", "WObj"]
 Emit = Callable[[Step, int], None]
 
 
@@ -45,6 +47,9 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
         VerificationError: it has another form, or an option that this machine does not know.
     """
     name = call.name.lower()
+    if name == "movel" and code.batches is not None and _repeats(call, code, code.batches):
+        emit(code.batches.run, call.line)
+        return
     wanted, found = MOVES[name], positional(call.arguments)
     if len(found) != len(wanted):
         unknown(scope.file, call.line, f"{call.name} is given {len(found)} arguments, and takes {len(wanted)}")
@@ -74,6 +79,18 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
     triggers = [run["trigger"]] if "trigger" in run else []
     triggers += [compiled(given[each], scope).run for each in _TRIGGERS if given.get(each) is not None]
     emit(_line_step(order, run, options, triggers), call.line)
+
+
+def _repeats(call: Call, code: RoutineCode, batches: Batches) -> bool:
+    """Add a move to a constant target with names that a move before it has had; False if it is none."""
+    first, *others = [argument.value for argument in call.arguments]
+    if not isinstance(first, Literal) or not isinstance(first.value, tuple):
+        return False
+    shape = [len(part) if isinstance(part, tuple) else 0 for part in first.value]
+    if shape != _TARGET_SHAPE or [argument.name for argument in call.arguments] != _PLAIN:
+        return False
+    names = tuple([other.name.lower() for other in others if isinstance(other, Name)])
+    return batches.again(len(code.steps), call.line, first.value, names)
 
 
 def _evaluated(expression: Expression, scope: Scope) -> Evaluate:
