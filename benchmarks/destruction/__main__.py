@@ -51,8 +51,9 @@ def main() -> None:
     parts = [Path("data/plate.ply")] if folder is None else sorted((folder / "patches").glob("*.ply"))
     count = 20 if arguments.smoke else arguments.stops
     tried = {**PROMISES, "stops": partial(stops, seed=arguments.seed, count=count)}
-    for line in table("part", "backend", "cell", "targets", *tried, "mutants found"):
+    for line in table("part", "backend", "cell", "targets", *tried, "lines executed", "mutants found"):
         print(line, flush=True)
+    never: set[str] = set()
     with tempfile.TemporaryDirectory() as scratch:
         for name, text in cells().items():
             (Path(scratch) / f"{name}.toml").write_text(text, encoding="utf-8")
@@ -63,8 +64,12 @@ def main() -> None:
                 print(row(part.stem, backend, cell, f"refused: {str(error).split(';', maxsplit=1)[0]}"), flush=True)
                 continue
             told = [_told(list(promise(subject))) for promise in tried.values()]
+            lines = f"{len({key[:2] for key in subject.seen}) - len(subject.never())}"
+            lines += f" of {len({key[:2] for key in subject.seen})}"
             found = _mutants(subject) if cell == "valve" else ""
-            print(row(part.stem, backend, cell, str(subject.orders.count), *told, found), flush=True)
+            print(row(part.stem, backend, cell, str(subject.orders.count), *told, lines, found), flush=True)
+            never |= set(subject.never().values())
+    print("\nLines of some program that no scenario executed: " + "; ".join(sorted(never)))
 
 
 def cells() -> dict[str, str]:

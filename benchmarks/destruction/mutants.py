@@ -111,7 +111,8 @@ MUTANTS = (
     Mutant("refuses", _GUARD, r"    GeoAskResident;\n", ""),
     Mutant("refuses", _GUARD, r"IF version<>\d+ THEN", "IF version=0 THEN"),
     Mutant("refuses", _GUARD, r"IF outputs<>\d+ GeoRefuse", "IF outputs=0 GeoRefuse"),
-    Mutant("refuses", _GUARD, r"IF geoPct<>100 OR ", "IF "),
-    Mutant("refuses", _GUARD, r"CSpeedOverride\(\)<>100 OR CSpeedOverride\(\\CTask\)<>100", "geoPct<>100"),
+    Mutant("refuses", _GUARD, r"IF geoPrints AND \(geoPct<>100 OR ", "IF geoPrints AND ("),
+    Mutant("refuses", _GUARD, r"IF geoPrints AND \(geoPct.*THEN", "IF geoPrints AND geoPct<>100 THEN"),
+    Mutant("refuses", _GUARD, r"      IF geoPct<>100 OR .*THEN", "      IF geoPct<>100 THEN"),
     Mutant("refuses", _GUARD, r"    EXIT;\n", ""),
 )  # fmt: skip

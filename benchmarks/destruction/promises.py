@@ -31,7 +31,7 @@ def dry(subject: Subject) -> Iterator[str]:
         {}, {"geoSpeedPct": 100.0}, {"geoSpeedPct": 100.0, "geoFirstRun": float(subject.runs)},
     )  # fmt: skip
     for set_to in every:
-        found = execute(subject.task, subject.scenario(set_to))
+        found = subject.execute(subject.scenario(set_to))
         told = f"dry with {set_to}"
         yield from _ends(found, "end", told)
         yield from _nothing_on(found, told)
@@ -40,7 +40,7 @@ def dry(subject: Subject) -> Iterator[str]:
 
 def speed(subject: Subject) -> Iterator[str]:
     """`geoSpeedPct` slows every move between home and home by its share."""
-    at = [execute(subject.task, subject.scenario({"geoSpeedPct": pct})).moves for pct in (100.0, 20.0)]
+    at = [subject.execute(subject.scenario({"geoSpeedPct": pct})).moves for pct in (100.0, 20.0)]
     # What comes before and after has speeds of its own: home at first, priming, the final exposure.
     full, slow = ((moves.ends - moves.begins)[moves.along_path[0] - 1 : moves.along_path[-1] + 2] for moves in at)
     if len(full) != len(slow) or not np.allclose(slow, 5.0 * full, rtol=1e-3):
@@ -49,7 +49,7 @@ def speed(subject: Subject) -> Iterator[str]:
 
 def prints(subject: Subject) -> Iterator[str]:
     """A print lays every run once, where the plan has it, under the lamp, and ends with all outputs off."""
-    found = execute(subject.task, subject.scenario(PRINT))
+    found = subject.execute(subject.scenario(PRINT))
     yield from _ends(found, "end", "print")
     yield from _passes(found, subject.targets(), "print")
     yield from _lays(found, subject, first_run=1, told="print")
@@ -61,7 +61,7 @@ def begins_where_told(subject: Subject) -> Iterator[str]:
     """`geoFirstRun := r` prints r to the last run, all of it and nothing else; what is before is driven lifted."""
     for run in sorted({2, (subject.runs + 1) // 2, subject.runs} & set(range(2, subject.runs + 1))):
         told = f"from run {run}"
-        found = execute(subject.task, subject.scenario({**PRINT, "geoFirstRun": float(run)}))
+        found = subject.execute(subject.scenario({**PRINT, "geoFirstRun": float(run)}))
         yield from _ends(found, "end", told)
         lift = np.where((subject.orders.runs + 1 < run)[:, None], np.array([0.0, 0.0, LIFT]), 0.0)
         yield from _passes(found, subject.targets() + lift, told)
@@ -77,7 +77,7 @@ def stops(subject: Subject, *, seed: int = 0, count: int = 40) -> Iterator[str]:
     """A stop leaves all off; then it refuses with the run, or goes on as planned; from main it resumes."""
     random = np.random.default_rng(seed)
     whole = Controller(subject.task, subject.scenario(PRINT))
-    seconds = execute(subject.task, subject.scenario(PRINT)).seconds
+    seconds = subject.execute(subject.scenario(PRINT)).seconds
     for number, moment in enumerate(np.sort(random.uniform(0.0, seconds, count)).tolist()):
         whole.run_until(moment)
         one = whole.copy()
@@ -108,11 +108,11 @@ def refuses(subject: Subject) -> Iterator[str]:
         "work object turned": {"wGeoPart": _moved(subject, turn_deg=1.0)},
     }
     for told, data in wrong.items():
-        for found in (execute(subject.task, subject.scenario(set_to)) for set_to in (data, {**PRINT, **data})):
+        for found in (subject.execute(subject.scenario(set_to)) for set_to in (data, {**PRINT, **data})):
             yield from _ends(found, "exit", told)
             yield from _stays(found, told)
     nearly = {"wGeoPart": _moved(subject, shift=0.2 * float(subject.cell.process.standoff) / 10.0)}
-    yield from _ends(execute(subject.task, subject.scenario(nearly)), "end", "work object hardly shifted")
+    yield from _ends(subject.execute(subject.scenario(nearly)), "end", "work object hardly shifted")
     yield from _far_from_home(subject)
     yield from _slow(subject)
     yield from _without_resident(subject)
@@ -124,15 +124,15 @@ def _far_from_home(subject: Subject) -> Iterator[str]:
         far = np.zeros(6)
         far[axis] = np.radians(6.0)
         for answers, ending in (((), "waits"), ((STOP,), "exit")):
-            found = execute(subject.task, subject.scenario(PRINT, answers=answers, off_home=far))
+            found = subject.execute(subject.scenario(PRINT, answers=answers, off_home=far))
             told = f"axis {axis + 1} far from home, answers {answers}"
             yield from _ends(found, ending, told)
             yield from _stays(found, told)
-        found = execute(subject.task, subject.scenario(answers=(GO_ON,), off_home=-far))
+        found = subject.execute(subject.scenario(answers=(GO_ON,), off_home=-far))
         yield from _ends(found, "end", f"axis {axis + 1} far from home, moved there")
         if not found.questions:
             yield f"axis {axis + 1} far from home on the other side: nothing is asked"
-        if execute(subject.task, subject.scenario(off_home=far * 0.6)).questions:
+        if subject.execute(subject.scenario(off_home=far * 0.6)).questions:
             yield f"axis {axis + 1} near home: a question is asked"
 
 
@@ -143,9 +143,28 @@ def _slow(subject: Subject) -> Iterator[str]:
     set_slow = subject.scenario({**PRINT, "geoSpeedPct": 25.0})
     turned_down = replace(subject.scenario(PRINT), override=50.0)
     for told, scenario in (("print at 25 %", set_slow), ("print with an override of 50 %", turned_down)):
-        found = execute(subject.task, scenario)
+        found = subject.execute(scenario)
         yield from _ends(found, "exit", told)
-        yield from _nothing_on(found, told)
+        yield from _stays(found, told)
+    yield from _turned_down(subject)
+
+
+def _turned_down(subject: Subject) -> Iterator[str]:
+    """Where somebody turns the override down in the first run, the second is not begun."""
+    if subject.runs < 2:
+        return
+    entered = [call.time for call in subject.execute(subject.scenario(PRINT)).calls]
+    one = Controller(subject.task, subject.scenario(PRINT))
+    one.run_until((entered[0] + entered[1]) / 2.0)
+    one.state.scenario = replace(one.state.scenario, override=50.0)
+    one.run_until(np.inf)
+    found = one.execution()
+    subject.note(found)
+    yield from _ends(found, "exit", "override turned down")
+    if len(_carried(found, subject.cell.signals.dispenser, alone=subject.cell.purge is not None)) != 1:
+        yield "override turned down: the second run is printed, or the first is not"
+    if not any(text.endswith("run 2") for _, text in found.texts):
+        yield "override turned down: it does not say where to begin again"
 
 
 def _without_resident(subject: Subject) -> Iterator[str]:
@@ -163,7 +182,7 @@ def _without_resident(subject: Subject) -> Iterator[str]:
         yield from _stays(found, f"another {constant}")
     paths = {file for file in subject.modules if file.startswith("GeoPath")}
     if paths:
-        found = execute(subject.task, replace(subject.scenario(PRINT), disk=frozenset(paths - {"GeoPath1.mod"})))
+        found = subject.execute(replace(subject.scenario(PRINT), disk=frozenset(paths - {"GeoPath1.mod"})))
         yield from _ends(found, "error", "a missing module")
         yield from _stays(found, "a missing module")
 
@@ -176,6 +195,7 @@ def _after(one: Controller, stopped: Execution, subject: Subject, *, on: bool, a
     if again == 0:
         one.go_on()
         found = one.execution()
+        subject.note(found)
         if found.ended == "exit":
             if found.moves.count > moved or spans(found, subject.cell.signals.dispenser, after=switched):
                 yield f"{told}: it refuses, but goes on first"
@@ -192,6 +212,7 @@ def _after(one: Controller, stopped: Execution, subject: Subject, *, on: bool, a
     one.from_main(subject.scenario(set_to, answers=(GO_ON, GO_ON)))
     one.run_until(np.inf)
     found = one.execution()
+    subject.note(found)
     yield from _ends(found, "end", f"{told}, from main")
     if again == 1:
         yield from _lays(found, subject, first_run=max(run, 1), told=f"{told}, from main", after=switched)
@@ -260,7 +281,7 @@ def _carried(found: Execution, signal: str, *, after: int = 0, alone: bool) -> l
 
 def _moved(subject: Subject, *, shift: float = 0.0, turn_deg: float = 0.0) -> Value:
     """Return the work object as if the part were shifted [mm] and turned about its middle, both in base coordinates."""
-    data = execute(subject.task, subject.scenario({"geoSpeedPct": 0.0})).data
+    data = subject.execute(subject.scenario({"geoSpeedPct": 0.0})).data
     part = cast("tuple[Value, ...]", data["wgeopart"])
     place, turn = (np.array(each, dtype=np.float64) for each in cast("tuple[Value, Value]", part[3]))
     middle = transforms.apply(subject.T_base_work, np.array(data["geomiddle"], dtype=np.float64))

@@ -14,7 +14,7 @@ from geoprint.export import Orders, TipsAt
 from geoprint.export.rapid import controller_files
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, Switching, compile_task
+from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, Switching, compile_task, execute
 from geoprint.export.rapid.machine.scenario import Event
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
 from geoprint.motion.arm import Arm
@@ -64,6 +64,7 @@ class Subject:
         tips: the planned motion in the work frame.
         T_base_work: where the part stands.
         arm: that moves.
+        seen: whether each statement, by module, line and number, was executed so far; filled as the program is tried.
     """
 
     modules: Mapping[str, str]
@@ -72,6 +73,7 @@ class Subject:
     tips: TipsAt
     T_base_work: FloatArray
     arm: Arm = field(repr=False)
+    seen: dict[tuple[str, int, int], bool] = field(default_factory=dict[tuple[str, int, int], bool], repr=False)
 
     @property
     def runs(self) -> int:
@@ -91,6 +93,23 @@ class Subject:
         kinds |= {signals.flow: "signalao"} if signals.flow else {}
         at_once = [module.file for module in parsed if not module.file.startswith("GeoPath")]
         return compile_task(parsed, at_once=at_once, signals=kinds, arm=self.arm)
+
+    def execute(self, scenario: Scenario) -> Execution:
+        """Run the program to its end."""
+        found = execute(self.task, scenario)
+        self.note(found)
+        return found
+
+    def note(self, found: Execution) -> None:
+        """Note which statements were executed."""
+        for file, (lines, seen) in found.statements.items():
+            for number, (line, done) in enumerate(zip(lines.tolist(), seen.tolist(), strict=True)):
+                self.seen[file, line, number] = done or self.seen.get((file, line, number), False)
+
+    def never(self) -> dict[str, str]:
+        """Return module and line, and the text, of what was never executed whole."""
+        places = {(file, line) for (file, line, _), done in self.seen.items() if not done}
+        return {f"{file} {line}": self.modules[file].split("\n")[line - 1].strip() for file, line in sorted(places)}
 
     def changed(self, modules: Mapping[str, str]) -> Subject:
         """Return the same plan with other texts of some modules."""

@@ -37,8 +37,8 @@ class Executed:
 
     Attributes:
         scenarios: how it was run, in words.
-        statements: how many its modules hold.
-        executed: how many of these were executed in at least one scenario.
+        statements: how many lines of its modules hold some.
+        executed: how many of these were executed, each statement in at least one scenario.
         not_executed: file and line of the others, and what alone leads there.
         motion: how far a target lies from where the plan has it, at most [mm].
         move_time: by how much a move takes longer or shorter than planned, at most [s].
@@ -155,9 +155,9 @@ def _figures(
     count = done = 0
     for file, (lines, _) in made.execution.statements.items():
         seen: BoolArray = np.logical_or.reduce([statements[file][1] for _, statements in ran])
-        count, done = count + lines.size, done + int(seen.sum())
-        for line in lines[~seen].tolist():
-            missed.add((file, line, _ERROR if (file, line) in handled else _ELSE))
+        left = np.unique(lines[~seen])
+        count, done = count + np.unique(lines).size, done + np.unique(lines).size - left.size
+        missed |= {(file, line, _ERROR if (file, line) in handled else _ELSE) for line in left.tolist()}
     motion, move_time, run_time = deviations(made, orders, placement=placement)
     outputs = switching_deviation(made, events) if made.count == orders.count else np.inf
     return Executed(

@@ -40,8 +40,8 @@ def refusals(task: MachineTask, printing: Scenario, *, runs: int) -> list[tuple[
     """
     work = _shifted(task)
     cases: dict[str, Mapping[str, Value]] = {
-        "speed 0": {"geoSpeedPct": 0.0},
-        "speed 101": {"geoSpeedPct": 101.0},
+        "speed 0": {"geoDryRun": True, "geoSpeedPct": 0.0},
+        "speed 101": {"geoDryRun": True, "geoSpeedPct": 101.0},
         "first run 0": {"geoFirstRun": 0.0},
         f"first run {runs + 1}": {"geoFirstRun": float(runs + 1)},
         **({} if work is None else {f"work object {_SHIFT:g} mm off": {"wGeoPart": work}}),
