@@ -1,4 +1,4 @@
-"""RAPID: written, read, run in thought and verified; the reader shares no code with the writer."""
+"""RAPID: written, read, executed and verified; what reads and executes shares no code with the writer."""
 
 from geoprint.export.rapid.cell_module import check_cell as check_cell
 from geoprint.export.rapid.controller_files import (

@@ -16,6 +16,7 @@ from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.machine import VERBS
 from geoprint.export.rapid.made import Made, make, printing, signals_of, task_of
 from geoprint.export.rapid.reader import check_form, check_routines, read_modules, read_program_file, read_text
 from geoprint.export.rapid.settings import CELL_MODULE, Settings, check_new, read_settings
@@ -277,10 +278,20 @@ def _verify_targets(made: Made, dry: Made, orders: Orders) -> None:
         finding = findings[firsts.index(first)]
         found, planned = finding.found[first].round(6).tolist(), finding.planned[first].round(6).tolist()
         refuse(made.place(first), f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
+    _refuse_other_verbs(made)
     _refuse_standing(made)
     if made.count != orders.count:
         place = made.place(min(count, made.count - 1)) if made.count else _ENTRY
         refuse(place, f"there are {made.count} targets, the plan has {orders.count}")
+
+
+def _refuse_other_verbs(made: Made) -> None:
+    """Refuse a move to a target that is not a straight line."""
+    verbs = made.execution.moves.verbs[made.rows]
+    others = np.flatnonzero(~np.isin(verbs, [VERBS.index(verb) for verb in ("MoveL", "TriggL")]))
+    if others.size:
+        target = int(others[0])
+        refuse(made.place(target), f"target {target + 1}: {VERBS[verbs[target]]} is no straight move")
 
 
 def _refuse_standing(made: Made) -> None:
@@ -327,4 +338,4 @@ def _turned(found: FloatArray, planned: FloatArray) -> BoolArray:
     lengths = np.linalg.norm(found, axis=1)
     nearest = np.minimum(np.linalg.norm(found - planned, axis=1), np.linalg.norm(found + planned, axis=1))
     angle_deg = np.degrees(4.0 * np.arcsin(np.minimum(nearest / 2.0, 1.0)))
-    return (np.abs(lengths - 1.0) > UNIT_TOLERANCE) | (angle_deg > _TURN_TOLERANCE_DEG)
+    return (np.abs(lengths - 1.0) > 2.0 * UNIT_TOLERANCE) | (angle_deg > _TURN_TOLERANCE_DEG)

@@ -32,7 +32,7 @@ class Batches:
 
     __slots__ = (
         "_angles", "_axes", "_file", "_keys", "_lengths", "_lines", "_looks", "_numbers", "_places", "_rows", "_same",
-        "_speeds", "_stops", "_table", "_tools", "_turns", "_units", "_verb", "_zones",
+        "_speeds", "_stops", "_table", "_tools", "_turns", "_units", "_verb", "_written", "_zones",
     )  # fmt: skip
 
     def __init__(self, *, file: int, verb: int) -> None:
@@ -92,7 +92,8 @@ class Batches:
         # A num is single precision.
         single: FloatArray = numbers.astype(np.float32).astype(np.float64)
         self._numbers = array("d")
-        self._places, turns = single[:, :3], single[:, 3:7]
+        self._places, self._written = single[:, :3], single[:, 3:7]
+        turns = self._written
         norms = np.linalg.norm(turns, axis=1, keepdims=True)
         self._units = np.abs(norms[:, 0] - 1.0) <= _UNIT_TOLERANCE
         self._turns: FloatArray = turns / np.where(norms > 0.0, norms, 1.0)
@@ -162,7 +163,7 @@ class Batches:
         rounded = np.where(moving, np.minimum(zones, lengths / 2.0) / np.where(moving, lengths, 1.0), 0.0) * durations
         block = np.empty((len(ends), ROW))
         block[:, 0], block[:, 1], block[:, 2] = self._file, self._lines[rows], self._verb
-        block[:, 3:6], block[:, 6:10], block[:, 10:15] = self._places[rows], self._turns[rows], self._axes[rows]
+        block[:, 3:6], block[:, 6:10], block[:, 10:15] = self._places[rows], self._written[rows], self._axes[rows]
         block[:, 15], block[:, 16], block[:, 20] = speeds[:, 0], zones, np.append(begin, ends[:-1])
         block[:, 21], block[:, 22] = ends, lengths
         return block, ends - rounded

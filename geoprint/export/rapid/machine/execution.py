@@ -28,7 +28,7 @@ class Moves:
         files: (n,) place of its module in the execution's `files`.
         lines: (n,) where it stands, from 1.
         places: (n, 3) of the target in its work object [mm]; of a move of the joints their first three angles [rad].
-        turns: (n, 4) attitude of the target, w x y z; of a move of the joints their last three, and 0.
+        turns: (n, 4) attitude of the target as it was given, w x y z; of a move of the joints their last three, and 0.
         configurations: (n, 4) that the target asks for.
         other_axes: (n,) whether the target would move axes that are none of the arm.
         speeds: (n,) of the tip by the speeddata [mm/s].

@@ -107,7 +107,7 @@ def run_line(
 ) -> None:  # fmt: skip
     """Move the tip to a target, in a straight line or along the arc through another place."""
     place, turn, configuration, axes = cast("tuple[Pos, Orient, Orient, tuple[float, ...]]", target)
-    turn = normalised(turn)
+    written, turn = turn, normalised(turn)
     frame, number = target_frame(state, work)
     held = tool_frame(tool)
     motion = state.motion
@@ -121,7 +121,7 @@ def run_line(
     other = min(axes) < NO_AXIS
     # Where joints were known they stay the nearest ones that are known.
     motion.near = motion.joints if motion.joints is not None else motion.near
-    row = (*place, *turn, *configuration, float(other), _speeds(speed, options)[0])
+    row = (*place, *written, *configuration, float(other), _speeds(speed, options)[0])
     _book(state, order, row, zone, number, length=length, duration=duration, triggers=triggers, tips=(start, end))
     motion.tip, motion.joints, motion.tool = end, None, held
 
