@@ -91,15 +91,19 @@ class House:
     @cached_property
     def optional(self) -> Sequence[str]:
         """Modules that the core does without."""
-        return [name for contract in self._contracts("forbidden") for name in contract["forbidden_modules"]]
+        alone = (each for each in self._contracts("forbidden") if each["name"] == "The core stands alone")
+        return [name for contract in alone for name in contract["forbidden_modules"]]
 
     @cached_property
     def rooms(self) -> Sequence[str]:
         """Rooms from the top floor to the lowest, each followed by its wings."""
-        return [
-            name for room in _each(self.floors[PACKAGE]) for name in (room, *_each(self.floors.get(room, ())))
-            if self.is_room(name) or name == room
-        ]  # fmt: skip
+        return [name for room in _each(self.floors[PACKAGE]) for name in (room, *self._wings(room))]
+
+    def _wings(self, room: str) -> Iterator[str]:
+        """Yield the wings of a room, each followed by its own."""
+        for wing in _each(self.floors.get(room, ())):
+            if self.is_room(wing):
+                yield from (wing, *self._wings(wing))
 
     def is_room(self, name: str) -> bool:
         """Return whether a name is a folder of the package."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple, final
 
 from geoprint.export.rapid.language.names import Names, Symbol
-from geoprint.export.rapid.language.syntax import Alias, Datum, Literal, Parameter, Record, Routine, Value
+from geoprint.export.rapid.language.syntax import Alias, Datum, Literal, Parameter, RecordType, Routine, Value
 
 # A RAPID num is single precision.
 LARGEST_NUM = 3.4e38
@@ -71,7 +71,7 @@ class Kinds:
             if isinstance(symbol.node, Alias):
                 name, file = symbol.node.of, symbol.file or file
                 continue
-            home = symbol.file if isinstance(symbol.node, Record) and symbol.node.local else ""
+            home = symbol.file if isinstance(symbol.node, RecordType) and symbol.node.local else ""
             return Kind(symbol.name.lower(), home, dimensions)
         return None
 
@@ -95,7 +95,7 @@ class Kinds:
         if kind.dimensions:
             return None
         found = self._names.find(kind.name, file=kind.home, inner={})
-        if found is None or not isinstance(found.node, Record) or not found.node.components:
+        if found is None or not isinstance(found.node, RecordType) or not found.node.components:
             return None
         file = found.file
         return tuple((name.lower(), self.of_type(of, file=file)) for of, name in found.node.components)

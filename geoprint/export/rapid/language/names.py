@@ -12,7 +12,7 @@ from functools import cache
 from typing import Literal, TypeAlias, final
 
 from geoprint.export.rapid.language.builtins import builtins
-from geoprint.export.rapid.language.syntax import Alias, Datum, Module, Parameter, Record, Routine
+from geoprint.export.rapid.language.syntax import Alias, Datum, Module, Parameter, RecordType, Routine
 
 Role: TypeAlias = Literal["datum", "parameter", "loop", "routine", "type", "module", "signal", "known"]
 
@@ -35,7 +35,7 @@ class Symbol:
     role: Role
     file: str
     line: int
-    node: Datum | Parameter | Routine | Record | Alias | None
+    node: Datum | Parameter | Routine | RecordType | Alias | None
     detail: str = ""
 
 

@@ -20,7 +20,7 @@ from geoprint.export.rapid.language.syntax import (
     Handler,
     Module,
     Parameter,
-    Record,
+    RecordType,
     Routine,
     RoutineKind,
     Statement,
@@ -62,7 +62,7 @@ def _module(file: str, cursor: Cursor, *, lines: int) -> Module:
     attributes = _attributes(cursor)
     if "NOVIEW" in attributes and cursor.kind not in _DECLARATIONS:
         cursor.refuse(f"module {name} is encoded (NOVIEW), so that nobody can read what it does")
-    types: list[Record | Alias] = []
+    types: list[RecordType | Alias] = []
     data: list[Datum] = []
     routines: list[Routine] = []
     while cursor.kind != "ENDMODULE":
@@ -94,7 +94,7 @@ def _attributes(cursor: Cursor) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _type(cursor: Cursor, *, local: bool) -> Record | Alias:
+def _type(cursor: Cursor, *, local: bool) -> RecordType | Alias:
     line = cursor.line
     if cursor.take("ALIAS"):
         of = cursor.name("a type")
@@ -108,7 +108,7 @@ def _type(cursor: Cursor, *, local: bool) -> Record | Alias:
         kind = cursor.name("a component's type")
         components.append((kind, cursor.name("a component")))
         cursor.need(";", "a component")
-    return Record(line, name, tuple(components), local)
+    return RecordType(line, name, tuple(components), local)
 
 
 def _datum(cursor: Cursor, *, local: bool) -> Datum:

@@ -161,7 +161,7 @@ class Datum:
 
 @final
 @dataclass(frozen=True, slots=True)
-class Record:
+class RecordType:
     """A record type: types and names of its components."""
 
     line: int
@@ -268,7 +268,7 @@ class Module:
     file: str
     name: str
     attributes: tuple[str, ...]
-    types: tuple[Record | Alias, ...]
+    types: tuple[RecordType | Alias, ...]
     data: tuple[Datum, ...]
     routines: tuple[Routine, ...]
     comments: tuple[tuple[int, str], ...]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import cast, final
 
-from geoprint.export.rapid.language.syntax import Alias, Datum, Module, Record, Value
+from geoprint.export.rapid.language.syntax import Alias, Datum, Module, RecordType, Value
 from geoprint.export.rapid.machine.code import Declared, Evaluate, Global, RoutineCode, Scope
 from geoprint.export.rapid.machine.expressions import compiled
 from geoprint.export.rapid.machine.scenario import Scenario
@@ -113,7 +113,7 @@ class MachineTask:
     def _declare_types(self, module: Module) -> None:
         for declared in module.types:
             match declared:
-                case Record():
+                case RecordType():
                     parts = tuple((name, kind.lower()) for kind, name in declared.components)
                     self.declared.records[declared.name.lower()] = parts
                 case Alias():
