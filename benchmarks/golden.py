@@ -3,7 +3,7 @@
     python -m benchmarks.golden [--cases NAME ...] [--keep DIR] [--record]
 
 Planned with the command line, so that nothing inside geoprint is asked. Of every RAPID module, CSV and JSON file the
-hash is compared with `tests/golden/hashes.json`; what differs from run to run (seconds, memory) is taken out before.
+hash is compared with `tests/golden/hashes.json`; `timings.json` alone differs from run to run.
 The last bits of a number depend on the machine's linear algebra: the hashes hold on the machine that recorded them, so
 before a change that shall leave everything as it is, record them on your own with `--record`. The bundle `small` stands
 whole in `tests/golden/small`; `tests/test_golden.py` holds a plan of any machine against it, number by number.
@@ -24,8 +24,8 @@ GOLDEN = ROOT / "tests" / "golden"
 HASHES = GOLDEN / "hashes.json"
 # What RAPID, tables and figures are written in; pictures and pages are looked at instead.
 SUFFIXES = {".mod", ".pgf", ".csv", ".json"}
-# Keys of JSON that differ from run to run; and so does manifest.json, because it has the hash of every file.
-UNSTEADY = {"timings_s", "peak_memory_mb", "planning_s"}
+# Seconds differ from run to run; manifest.json has the hash of every file, pictures and meshes among them.
+UNSTEADY = {"timings.json", "manifest.json"}
 DEMO = ("--unit", "mm", "--place", "demo")
 # The second cell that comes with geoprint, as `geoprint init` writes it.
 STRAIGHT = "irb120-straight160.toml"
@@ -92,27 +92,15 @@ def planned(name: str, folder: Path) -> Path:
 def hashes(folder: Path) -> dict[str, str]:
     """Return the SHA-256 of each program, table and JSON file of a bundle, by its name there."""
     return {
-        path.relative_to(folder).as_posix(): hashlib.sha256(steady(path)).hexdigest()
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(folder.rglob("*"))
-        if path.suffix in SUFFIXES and path.name != "manifest.json"
+        if path.suffix in SUFFIXES and path.name not in UNSTEADY
     }
-
-
-def steady(path: Path) -> bytes:
-    """Return the content of a file without what differs from run to run."""
-    content = path.read_bytes()
-    if path.suffix != ".json":
-        return content
-    return json.dumps(json.loads(content, object_pairs_hook=_steady_keys), indent=1).encode("utf-8")
 
 
 def _geoprint(*arguments: str) -> None:
     command = [sys.executable, "-m", "geoprint", *arguments]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)  # noqa: S603  (no name from outside)
-
-
-def _steady_keys(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    return {key: value for key, value in pairs if key not in UNSTEADY}
 
 
 def _record(found: dict[str, dict[str, str]]) -> None:
