@@ -1,6 +1,7 @@
 """Reads RAPID modules that others wrote: what the parser and the symbol table make of them.
 
     python -m benchmarks.rapid_modules FOLDER [--open-names]
+    python -m benchmarks.rapid_modules --smoke
 
 FOLDER has a folder for each project (`owner+name`); the modules of a folder below are one task (several, where they
 declare the same names: each with all modules that it can have), read as open: names that other modules of the project
@@ -11,6 +12,7 @@ finding is an error of that text or of geoprint's, which a person has to say.
 from __future__ import annotations
 
 import argparse
+import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,13 +31,31 @@ SUFFIXES = {".mod", ".sys", ".modx", ".sysx", ".prg"}
 def main() -> None:
     """Print the table and all findings."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
+    parser.add_argument("--smoke", action="store_true", help="a module of one line only, to see that the script runs")
     parser.add_argument("--open-names", action="store_true", help="print names that nothing declares, too")
     options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder: Path | None = options.folder
+        if folder is None and not options.smoke:
+            parser.error("give the FOLDER of the projects, or --smoke")
+        _tell(folder or _smallest(Path(scratch)), open_names=options.open_names)
+
+
+def _smallest(scratch: Path) -> Path:
+    """Write the smallest project there is."""
+    (scratch / "own+smallest").mkdir()
+    (scratch / "own+smallest" / "Main.mod").write_text(
+        "MODULE Main\nPROC main()\nENDPROC\nENDMODULE\n", encoding="ascii"
+    )
+    return scratch
+
+
+def _tell(every: Path, *, open_names: bool) -> None:
     print(f"{'project':52} {'modules':>7} {'lines':>7} {'findings':>8}")
     findings: list[str] = []
     names: Counter[str] = Counter()
-    for project in sorted(path for path in options.folder.iterdir() if path.is_dir()):
+    for project in sorted(path for path in every.iterdir() if path.is_dir()):
         modules = lines = found = 0
         for folder in _folders(project):
             read, errors = _read(folder)
@@ -46,10 +66,10 @@ def main() -> None:
                 errors += [error for error in judged if str(error) not in {str(known) for known in errors}]
                 names.update(name.lower() for _, _, name in resolved.open_names)
             found += len(errors)
-            findings += [f"{folder.relative_to(options.folder)}: {_said(error)}" for error in errors]
+            findings += [f"{folder.relative_to(every)}: {_said(error)}" for error in errors]
         print(f"{project.name:52} {modules:7d} {lines:7d} {found:8d}")
     print(*findings, sep="\n")
-    if options.open_names:
+    if open_names:
         print(*(f"{count:5d} {name}" for name, count in names.most_common()), sep="\n")
 
 

@@ -81,7 +81,7 @@ def test_a_nasty_file_name_is_harmless_in_every_file_that_is_written(
     assert "<script>a" not in page
     assert "alert" not in page or "&lt;script&gt;a" in page
     assert json.loads((out / "heat" / "plan.json").read_text())["input"]["name"] == NASTY
-    for module in (out / "heat" / "rapid").iterdir():
+    for module in (out / "heat" / "rapid").glob("*.mod"):
         lines = module.read_text(encoding="ascii").splitlines()
         naming = [line.strip() for line in lines if "ENDMODULE" in line.upper() and line.strip() != "ENDMODULE"]
         # The name stands in comments alone, which end with their line.

@@ -29,7 +29,7 @@ from geoprint.export.rapid.language.syntax import (
     Module,
     Name,
     Parameter,
-    Record,
+    RecordType,
     Statement,
     Test as Choice,
     Unary,
@@ -63,7 +63,7 @@ def test_a_module_is_read_whole() -> None:
     )
     module = parse_module("Work.mod", "\ufeff" + text.replace("\n", "\r\n"))
     assert (module.name, module.attributes, module.comments) == ("Work", ("SYSMODULE", "NOSTEPIN"), ((5, "! about"),))
-    assert module.types[0] == Record(7, "drop", (("num", "size"), ("pos", "where")), local=True)
+    assert module.types[0] == RecordType(7, "drop", (("num", "size"), ("pos", "where")), local=True)
     assert module.data[0] == Datum(9, "gain", "PERS", "num", (), Literal(9, -1.5))
     assert module.data[1].value == Literal(9, 'a "b" \\ A')
     assert module.data[1].local
