@@ -36,7 +36,7 @@ def test_hall_around_everything_is_found(scene: Scene):
     assert scene.is_refused(body)
 
 
-def test_near_misses_a_tenth_of_a_millimetre_beyond_the_clearance_are_not_reported(scene: Scene):
+def test_near_misses_two_tenths_of_a_millimetre_beyond_the_clearance_are_not_reported(scene: Scene):
     planted = list(near_misses(scene, count=3, random=np.random.default_rng(5)))
 
     wanted = scene.cell.process.clearance + BEYOND
