@@ -41,9 +41,12 @@ def _executed(told: EvidenceRecord) -> str:
     executed = told.executed
     if executed is None:
         return "not yet"
-    failed = sum(one.failed for one in executed.scenarios)
-    runs = ", ".join(f"{one.runs} x {one.name}" for one in executed.scenarios)
-    return f"here, on no controller: {runs}; {failed or 'none'} failed, {executed.lines_executed} lines executed"
+    return (
+        f"here, on no controller: {len(executed.scenarios)} scenarios ({', '.join(executed.scenarios)}); "
+        f"{executed.lines_executed} of {executed.lines} lines; off the plan by at most "
+        f"{executed.largest_motion_mm:.4f} mm, outputs by {executed.largest_output_mm:.4f} mm, a move by "
+        f"{executed.largest_move_time_s * 1e3:.2f} ms"
+    )
 
 
 def _said(one: SeenRecord) -> str:

@@ -7,7 +7,7 @@ from hashlib import sha256
 
 import numpy as np
 
-from geoprint.account.records.evidence import EvidenceRecord, ParsedRecord
+from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
 from geoprint.account.records.robot import (
     BendRecord,
     ClearanceRecord,
@@ -26,7 +26,7 @@ from geoprint.account.records.robot import (
     TiltRecord,
 )
 from geoprint.account.records.rounding import place_of
-from geoprint.export.rapid import CELL_MODULE, Timeline, as_new
+from geoprint.export.rapid import CELL_MODULE, Executed, Timeline, as_new
 from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
 from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts
 from geoprint.motion.controller import LIFT, SHORTEST_TIME, close_targets
@@ -52,21 +52,31 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
             dry_run_only=program.dry_run,
             switching=record_switching(robot.switching),
         ),
-        evidence=record_evidence(program),
+        evidence=record_evidence(program, robot.executed),
     )
 
 
-def record_evidence(program: Program) -> EvidenceRecord:
-    """Return how far geoprint itself has proven a program: one that exists was read back and compared.
-
-    What executes programs fills in `executed` here.
-    """
+def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
+    """Return how far geoprint itself has proven a program: one that exists was read, executed and compared."""
     return EvidenceRecord(
         program_sha256=program_digest(program.modules),
         parsed=ParsedRecord(
             modules=len(program.modules),
             lines=sum(len(text.splitlines()) for _, text in program.modules),
             targets=program.targets,
+        ),
+        executed=ExecutedRecord(
+            scenarios=executed.scenarios,
+            lines=executed.statements,
+            lines_executed=executed.executed,
+            not_executed=tuple(
+                NotExecutedRecord(file=file, line=line, reason=reason) for file, line, reason in executed.not_executed
+            ),
+            largest_motion_mm=executed.motion,
+            largest_move_time_s=executed.move_time,
+            largest_run_time_share=executed.run_time,
+            largest_output_mm=executed.outputs,
+            not_known=executed.not_known,
         ),
     )
 

@@ -6,7 +6,7 @@ from typing import Literal, TypeAlias, get_args
 
 from pydantic import Field
 
-from geoprint.account.records.rounding import Count, Record
+from geoprint.account.records.rounding import Count, Record, Rounded
 
 # What people see a program do, each stage nearer to a print than the one before.
 Stage: TypeAlias = Literal["loaded", "dry", "printed"]
@@ -24,19 +24,28 @@ class ParsedRecord(Record):
     targets: Count = Field(description="that were read back and compared with the plan")
 
 
-class ScenarioRecord(Record):
-    """One manner of running the program on the machine that geoprint brings."""
+class NotExecutedRecord(Record):
+    """A line of the program that nothing here executed."""
 
-    name: str = Field(description="what was run")
-    runs: Count = Field(description="how often")
-    failed: Count = Field(description="how often it did not do what it must")
+    file: str = Field(description="of the program, or of what a controller keeps for it")
+    line: Count = Field(description="from 1")
+    reason: str = Field(description="what alone leads there")
 
 
 class ExecutedRecord(Record):
     """The program executed here, which is no controller."""
 
-    scenarios: tuple[ScenarioRecord, ...] = Field(description="what was run")
-    lines_executed: Count = Field(description="of the program, in at least one of them")
+    scenarios: tuple[str, ...] = Field(description="how it was run; each did what it must")
+    lines: Count = Field(description="that hold statements")
+    lines_executed: Count = Field(description="of these, in at least one scenario")
+    not_executed: tuple[NotExecutedRecord, ...] = Field(description="the others")
+    largest_motion_mm: Rounded = Field(description="from where the plan has a target")
+    largest_move_time_s: Rounded = Field(
+        description="by which a move takes longer or shorter than planned, ramps left out"
+    )
+    largest_run_time_share: Rounded = Field(description="the same of the moves of a run, as a share of its time")
+    largest_output_mm: Rounded = Field(description="along the path, from where the plan switches an output")
+    not_known: tuple[str, ...] = Field(description="what no simulation knows")
 
 
 class EvidenceRecord(Record):

@@ -14,7 +14,7 @@ from geoprint import cli
 from geoprint.account import PlanRecord, check_summary, read_record
 from geoprint.account.evidence import evidence_rows
 from geoprint.account.part_report import evidence_table
-from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, ScenarioRecord
+from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord
 from geoprint.account.texts.checking import check_text
 from geoprint.errors import UsageError, VerificationError
 from geoprint.pipeline import check_bundle, plan, record_seen, save_plan
@@ -29,11 +29,15 @@ def told(bundle: Path) -> EvidenceRecord:
 
 def test_a_plan_claims_that_it_was_parsed_with_figures(printed: Path) -> None:
     evidence = json.loads((printed / "plan.json").read_text())["robot"][0]["evidence"]
-    files = sorted((printed / "rapid").iterdir())
+    files = sorted(path for path in (printed / "rapid").iterdir() if path.is_file())
     assert evidence["parsed"]["modules"] == len(files)
     assert evidence["parsed"]["lines"] == sum(len(path.read_text().splitlines()) for path in files)
     assert evidence["parsed"]["targets"] == len((printed / "targets.csv").read_text().splitlines()) - 1
-    assert "executed" not in evidence
+    executed = evidence["executed"]
+    assert executed["scenarios"][:2] == ["dry", "printing"]
+    assert executed["lines_executed"] + len(executed["not_executed"]) == executed["lines"]
+    assert executed["largest_motion_mm"] <= 0.001
+    assert executed["largest_output_mm"] <= 0.05
 
 
 def test_what_a_person_saw_stands_on_the_run_sheet_with_date_and_controller(copy: Path) -> None:
@@ -142,10 +146,14 @@ def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared:
 
 def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -> None:
     executed = ExecutedRecord(
-        scenarios=(ScenarioRecord(name="dry", runs=1, failed=0), ScenarioRecord(name="resumed", runs=12, failed=0)),
-        lines_executed=350,
-    )
+        scenarios=("dry", "printing"), lines=350, lines_executed=320, not_executed=(), largest_motion_mm=0.0004,
+        largest_move_time_s=0.00052, largest_run_time_share=0.0003, largest_output_mm=0.02, not_known=(),
+    )  # fmt: skip
     evidence = told(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))
-    assert rows["executed"] == "here, on no controller: 1 x dry, 12 x resumed; none failed, 350 lines executed"
-    assert dict(evidence_rows(told(printed), (), program_sha256=""))["executed"] == "not yet"
+    assert rows["executed"] == (
+        "here, on no controller: 2 scenarios (dry, printing); 320 of 350 lines; off the plan by at most 0.0004 mm, "
+        "outputs by 0.0200 mm, a move by 0.52 ms"
+    )
+    without = evidence.model_copy(update={"executed": None})
+    assert dict(evidence_rows(without, (), program_sha256=""))["executed"] == "not yet"
