@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from geoprint.config import Job
 from geoprint.model import FloatArray, Surface, SurfacePoints
 from geoprint.paths.backtracks import unfolded, without_backtracks
 from geoprint.paths.corners import round_corners
+from geoprint.pipeline.planning import cover
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces import PolylineDistance, closest, normals, positions
 from tests.meshes import plate
 
+GROOVE = Path("/work/shared/data/patches/interventricular_groove_disc_r20.ply")
 SPACING, STANDOFF = 1.0, 0.3
 FLAT = plate((40.0, 30.0), (40, 30))
 
@@ -81,10 +89,8 @@ def test_a_small_ring_is_not_eaten_up() -> None:
 def test_corners_close_together_never_turn_back(surface: Surface, legs: list[float], angles: list[float]) -> None:
     headings = np.cumsum([0.0, *angles[: len(legs) - 1]])
     steps = np.array(legs)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
-    corners = np.vstack([[20.0, 15.0], [20.0, 15.0] + np.cumsum(steps, axis=0)])
-    flat = np.vstack(
-        [np.linspace(a, b, 9)[:-1] for a, b in zip(corners[:-1], corners[1:], strict=True)] + [corners[-1:]]
-    )
+    corners = np.vstack([[20.0, 15.0], np.array([20.0, 15.0]) + np.cumsum(steps, axis=0)])
+    flat = np.vstack([np.linspace(a, b, 9)[:-1] for a, b in pairwise(corners)] + [corners[-1:]])
     on_flat, _ = closest(FLAT, np.column_stack([flat, np.zeros(len(flat))]))
     run = SurfacePoints(on_flat.faces, on_flat.weights)
     before = turns(positions(surface, run)).max()
@@ -94,3 +100,12 @@ def test_corners_close_together_never_turn_back(surface: Surface, legs: list[flo
     for line in lines:
         assert turns(line).max(initial=0.0) <= max(before, np.radians(30.0)) + np.radians(3.0)
     assert PolylineDistance(lines, step=0.2)(positions(surface, run)).max() <= 2.2 * SPACING / 20.0
+
+
+@pytest.mark.skipif(not GROOVE.exists(), reason="needs the real patches")
+def test_the_tip_turns_back_nowhere_in_the_groove_between_the_ventricles() -> None:
+    job = Job(surface=GROOVE, unit="mm", spacing=1.5, robot=False)
+    stage = Stages(lambda _: None)
+    stream = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage).poses
+    for run in range(int(stream.runs.max()) + 1):
+        assert np.degrees(turns(stream.tips[stream.deposit & (stream.runs == run)]).max()) < 90.0
