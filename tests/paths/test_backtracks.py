@@ -87,10 +87,10 @@ def test_a_small_ring_is_not_eaten_up() -> None:
     angles=st.lists(st.floats(-1.9, 1.9), min_size=6, max_size=6),
 )
 def test_corners_close_together_never_turn_back(surface: Surface, legs: list[float], angles: list[float]) -> None:
-    headings = np.cumsum([0.0, *angles[: len(legs) - 1]])
-    steps = np.array(legs)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
-    corners = np.vstack([[20.0, 15.0], np.array([20.0, 15.0]) + np.cumsum(steps, axis=0)])
-    flat = np.vstack([np.linspace(a, b, 9)[:-1] for a, b in pairwise(corners)] + [corners[-1:]])
+    headings: FloatArray = np.cumsum([0.0, *angles[: len(legs) - 1]])
+    steps: FloatArray = np.array(legs)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
+    corners: FloatArray = np.vstack([[20.0, 15.0], np.array([20.0, 15.0]) + np.cumsum(steps, axis=0)])
+    flat: FloatArray = np.vstack([np.linspace(a, b, 9)[:-1] for a, b in pairwise(corners)] + [corners[-1:]])
     on_flat, _ = closest(FLAT, np.column_stack([flat, np.zeros(len(flat))]))
     run = SurfacePoints(on_flat.faces, on_flat.weights)
     before = turns(positions(surface, run)).max()
