@@ -6,6 +6,7 @@ import numpy as np
 
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath, frozen
+from geoprint.paths.backtracks import without_backtracks
 from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.resample import resample
 from geoprint.surfaces import arc_lengths, component_labels, positions
@@ -13,6 +14,8 @@ from geoprint.surfaces import arc_lengths, component_labels, positions
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
+# What the tip may leave out where it would turn back, as a share of the spacing: what is within 5 % counts as even.
+BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
 
 @frozen
@@ -26,7 +29,7 @@ class _Run:
     piece: int
 
 
-def arrange(strokes: Strokes, surface: Surface, *, speed: float) -> Toolpath:
+def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float = 0.0) -> Toolpath:
     """Order, orient and resample strokes.
 
     Runs go from the seed inwards, level by level, which is the whole part of the row at which a stroke starts; inside a
@@ -42,10 +45,11 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float) -> Toolpath:
         strokes: c curves.
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
+        standoff: height of the tip over the surface [mm], at which it must not turn back.
 
     Returns:
-        The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split. Where
-        the spacing differs, the smallest counts.
+        The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split, and no
+        way back. Where the spacing differs, the smallest counts.
 
     Raises:
         FieldError: nothing is left to print of the surface, or of a piece of it.
@@ -64,8 +68,9 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float) -> Toolpath:
         for run in ordered
     ]
     rounded = round_corners(surface, sampled, closed=[run.closed for run in ordered], spacing=spacing, speed=speed)
+    curves = _curves(surface, rounded.pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
     return Toolpath(
-        curves=_curves(rounded.pieces),
+        curves=curves,
         levels=np.array([ordered[run.run].level for run in rounded.pieces]),
         layers=np.zeros(len(rounded.pieces), dtype=np.int64),
         spacing=spacing,
@@ -93,14 +98,12 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
     ]
 
 
-def _curves(runs: list[RoundedRun]) -> SurfaceCurves:
-    """Return the curves of runs, one after the other."""
+def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error: float) -> SurfaceCurves:
+    """Return the curves of runs, one after the other, without the samples at which the tip would turn back."""
+    kept = [without_backtracks(surface, run.points, standoff=standoff, error=error) for run in runs]
     return SurfaceCurves(
-        SurfacePoints(
-            np.concatenate([run.points.faces for run in runs]),
-            np.concatenate([run.points.weights for run in runs]),
-        ),
-        np.concatenate([[0], np.cumsum([run.points.faces.size for run in runs])]),
+        SurfacePoints(np.concatenate([run.faces for run in kept]), np.concatenate([run.weights for run in kept])),
+        np.concatenate([[0], np.cumsum([run.faces.size for run in kept])]),
         np.array([run.closed for run in runs]),
     )
 

@@ -140,9 +140,10 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):
-        toolpath = arrange(strokes, surface, speed=workpiece.cell.process.speed)
+        process = workpiece.cell.process
+        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    layers = (Layer(surface, 0, workpiece.cell.process.layer_height),)
+    layers = (Layer(surface, 0, process.layer_height),)
     return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)
 
 
