@@ -97,8 +97,15 @@ class Controller:
 
     def go_on(self) -> None:
         """Start again where the program stood, and run to the end."""
+        state = self.state
+        # The program is ahead of the arm, which stands.
+        clock, state.clock = state.clock, min(state.until, state.clock)
         self._event("Restart")
-        self.run_until(np.inf)
+        if state.ended == "runs":
+            state.clock = clock
+            self.run_until(np.inf)
+        else:
+            state.pending.clear()
 
     def from_main(self, scenario: Scenario) -> None:
         """Let the program begin anew where the arm stands now, with what a person has changed since.
