@@ -32,15 +32,14 @@ def without_backtracks(surface: Surface, points: SurfacePoints, *, standoff: flo
         surface: what the run lies on.
         points: (k,) samples of the run.
         standoff: height of the tip over the surface [mm].
-        error: largest distance of the tip's places that are left out from the chord over them [mm], where it is more
-            than `FOLD_SHARE` of the stand-off.
+        error: largest distance of the tip's places that are left out from the chord over them [mm]; in a fold it may be
+            `FOLD_SHARE` of the stand-off.
 
     Returns:
         The samples that are kept; the first and the last always are.
     """
     tips = positions(surface, points) + standoff * normals(surface, points)
-    error = max(FOLD_SHARE * standoff, error)
-    kept = unfolded(tips, turn=BACKTRACK, error=error)
+    kept = unfolded(tips, turn=BACKTRACK, error=max(FOLD_SHARE * standoff, error))
     kept = kept[unfolded(tips[kept], turn=LARGEST_TURN, error=error)]
     return SurfacePoints(points.faces[kept], points.weights[kept])
 
