@@ -9,7 +9,7 @@ MODULE GeoCell
   ! Checked: clearance of the nozzle
   ! Not checked: the operator
   ! Not checked: the real cell. Run it dry and slowly first.
-  ! Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.
+  ! It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.
   PERS bool geoDryRun:=TRUE;
   PERS num geoSpeedPct:=25;
   PERS num geoFirstRun:=1;
@@ -27,7 +27,7 @@ MODULE GeoCell
   CONST num nGeoBack:=1.000;
   CONST speeddata vGeoHome:=[60,500,5000,1000];
   CONST speeddata vGeoSlow:=[20,10,5000,1000];
-  CONST speeddata vGeo1:=[19.8,500,5000,1000];
+  CONST speeddata vGeo1:=[19.876,500,5000,1000];
   CONST speeddata vGeo2:=[20,500,5000,1000];
   CONST speeddata vGeo3:=[60,500,5000,1000];
   CONST zonedata zGeo1:=[FALSE,0.12,0.12,0.12,1.2,0.12,1.2];

@@ -1,32 +1,45 @@
 MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
-  ! Tie GeoStopped to the controller's events Stop and QStop, and GeoSafe to Reset and PowerOn.
-  ! An emergency stop may run no program at all: give the outputs safe values in the controller too.
+  ! GeoResident.sys of rapid/controller shuts off at stops and outlasts this program, which refuses to run without it.
+  ! What a person sets counts from the next start from main on; geoDryRun:=TRUE counts from the next run on.
   ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
   VAR num geoOn:=0;
+  VAR num geoPct:=25;
+  ! The run that was entered last; -1 until GeoBegin has asked everything.
+  VAR num geoRun:=-1;
+  VAR bool geoPrints:=FALSE;
+  VAR num geoFrom:=1;
   VAR bool geoCutShort:=FALSE;
+  ! Needs nothing but this program, so that error handlers can rely on it. A run that it ends has been cut short.
   PROC GeoSafe()
     SetDO doValve,0;
     SetDO doUV,0;
-  ENDPROC
-  PROC GeoStopped()
-    IF doValve=1 geoCutShort:=TRUE;
-    GeoSafe;
+    IF geoOn=1 geoCutShort:=TRUE;
+    geoOn:=0;
   ENDPROC
   PROC GeoRefuse(string why)
-    geoOn:=0;
     GeoSafe;
+    geoRun:=-1;
+    geoPrints:=FALSE;
     TPWrite "geoprint stops here:";
     TPWrite why;
     EXIT;
   ENDPROC
   PROC GeoBegin(num runs)
     GeoSafe;
-    geoOn:=0;
+    geoRun:=-1;
+    geoPrints:=FALSE;
     geoCutShort:=FALSE;
     TPErase;
+    GeoAskResident;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
     IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
+    geoPct:=geoSpeedPct;
+    geoPrints:=NOT geoDryRun;
+    geoFrom:=geoFirstRun;
+    IF geoPrints AND (geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100) THEN
+      GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
+    ENDIF
     ConfJ\On;
     ConfL\On;
     SingArea\Off;
@@ -35,15 +48,38 @@ MODULE GeoGuard
     VelSet 100,250;
     GeoAskFrame;
     GeoAskHome;
-    IF geoDryRun OR geoFirstRun>1 THEN
-      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+    GeoAskCutShort;
+    IF NOT geoPrints OR geoFrom>1 THEN
+      MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
     ELSE
-      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoSpeedPct,fine,tGeoNozzle;
+      MoveAbsJ jGeoStart\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
     ENDIF
-    VelSet geoSpeedPct,250;
+    VelSet geoPct,250;
+    geoRun:=0;
   ERROR
     GeoSafe;
     RAISE;
+  ENDPROC
+  ! The resident is called by name, so that a program without it loads and can say what is missing.
+  PROC GeoKeeper(string routine,INOUT num value)
+    %routine% value;
+  ERROR
+    IF ERRNO=ERR_REFUNKPRC OR ERRNO=ERR_CALLPROC THEN
+      GeoRefuse "load GeoResident.sys version 1: see rapid/controller/first_load.md.";
+    ENDIF
+    GeoSafe;
+    RAISE;
+  ENDPROC
+  PROC GeoAskResident()
+    VAR num version:=0;
+    VAR num outputs:=0;
+    GeoKeeper "GeoResidentVersion",version;
+    IF version<>1 THEN
+      TPWrite "GeoResident.sys has version "\Num:=version;
+      GeoRefuse "load GeoResident.sys version 1: see rapid/controller/first_load.md.";
+    ENDIF
+    GeoKeeper "GeoResidentOutputs",outputs;
+    IF outputs<>354172 GeoRefuse "GeoResident.sys switches the outputs of another cell.";
   ENDPROC
   PROC GeoAskFrame()
     VAR pose shift;
@@ -78,25 +114,65 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
+  ! What the last print has left in the middle of a run; it is forgotten only when somebody prints anew.
+  PROC GeoAskCutShort()
+    VAR num left:=0;
+    VAR num cut:=0;
+    VAR num answer;
+    GeoKeeper "GeoResidentEnter",left;
+    GeoKeeper "GeoResidentAsk",cut;
+    IF left>0 cut:=left;
+    IF cut=0 RETURN;
+    GeoKeeper "GeoResidentSet",cut;
+    IF NOT geoPrints RETURN;
+    TPWrite "The last print was stopped in run "\Num:=cut;
+    TPWrite "This one starts with run "\Num:=geoFrom;
+    TPReadFK answer,"Is the nozzle clean, the part right?","Print","","","","Stop";
+    IF answer<>1 GeoRefuse "clean the nozzle, set geoFirstRun, start from main.";
+    cut:=0;
+    GeoKeeper "GeoResidentSet",cut;
+  ERROR
+    GeoSafe;
+    RAISE;
+  ENDPROC
   PROC GeoAskStopped(num run)
-    IF geoCutShort THEN
-      TPWrite "Material was stopped in run "\Num:=run;
+    VAR num cut:=0;
+    GeoKeeper "GeoResidentAsk",cut;
+    IF geoCutShort cut:=run;
+    IF cut>0 THEN
+      GeoKeeper "GeoResidentSet",cut;
+      TPWrite "Material was stopped in run "\Num:=cut;
       GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
     ENDIF
+  ERROR
+    GeoSafe;
+    RAISE;
   ENDPROC
   PROC GeoEnter(num run)
+    VAR num now:=0;
     SetDO doValve,0;
-    GeoAskStopped run-1;
-    IF geoDryRun OR run<geoFirstRun THEN
+    IF geoOn=1 OR geoCutShort GeoAskStopped run-1;
+    IF run<>geoRun+1 GeoRefuse "runs follow one another from main only: start from main.";
+    geoRun:=run;
+    GeoKeeper "GeoResidentEnter",now;
+    IF NOT geoPrints OR geoDryRun OR run<geoFrom THEN
       geoOn:=0;
+      GeoSafe;
       PDispSet geoLift;
     ELSE
-      IF geoSpeedPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
+      IF geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100 THEN
+        geoOn:=0;
+        TPWrite "Not begun, set geoFirstRun to it: run "\Num:=run;
         GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
       ENDIF
+      now:=run;
+      GeoKeeper "GeoResidentEnter",now;
       PDispOff;
       geoOn:=1;
     ENDIF
+  ERROR
+    GeoSafe;
+    RAISE;
   ENDPROC
   ! A target whose axes stand in other quadrants when it is lifted, with the configuration that it has then.
   FUNC robtarget GeoAloft(robtarget target,confdata lifted)
@@ -104,12 +180,19 @@ MODULE GeoGuard
     RETURN target;
   ENDFUNC
   PROC GeoEnd(num run)
-    GeoSafe;
-    GeoAskStopped run;
+    VAR num now:=0;
+    SetDO doValve,0;
+    IF geoOn=1 OR geoCutShort GeoAskStopped run;
+    IF run<>geoRun GeoRefuse "runs follow one another from main only: start from main.";
+    IF geoOn=1 AND CSpeedOverride()<>100 TPWrite "The speed override was changed: look at the last run.";
     geoOn:=0;
+    GeoSafe;
+    geoRun:=-1;
+    GeoKeeper "GeoResidentEnter",now;
     PDispOff;
     VelSet 100,250;
-    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoSpeedPct,fine,tGeoNozzle;
+    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
+    geoPrints:=FALSE;
   ERROR
     GeoSafe;
     RAISE;

@@ -9,7 +9,7 @@ MODULE GeoPrint
   ! Checked: clearance of the nozzle
   ! Not checked: the operator
   ! Not checked: the real cell. Run it dry and slowly first.
-  ! Outputs stay as they are at a stop unless GeoStopped is tied to it; see GeoGuard.
+  ! It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.
   PROC main()
     GeoBegin 2;
     GeoRun1;
