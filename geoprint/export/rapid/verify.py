@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
+from geoprint.export.rapid.collecting import uncollected
 from geoprint.export.rapid.compare import UNIT_TOLERANCE
 from geoprint.export.rapid.executed import Proof, prove
 from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
@@ -92,6 +93,7 @@ def verify_program(
     return judged.proof
 
 
+@uncollected()
 def judge_program(
     modules: tuple[tuple[str, str], ...],
     orders: Orders,
