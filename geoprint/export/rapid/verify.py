@@ -10,10 +10,10 @@ import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
-from geoprint.export.rapid.collecting import uncollected
 from geoprint.export.rapid.compare import UNIT_TOLERANCE
 from geoprint.export.rapid.executed import Proof, prove
 from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
+from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module

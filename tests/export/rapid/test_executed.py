@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from geoprint.errors import VerificationError
-from geoprint.export.rapid.collecting import uncollected
 from geoprint.export.rapid.executed import Proof, beyond, deviations, prove, switching_deviation
 from geoprint.export.rapid.guard import resident_module
+from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.machine.corners import rounded_lengths
 from geoprint.export.rapid.program import proven_program
