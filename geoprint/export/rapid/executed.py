@@ -12,16 +12,21 @@ from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.machine import NOT_KNOWN
+from geoprint.export.rapid.machine.corners import rounded_lengths
 from geoprint.export.rapid.made import Made, dry, make, printing, task_of
 from geoprint.export.rapid.refusals import refusals, stopped
 from geoprint.export.rapid.text import refuse
 from geoprint.export.rapid.verify_outputs import verify_dry
 from geoprint.export.switching import Event
-from geoprint.model import BoolArray, Cell, IntArray, Placement, comparable
+from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, comparable
 from geoprint.motion.arm import Arm
 
 # Moves shorter than this [mm] turn the tool; their speed is that of the turning.
 _TURN_ON_THE_SPOT = 1e-3
+# A move takes its length over its speed, or longer where it turns the tool: by so much more it is by rounding only.
+_BY_SPEED = 1.0 + 1e-9
+# How far targets and switchings may lie from the plan's [mm].
+MOST_MOTION, MOST_OUTPUTS = 1e-3, 0.05
 # What alone leads to statements that no scenario executes.
 _ERROR = "an error that the controller raises"
 _ELSE = "a stop, a refusal or an answer that no scenario brings here"
@@ -41,7 +46,8 @@ class Executed:
         executed: how many of these were executed, each statement in at least one scenario.
         not_executed: file and line of the others, and what alone leads there.
         motion: how far a target lies from where the plan has it, at most [mm].
-        move_time: by how much a move takes longer or shorter than planned, at most [s].
+        move_time: by how much a move takes longer or shorter than planned, at most [s]; corners are passed as their
+            parabolas are long, ramps are left out.
         run_time: the same of the moves of a run, as a share of its time, at most.
         outputs: how far an output switches from where the plan has it, at most [mm].
         not_known: what no simulation knows.
@@ -67,7 +73,7 @@ class Proof:
         dry: the dry run.
         printing: from the first run on; where its placement is not known, what it would do if it could.
         executed: figures.
-        wrong: what it does not refuse, or goes on with behind a stop.
+        wrong: what it does not refuse, or goes on with behind a stop, and figures beyond what is allowed.
     """
 
     dry: Made
@@ -118,7 +124,24 @@ def prove(
         except VerificationError as error:
             wrong.append(error)
     executed = _figures(made, orders, ran, modules, placement=placement, events=events)
-    return Proof(lifted, made, executed, tuple(wrong))
+    return Proof(lifted, made, executed, (*wrong, *beyond(executed)))
+
+
+def beyond(executed: Executed) -> tuple[VerificationError, ...]:
+    """Return what lies farther from the plan than allowed; what is missing altogether is found target by target."""
+    found = (
+        ("a target", executed.motion, MOST_MOTION),
+        ("a switching", executed.outputs, MOST_OUTPUTS),
+    )
+    return tuple(
+        VerificationError(
+            f"{what} of the program, executed, lies {distance:.4f} mm from the plan's, allowed are {most:g} mm; do not "
+            "run this program: write it again from its plan.",
+            distance_mm=distance,
+        )
+        for what, distance, most in found
+        if most < distance < np.inf
+    )
 
 
 def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> None:
@@ -184,10 +207,22 @@ def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[flo
     if not placement.missing:
         found = moves.Ts_base_tip(made.rows)[:, :3, 3]
     motion = float(np.linalg.norm(found - tips, axis=1).max(initial=0.0))
-    planned, took = np.diff(orders.times), (moves.ends - moves.begins)[made.rows[1:]]
+    planned, took = np.diff(orders.times), _times(made)
     moving = moves.lengths[made.rows[1:]] > _TURN_ON_THE_SPOT
     off = np.where(moving, took - planned, 0.0)
     same_run = made.runs[1:]
     sums = [np.bincount(same_run, weights=np.where(moving, each, 0.0)) for each in (off, planned)]
     shares = np.abs(sums[0]) / np.where(sums[1] > 0.0, sums[1], np.inf)
     return motion, float(np.abs(off).max(initial=0.0)), float(shares.max(initial=0.0))
+
+
+def _times(made: Made) -> FloatArray:
+    """Return how long each move takes to the next target, from corner to corner [s].
+
+    The tip keeps its speed where the controller rounds a corner, so that it needs the less time the more that cuts off.
+    """
+    moves, rows = made.execution.moves, made.rows[1:]
+    lengths, took = moves.lengths[rows], (moves.ends - moves.begins)[rows]
+    passed = rounded_lengths(made.places, moves.zones[made.rows])
+    by_speed = (took * moves.speeds[rows] <= lengths * _BY_SPEED) & (lengths > _TURN_ON_THE_SPOT)
+    return np.where(by_speed, took * passed / np.where(by_speed, lengths, 1.0), took)

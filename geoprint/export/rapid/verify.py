@@ -13,6 +13,7 @@ from geoprint.export.orders import Orders
 from geoprint.export.rapid.compare import UNIT_TOLERANCE
 from geoprint.export.rapid.executed import Proof, prove
 from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
+from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module
@@ -92,6 +93,7 @@ def verify_program(
     return judged.proof
 
 
+@uncollected()
 def judge_program(
     modules: tuple[tuple[str, str], ...],
     orders: Orders,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from functools import cache
 
@@ -9,9 +10,11 @@ import numpy as np
 import pytest
 
 from geoprint.errors import VerificationError
-from geoprint.export.rapid.executed import Proof, deviations, prove, switching_deviation
+from geoprint.export.rapid.executed import Proof, beyond, deviations, prove, switching_deviation
 from geoprint.export.rapid.guard import resident_module
+from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.machine.corners import rounded_lengths
 from geoprint.export.rapid.program import proven_program
 from geoprint.model import Placement
 from tests.export.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
@@ -114,3 +117,42 @@ def test_deviations_are_those_of_what_was_executed() -> None:
     moved = (replace(first, distance=first.distance + 0.07), *rest)
     assert switching_deviation(made, moved) == pytest.approx(0.07, abs=1e-5)
     assert switching_deviation(made, tuple(rest)) == np.inf
+
+
+def test_a_corner_is_as_long_as_its_parabola() -> None:
+    places = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [5.0, 3.0, 1.0], [5.0, 3.0, 1.0], [9.0, 3.0, 1.0]])
+    zones = np.array([0.0, 9.0, 0.0, 0.0, 0.0])
+    # A zone of 9 mm is no larger than half of the nearer line, sqrt(11) / 2; the curve is measured in small pieces.
+    size, ahead = np.sqrt(11.0) / 2.0, np.array([1.0, 3.0, 1.0]) / np.sqrt(11.0)
+    share = np.linspace(0.0, 0.5, 20_001)[:, None]
+    entry, leave = places[1] - [size, 0.0, 0.0], places[1] + size * ahead
+    curve = (1.0 - share) ** 2 * entry + 2.0 * share * (1.0 - share) * places[1] + share**2 * leave
+    half = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
+    expected = [4.0 - size + half, np.sqrt(11.0) - size + half, 0.0, 4.0]
+    np.testing.assert_allclose(rounded_lengths(places, zones), expected, atol=1e-7)
+
+
+def test_a_straight_path_loses_nothing_at_its_zones() -> None:
+    places = np.outer(np.arange(4.0), [0.6, 0.0, 0.8])
+    np.testing.assert_allclose(rounded_lengths(places, np.full(4, 0.3)), 1.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("figure", "allowed"), [("motion", 0.001), ("outputs", 0.05)])
+def test_what_lies_farther_from_the_plan_than_allowed_is_refused(figure: str, allowed: float) -> None:
+    executed = written()[1].executed
+    assert not beyond(replace(executed, **{figure: allowed}))
+    (error,) = beyond(replace(executed, **{figure: 1.01 * allowed}))
+    assert f"allowed are {allowed:g} mm" in str(error)
+
+
+def test_the_collector_is_as_it_was_behind_a_program_that_fails() -> None:
+    seen: list[bool] = []
+
+    @uncollected()
+    def fail() -> None:
+        seen.append(gc.isenabled())
+        raise VerificationError("no program; write it again.")
+
+    with pytest.raises(VerificationError):
+        fail()
+    assert (seen, gc.isenabled()) == ([False], True)

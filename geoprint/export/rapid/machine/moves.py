@@ -3,7 +3,8 @@ r"""Executes one move: where the tip goes, how long it takes, when the program g
 A move takes its length over the speed of its speeddata, or its turn over the turning speed where that is longer, both
 scaled by VelSet and the panel; or the time that it is given (`\T`), scaled likewise. A stop (`fine`) holds the program
 until the arm is there; where a zone lets it fly by, the program goes on as the zone is entered, which is no larger than
-half of the move. Ramps and the corner's own dynamics are left out: a corner is passed in the time of its two lines.
+half of the move. Ramps and the corner's own dynamics are left out: the program's clock passes a corner in the time of
+its two lines; how much sooner its parabola leads round it, `corners` says.
 """
 
 from __future__ import annotations
