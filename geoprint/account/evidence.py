@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from geoprint.account.records.evidence import STAGES, EvidenceRecord, SeenRecord, Stage
+from geoprint.account.records.evidence import STAGES, EvidenceRecord, ExecutedRecord, SeenRecord, Stage
 
 # What each stage is called.
 WORDS: dict[Stage, str] = {
@@ -25,7 +25,7 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
     parsed, executed = told.parsed, told.executed
     rows = [
         ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
-        ("executed", "not yet" if executed is None else _executed(told)),
+        ("executed", "not yet" if executed is None else _executed(executed)),
     ]
     for stage in STAGES:
         of_it = [_said(one) for one in seen if one.stage == stage and one.program_sha256 == program_sha256]
@@ -37,15 +37,16 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
     return rows
 
 
-def _executed(told: EvidenceRecord) -> str:
-    executed = told.executed
-    if executed is None:
-        return "not yet"
+def _executed(found: ExecutedRecord) -> str:
+    """Say how a program was executed, how far from the plan, what was left out and what nobody can tell."""
+    left = len(found.not_executed)
+    listed = f", not executed {left} (plan.json says why)" if left else ""
+    unknown = f". No simulation knows {'; '.join(found.not_known)}" if found.not_known else ""
     return (
-        f"here, on no controller: {len(executed.scenarios)} scenarios ({', '.join(executed.scenarios)}); "
-        f"{executed.lines_executed} of {executed.lines} lines; off the plan by at most "
-        f"{executed.largest_motion_mm:.4f} mm, outputs by {executed.largest_output_mm:.4f} mm, a move by "
-        f"{executed.largest_move_time_s * 1e3:.2f} ms"
+        f"here, on no controller, in {len(found.scenarios)} scenarios: {found.lines_executed} of {found.lines} "
+        f"lines{listed}. Off the plan by at most {found.largest_motion_mm:.4f} mm, outputs by "
+        f"{found.largest_output_mm:.4f} mm, a move by {found.largest_move_time_s * 1e3:.2f} ms, a run by "
+        f"{found.largest_run_time_share:.2%} of its time{unknown}"
     )
 
 

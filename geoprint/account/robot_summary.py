@@ -65,19 +65,24 @@ def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
             lines=sum(len(text.splitlines()) for _, text in program.modules),
             targets=program.targets,
         ),
-        executed=ExecutedRecord(
-            scenarios=executed.scenarios,
-            lines=executed.statements,
-            lines_executed=executed.executed,
-            not_executed=tuple(
-                NotExecutedRecord(file=file, line=line, reason=reason) for file, line, reason in executed.not_executed
-            ),
-            largest_motion_mm=executed.motion,
-            largest_move_time_s=executed.move_time,
-            largest_run_time_share=executed.run_time,
-            largest_output_mm=executed.outputs,
-            not_known=executed.not_known,
+        executed=record_executed(executed),
+    )
+
+
+def record_executed(found: Executed) -> ExecutedRecord:
+    """Return what was executed of a program that moves target by target as planned, so that its figures are finite."""
+    return ExecutedRecord(
+        scenarios=found.scenarios,
+        lines=found.statements,
+        lines_executed=found.executed,
+        not_executed=tuple(
+            NotExecutedRecord(file=file, line=line, reason=reason) for file, line, reason in found.not_executed
         ),
+        largest_motion_mm=found.motion,
+        largest_move_time_s=found.move_time,
+        largest_run_time_share=found.run_time,
+        largest_output_mm=found.outputs,
+        not_known=found.not_known,
     )
 
 

@@ -24,7 +24,7 @@ from geoprint.account.records.evidence import EvidenceRecord
 from geoprint.account.records.plan import DepositionRecord, PatchRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord
 from geoprint.account.records.rounding import as_json
-from geoprint.account.robot_summary import record_switching
+from geoprint.account.robot_summary import record_executed, record_switching
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray
@@ -32,6 +32,8 @@ from geoprint.surfaces import in_words
 
 WIDTH, NARROW = 100, 60
 _LABEL = 18
+# Bends that are listed where targets stand beside the path, the farthest first.
+LISTED_BENDS = 3
 
 
 def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
@@ -61,7 +63,7 @@ def _record(checked: Checked, name: str) -> CheckRecord:
         switching=None if switching is None else record_switching(switching),
         extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
         repeated=None if checked.repeated is None else _repeated(checked.repeated),
-        evidence=robot[0].evidence if robot else None,
+        evidence=_executed_now(checked, robot[0].evidence) if robot else None,
         seen=checked.seen,
     )
 
@@ -102,6 +104,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("signals", _signals(setup, switching)),
         ("process", _process(setup, told.deposition)),
         ("limits", _limits(setup, robot.motion)),
+        ("targets", _targets(robot.motion)),
         ("before start", _steps(setup, orders)),
         ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
         ("checked again", repeated_texts(checked)),
@@ -124,8 +127,15 @@ def repeated_texts(checked: Checked) -> list[str]:
 
 
 def _evidence(checked: Checked, told: EvidenceRecord) -> list[str]:
-    rows = evidence_rows(told, checked.seen, program_sha256=checked.program_sha256)
+    rows = evidence_rows(_executed_now(checked, told), checked.seen, program_sha256=checked.program_sha256)
     return [f"{stage}: {what}" for stage, what in rows]
+
+
+def _executed_now(checked: Checked, told: EvidenceRecord) -> EvidenceRecord:
+    """Return what plan.json says, but executed in this check; not at all where it goes to other targets."""
+    found = checked.executed
+    same = found is not None and np.isfinite([found.motion, found.outputs]).all()
+    return told.model_copy(update={"executed": record_executed(found) if found is not None and same else None})
 
 
 def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
@@ -258,6 +268,25 @@ def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
     laying = f"tip {process.speed:g} mm/s laying (slowest {motion.slowest_deposit_mm_s:.1f})"
     joints = f"joints from and to home at {process.joint_speed_share:.0%} of their speeds"
     return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
+
+
+def _targets(motion: MotionRecord) -> list[str]:
+    """Say how hard the targets are for the controller: close ones, the jerk, bends where they leave the path."""
+    targets = motion.targets
+    beside = sorted((bend for bend in targets.bends if bend.offset_mm > 0.0), key=lambda bend: -bend.offset_mm)
+    texts = [
+        (
+            f"shortest move {targets.shortest_ms:.1f} ms ({targets.closer} below {targets.period_ms:g} ms, which a "
+            f"controller takes without slowing down); largest jerk of the tip while laying "
+            f"{motion.largest_jerk_m_s3:.0f} m/s3"
+        )
+    ]
+    if beside:
+        texts.append(f"beside the path in {len(beside)} tight bends, farthest (plan.json lists all):")
+    for bend in beside[:LISTED_BENDS]:
+        place = ", ".join(f"{mm:.1f}" for mm in bend.place_mm)
+        texts.append(f"  {bend.offset_mm:.3f} mm in run {bend.run + 1} at ({place}) mm, {bend.targets} targets")
+    return texts
 
 
 def _steps(setup: Setup, orders: Orders) -> list[str]:

@@ -14,7 +14,8 @@ from geoprint import cli
 from geoprint.account import PlanRecord, check_summary, read_record
 from geoprint.account.evidence import evidence_rows
 from geoprint.account.part_report import evidence_table
-from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord
+from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord
+from geoprint.account.records.robot import BendRecord
 from geoprint.account.texts.checking import check_text
 from geoprint.errors import UsageError, VerificationError
 from geoprint.pipeline import check_bundle, plan, record_seen, save_plan
@@ -136,6 +137,42 @@ def test_the_command_records_and_refuses(
     assert json.loads((copy / "evidence.json").read_text())["seen"][0]["controller"] == "c/6.15"
 
 
+def test_a_check_tells_what_it_executed_itself(printed: Path) -> None:
+    checked = check_bundle(printed)
+    executed = json.loads((printed / "plan.json").read_text())["robot"][0]["evidence"]["executed"]
+    assert json.loads(json.dumps(check_summary(checked)))["evidence"]["executed"] == executed
+    assert checked.executed is not None
+    # A program that does not run, or to other targets, was not executed, whatever plan.json says.
+    elsewhere = replace(checked.executed, motion=float("inf"), outputs=float("inf"))
+    for other in (None, elsewhere):
+        told_now = replace(checked, executed=other)
+        assert "executed" not in json.loads(json.dumps(check_summary(told_now)))["evidence"]
+        assert "executed: not yet" in " ".join(check_text(told_now).split())
+
+
+def test_the_run_sheet_tells_of_moves_jerk_and_bends_in_plain_words(printed: Path) -> None:
+    checked = check_bundle(printed)
+    assert checked.told is not None
+    robot = checked.told.robot[0]
+    bends = tuple(
+        BendRecord(
+            run=number, kind="rounded", place_mm=(number, 0.0, 0.0), arc_mm=1.0, radius_mm=0.5,
+            targets=7, offset_mm=number / 100, shortest_ms=12.0,
+        )
+        for number in range(6)
+    )  # fmt: skip
+    targets = robot.motion.targets.model_copy(update={"shortest_ms": 12.5, "closer": 4, "bends": bends})
+    motion = robot.motion.model_copy(update={"targets": targets, "largest_jerk_m_s3": 104.2})
+    bent = checked.told.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
+    said = " ".join(check_text(replace(checked, told=bent)).split())
+    assert "shortest move 12.5 ms (4 below 20 ms" in said
+    assert "largest jerk of the tip while laying 104 m/s3" in said
+    # Run 0 of plan.json has no offset; the farthest of the other five come first, numbered from 1.
+    assert "beside the path in 5 tight bends, farthest (plan.json lists all): 0.050 mm in run 6 at (5.0, " in said
+    assert "0.030 mm in run 4" in said
+    assert "0.020 mm in run 3" not in said
+
+
 def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared: Path) -> None:
     plans = [read_record(folder / "plan.json", PlanRecord) for folder in (printed, compared / "heat")]
     rows = {row.quantity: row.values for row in evidence_table(plans)}
@@ -146,14 +183,16 @@ def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared:
 
 def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -> None:
     executed = ExecutedRecord(
-        scenarios=("dry", "printing"), lines=350, lines_executed=320, not_executed=(), largest_motion_mm=0.0004,
-        largest_move_time_s=0.00052, largest_run_time_share=0.0003, largest_output_mm=0.02, not_known=(),
+        scenarios=("dry", "printing"), lines=321, lines_executed=320, largest_motion_mm=0.0004,
+        largest_move_time_s=0.00052, largest_run_time_share=0.0003, largest_output_mm=0.02, not_known=("lag", "ramps"),
+        not_executed=(NotExecutedRecord(file="GeoGuard.mod", line=44, reason="an error"),),
     )  # fmt: skip
     evidence = told(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))
     assert rows["executed"] == (
-        "here, on no controller: 2 scenarios (dry, printing); 320 of 350 lines; off the plan by at most 0.0004 mm, "
-        "outputs by 0.0200 mm, a move by 0.52 ms"
+        "here, on no controller, in 2 scenarios: 320 of 321 lines, not executed 1 (plan.json says why). Off the plan "
+        "by at most 0.0004 mm, outputs by 0.0200 mm, a move by 0.52 ms, a run by 0.03% of its time. "
+        "No simulation knows lag; ramps"
     )
     without = evidence.model_copy(update={"executed": None})
     assert dict(evidence_rows(without, (), program_sha256=""))["executed"] == "not yet"
