@@ -10,6 +10,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
+from geoprint.export.rapid.language.places import Place, refusal
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.machine import NOT_KNOWN
 from geoprint.export.rapid.machine.corners import rounded_lengths
@@ -27,6 +28,8 @@ _TURN_ON_THE_SPOT = 1e-3
 _BY_SPEED = 1.0 + 1e-9
 # How far targets and switchings may lie from the plan's [mm].
 MOST_MOTION, MOST_OUTPUTS = 1e-3, 0.05
+# Where a program begins, for what none of its lines alone has done.
+_ENTRY = Place("GeoPrint.mod", 1)
 # What alone leads to statements that no scenario executes.
 _ERROR = "an error that the controller raises"
 _ELSE = "a stop, a refusal or an answer that no scenario brings here"
@@ -134,11 +137,7 @@ def beyond(executed: Executed) -> tuple[VerificationError, ...]:
         ("a switching", executed.outputs, MOST_OUTPUTS),
     )
     return tuple(
-        VerificationError(
-            f"{what} of the program, executed, lies {distance:.4f} mm from the plan's, allowed are {most:g} mm; do not "
-            "run this program: write it again from its plan.",
-            distance_mm=distance,
-        )
+        refusal(_ENTRY, f"{what}, executed, lies {distance:.4f} mm from the plan's, allowed are {most:g} mm")
         for what, distance, most in found
         if most < distance < np.inf
     )
