@@ -49,7 +49,7 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
 
     Returns:
         The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split, and no
-        way back. Where the spacing differs, the smallest counts.
+        turn back. Where the spacing differs, the smallest counts.
 
     Raises:
         FieldError: nothing is left to print of the surface, or of a piece of it.

@@ -49,7 +49,7 @@ def unfolded(places: FloatArray, *, turn: float, error: float) -> IntArray:
 
     Of neighbouring turns above the angle the sharpest goes first, until none is left that may go: a fold is eaten up
     from both its ends, a sharp corner is cut by a chord. Only where the
-    line goes back may a row go that leaves a way back beside it.
+    line goes back may a row go that leaves a turn back beside it.
 
     Args:
         places: (k, 3) vertices [mm].
