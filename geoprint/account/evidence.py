@@ -13,6 +13,9 @@ WORDS: dict[Stage, str] = {
     "printed": "printed",
 }
 
+# The row that is the same for every program.
+NOT_SIMULATED = "no simulation knows"
+
 
 def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
     """Return stage and what is known of it, from what geoprint did itself to the print.
@@ -25,7 +28,7 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
     parsed, executed = told.parsed, told.executed
     rows = [
         ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
-        ("executed", "not yet" if executed is None else _executed(executed)),
+        *([("executed", "not yet")] if executed is None else _executed(executed)),
     ]
     for stage in STAGES:
         of_it = [_said(one) for one in seen if one.stage == stage and one.program_sha256 == program_sha256]
@@ -37,17 +40,17 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
     return rows
 
 
-def _executed(found: ExecutedRecord) -> str:
-    """Say how a program was executed, how far from the plan, what was left out and what nobody can tell."""
-    left = len(found.not_executed)
-    listed = f", not executed {left} (plan.json says why)" if left else ""
-    unknown = f". No simulation knows {'; '.join(found.not_known)}" if found.not_known else ""
-    return (
-        f"here, on no controller, in {len(found.scenarios)} scenarios: {found.lines_executed} of {found.lines} "
-        f"lines{listed}. Off the plan by at most {found.largest_motion_mm:.4f} mm, outputs by "
-        f"{found.largest_output_mm:.4f} mm, a move by {found.largest_move_time_s * 1e3:.2f} ms, a run by "
-        f"{found.largest_run_time_share:.2%} of its time{unknown}"
+def _executed(found: ExecutedRecord) -> list[tuple[str, str]]:
+    """Return how a program was executed, how far that lies from the plan, and what nobody can tell."""
+    left = f", not executed {len(found.not_executed)} (plan.json says why)" if found.not_executed else ""
+    lines = f"{found.lines_executed} of {found.lines} lines{left}"
+    how = f"here, on no controller, in {len(found.scenarios)} scenarios: {lines}"
+    off = (
+        f"at most {found.largest_motion_mm:.4f} mm, outputs {found.largest_output_mm:.4f} mm, a move "
+        f"{found.largest_move_time_s * 1e3:.2f} ms, a run {found.largest_run_time_share:.2%} of its time"
     )
+    rows = [("executed", how), ("off the plan", off)]
+    return [*rows, (NOT_SIMULATED, "; ".join(found.not_known))] if found.not_known else rows
 
 
 def _said(one: SeenRecord) -> str:

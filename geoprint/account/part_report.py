@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
-from geoprint.account.evidence import WORDS, evidence_rows
+from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.evidence import STAGES
@@ -42,6 +42,8 @@ Told = TypeVar("Told", str, float)
 VIEWED_FACES = 60_000
 # What the rows on what people see mean in a page that is written before anybody can have seen it.
 SEEN_LATER = "as this page was written; `geoprint check` tells what people recorded since"
+# What the report leaves out, because it is the same in every column and too long for one.
+SAID_ELSEWHERE = "the run sheet says what no simulation knows"
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -311,10 +313,11 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
 def evidence_table(told: Sequence[PlanRecord]) -> list[Row]:
     """Return how far each program was proven when the page was written; what people see later `geoprint check` says."""
     each = [dict(evidence_rows(plan.robot[0].evidence, (), program_sha256="")) if plan.robot else {} for plan in told]
-    names = dict.fromkeys(name for one in each for name in one)
+    names = dict.fromkeys(name for one in each for name in one if name != NOT_SIMULATED)
+    meanings = {WORDS[STAGES[0]]: SEEN_LATER, "executed": SAID_ELSEWHERE}
     return [
         Row(
-            "Evidence", name, SEEN_LATER if name == WORDS[STAGES[0]] else "",
+            "Evidence", name, meanings.get(name, ""),
             tuple(one.get(name, "no program") for one in each),
         )
         for name in names

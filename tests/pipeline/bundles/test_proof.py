@@ -178,6 +178,9 @@ def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared:
     rows = {row.quantity: row.values for row in evidence_table(plans)}
     assert rows["printed"] == ("not yet", "no program")
     assert rows["parsed"][0].startswith("here: ")
+    assert rows["executed"][0].startswith("here, on no controller, in ")
+    assert rows["off the plan"][0].startswith("at most 0.000")
+    assert "no simulation knows" not in rows
     assert evidence_table(plans[1:]) == []
 
 
@@ -190,9 +193,9 @@ def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -
     evidence = told(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))
     assert rows["executed"] == (
-        "here, on no controller, in 2 scenarios: 320 of 321 lines, not executed 1 (plan.json says why). Off the plan "
-        "by at most 0.0004 mm, outputs by 0.0200 mm, a move by 0.52 ms, a run by 0.03% of its time. "
-        "No simulation knows lag; ramps"
+        "here, on no controller, in 2 scenarios: 320 of 321 lines, not executed 1 (plan.json says why)"
     )
+    assert rows["off the plan"] == "at most 0.0004 mm, outputs 0.0200 mm, a move 0.52 ms, a run 0.03% of its time"
+    assert rows["no simulation knows"] == "lag; ramps"
     without = evidence.model_copy(update={"executed": None})
     assert dict(evidence_rows(without, (), program_sha256=""))["executed"] == "not yet"
