@@ -42,7 +42,9 @@ def test_the_script_that_a_workflow_runs_is_there_and_may_run(workflow: str, scr
 
 
 def test_every_script_of_the_benchmarks_has_a_smoke_run() -> None:
-    scripts = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "benchmarks").glob("*.py")}
+    folder = ROOT / "benchmarks"
+    paths = [*folder.glob("*.py"), *folder.glob("*/__main__.py")]
+    scripts = {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in paths}
     started = {name: text for name, text in scripts.items() if "def main()" in text}
     assert [name for name, text in started.items() if '\nif __name__ == "__main__":\n    main()' not in text] == []
     assert [name for name, text in started.items() if '"--smoke"' not in text] == []

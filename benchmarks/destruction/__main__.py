@@ -35,6 +35,7 @@ from geoprint.results import Plan
 
 BACKENDS = ("heat", "lscm")
 SPACING = 2.0
+SMOKE_SPACING = 6.0
 ANALOG = {"mode": '"analog"', "flow": '"aoFlow"', "flow_per_mm3_s": "0.1", "flow_lag_s": "0.05"}
 VACUUM = {"vacuum": '"doVacuum"'}
 
@@ -45,7 +46,7 @@ def main() -> None:
     parser.add_argument("--parts", type=Path, metavar="FOLDER", help="holds patches/")
     parser.add_argument("--stops", type=int, default=500, metavar="COUNT", help="random stops of each program")
     parser.add_argument("--seed", type=int, default=0, help="of the random moments")
-    parser.add_argument("--smoke", action="store_true", help="data/'s plate and a few stops only")
+    parser.add_argument("--smoke", action="store_true", help="data/'s plate in one cell and a few stops only")
     arguments = parser.parse_args()
     folder: Path | None = None if arguments.smoke else arguments.parts
     parts = [Path("data/plate.ply")] if folder is None else sorted((folder / "patches").glob("*.ply"))
@@ -57,9 +58,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         for name, text in cells().items():
             (Path(scratch) / f"{name}.toml").write_text(text, encoding="utf-8")
-        for part, backend, cell in product(parts, BACKENDS[: 1 if arguments.smoke else 2], cells()):
+        backends, kinds = (BACKENDS[:1], ["flow"]) if arguments.smoke else (BACKENDS, list(cells()))
+        for part, backend, cell in product(parts, backends, kinds):
+            path = Path(scratch) / f"{cell}.toml"
+            spacing = SMOKE_SPACING if arguments.smoke else SPACING
             try:
-                subject = subject_of(planned(part, backend=backend, cell=Path(scratch) / f"{cell}.toml"))
+                subject = subject_of(planned(part, backend=backend, cell=path, spacing=spacing))
             except GeoprintError as error:
                 print(row(part.stem, backend, cell, f"refused: {str(error).split(';', maxsplit=1)[0]}"), flush=True)
                 continue
@@ -80,9 +84,9 @@ def cells() -> dict[str, str]:
     return {"valve": valve, "flow": _with(valve, ANALOG), "stations": _with(stations, VACUUM)}
 
 
-def planned(part: Path, *, backend: str, cell: Path) -> Plan:
+def planned(part: Path, *, backend: str, cell: Path, spacing: float = SPACING) -> Plan:
     """Plan a part as if somebody had touched the fixture and stated where the part stands on it."""
-    job = job_of(surface=part, unit="mm", spacing=SPACING, backend=backend, place="demo", cell=cell)
+    job = job_of(surface=part, unit="mm", spacing=spacing, backend=backend, place="demo", cell=cell)
     stage = Stages(lambda _: None)
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     assert workpiece.placement is not None
