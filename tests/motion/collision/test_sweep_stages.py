@@ -121,8 +121,10 @@ def test_travel_and_deposit_differ_for_what_is_not_inflated_downwards() -> None:
     inflated = InflatedSolids((tip,), kept=(0.0,))
     points = np.array([[0.0, 0.0], [1.9, 0.0], [3.8, 0.0]])
     for x, laying, found in (
-        (0.9, (False, False), True), (2.8, (False, False), True), (0.9, (True, True), False), (2.8, (True, True), False),
-        (0.6, (False, True), True), (3.2, (False, True), False), (3.2, (True, False), True), (0.6, (True, False), False),
+        (0.9, (False, False), True), (2.8, (False, False), True), (0.9, (True, True), False),
+        (2.8, (True, True), False),
+        (0.6, (False, True), True), (3.2, (False, True), False), (3.2, (True, False), True),
+        (0.6, (True, False), False),
     ):  # fmt: skip
         post = block((x - HALF, -HALF, 8.0), (x + HALF, HALF, 12.0), name="post")
         world = CollisionWorld(inflated, targets=(mesh_target(post, role="body"),))
