@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from geoprint.config import Job, job_of, packaged_cell_text
 from geoprint.errors import FieldError, InputError, UsageError
-from geoprint.model import Surface
+from geoprint.model import FloatArray, Surface
 from geoprint.pipeline import plan
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, read_part
@@ -68,16 +69,18 @@ def test_a_seed_may_miss_the_surface_by_a_millimetre(part: Path) -> None:
         prepared(part, seed=[20.0, 15.0, 1.02])
 
 
-def lifted(height: float) -> Surface:
-    return Surface(PLATE.vertices + np.array([0.0, 0.0, height]), PLATE.faces, name="body")
+def beside(gap: float) -> Surface:
+    """Return a plate that begins so far beyond the end of the part [mm]."""
+    return Surface(PLATE.vertices + np.array([40.0 + gap, 0.0, 0.0]), PLATE.faces, name="body")
 
 
 def test_a_body_may_lie_as_far_away_as_the_part_is_large(part: Path, tmp_path: Path) -> None:
-    near = read_part(asked(part, body=saved(tmp_path, lifted(-49.0), "near"))).body
+    near = read_part(asked(part, body=saved(tmp_path, beside(49.0), "near"))).body
     assert near is not None
-    assert near.vertices[0, 2] == -49.0
+    assert near.vertices[:, 0].min() == 89.0
     with pytest.raises(InputError, match=r"is 51 mm away from part\.ply, which is 50 mm large") as caught:
-        read_part(asked(part, body=saved(tmp_path, lifted(-51.0), "far")))
+        read_part(asked(part, body=saved(tmp_path, beside(51.0), "far")))
+    assert caught.value.details["distance"] == pytest.approx(51.0)
     assert "Mirrored" not in str(caught.value)
 
 
@@ -161,3 +164,23 @@ def test_an_arm_that_counts_otherwise_than_abb_is_refused_while_reading(part: Pa
     with pytest.raises(UsageError, match=r"no RAPID program can be written for the arm own\.urdf: joint 1 counts down"):
         plan(asked(part, robot=True, place="demo", cell=own), observe=stages.append)
     assert stages == ["reading"]
+
+
+def test_a_part_stands_as_it_is_placed_else_with_its_mean_normal_up(tmp_path: Path) -> None:
+    lean = rotation_about(0, 0.5)
+    tilted = saved(tmp_path, Surface(PLATE.vertices @ lean.T, PLATE.faces))
+    free = prepared(tilted).upright
+    np.testing.assert_allclose(free, lean.T, atol=1e-9)
+    turned = cell(tmp_path, ("demo_rpy_deg = [0, 0, 0]", "demo_rpy_deg = [0, 0, 30]"))
+    placed = prepared(tilted, robot=True, place="demo", cell=turned)
+    np.testing.assert_allclose(placed.upright, rotation_about(2, np.pi / 6.0) @ free, atol=1e-9)
+
+
+def rotation_about(axis: int, angle: float) -> FloatArray:
+    return Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
+
+
+def test_a_closed_part_stands_on_its_own_axis_whatever_rounding_says_of_its_mean_normal(tmp_path: Path) -> None:
+    ball = meshes.sphere(radius=15.0, subdivisions=3, jitter_seed=1)
+    whole = prepared(saved(tmp_path, ball), seed=[0.0, 0.0, 15.0])
+    np.testing.assert_array_equal(whole.upright, np.eye(3))
