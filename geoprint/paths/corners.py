@@ -81,7 +81,7 @@ def round_corners(
 
     An arc starts and ends along the run, at most half a spacing and halfway to the next corner away; it keeps within a
     twentieth of the spacing of the run, and its samples lie on the surface. Where it would be so tight that the tip
-    could not keep half its speed, the run is split. A closed run that is split, or has a corner next to its seam,
+    could not keep 35 % of its speed, the run is split. A closed run that is split, or has a corner next to its seam,
     starts and ends at that corner instead. Corners next to the ends of an open run stay: the tip is slow there.
 
     Args:

@@ -14,6 +14,9 @@ from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces.topology import edges
 
+# A mean normal shorter than this is what rounding leaves of the millions of normals of a closed surface.
+ROUNDED_NORMAL = 1e-9
+
 
 def doubled_area_vectors(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Return (m, 3) normals whose lengths are twice the faces' areas, on the side seen counter-clockwise.
@@ -66,7 +69,8 @@ def mean_normal(surface: Surface) -> FloatArray:
     Its length says how flat the part is: 1 for a plane, 1/2 for a hemisphere, 0 for a closed surface.
     """
     doubled = doubled_area_vectors(surface.vertices, surface.faces)
-    return doubled.sum(axis=0) / np.linalg.norm(doubled, axis=1).sum()
+    mean: FloatArray = doubled.sum(axis=0) / np.linalg.norm(doubled, axis=1).sum()
+    return mean if np.linalg.norm(mean) > ROUNDED_NORMAL else np.zeros(3)
 
 
 def edge_lengths(surface: Surface) -> FloatArray:

@@ -37,6 +37,112 @@ def like(
     return told.model_copy(update={"backend": name, "uniformity": measured, "paths": paths})
 
 
+def named(told: PlannedRecord, **values: object) -> PlannedRecord:
+    """Return the backend a with other values of its row."""
+    return like(told, "a").model_copy(update=values)
+
+
+@pytest.mark.parametrize(("gap", "overlap"), [(0.0201, 0.0), (0.0, 0.0501), (0.0201, 0.0501)])
+def test_two_percent_missed_and_five_laid_twice_are_the_most_that_covers_a_part(
+    told: PlannedRecord, gap: float, overlap: float
+) -> None:
+    most, more = like(told, "a", gap=0.02, overlap=0.05), like(told, "a", gap=gap, overlap=overlap)
+    assert verdict("part", [most])[0].startswith("a covers part; ")
+    assert not any(sentence.startswith("What to do: ") for sentence in verdict("part", [most]))
+    said = verdict("part", [more])
+    assert said[0] == f"a does not cover part: {gap:.1%} of the area is missed and {overlap:.1%} laid twice."
+    assert said[1].startswith("What to do: ")
+
+
+def test_backends_cover_alike_within_half_a_percent_of_the_area(told: PlannedRecord) -> None:
+    more_even = like(told, "a", cv=0.001, gap=0.005)
+    assert verdict("part", [like(told, "b"), more_even])[0].startswith("a covers part most evenly: ")
+    less = like(told, "a", cv=0.001, gap=0.0051)
+    assert verdict("part", [less, like(told, "b")])[0].startswith("b covers part best: it misses or lays twice 0.0% of")
+    # Alike is what differs by as little, not what misses as little.
+    both = [like(told, "a", cv=0.001, gap=0.004, overlap=0.006), like(told, "b", gap=0.008)]
+    assert verdict("part", both)[0].startswith("a covers part most evenly: ")
+
+
+def test_spacings_are_equal_within_a_five_hundredth_and_the_worst_counts(told: PlannedRecord) -> None:
+    equal = [like(told, name, cv=cv) for name, cv in (("a", 0.0119), ("b", 0.011), ("c", 0.01))]
+    assert verdict("part", equal)[0] == (
+        "c, b and a cover part equally well: the spacing of c varies by 1.0% (standard deviation over mean), that of b "
+        "by 1.1% and that of a by 1.2%. All of them are even enough to print."
+    )
+    assert verdict("part", [*equal, like(told, "d", cv=0.0121)])[0].startswith("c covers part most evenly: ")
+
+
+def test_all_are_even_enough_up_to_two_percent_and_two_fragments(told: PlannedRecord) -> None:
+    rows = [like(told, "a"), like(told, "b")]
+    enough = " All of them are even enough to print."
+    assert verdict("part", [*rows, like(told, "c", cv=0.02, fragments=2)])[0].endswith(enough)
+    for worst in (like(told, "c", cv=0.0201), like(told, "c", cv=0.02, fragments=3)):
+        assert enough not in verdict("part", [*rows, worst])[0]
+    # Where all are alike to the last digit there is nothing to choose.
+    assert enough not in verdict("part", rows)[0]
+
+
+def test_faults_are_told_from_a_thousandth_of_the_area_and_three_fragments_on(told: PlannedRecord) -> None:
+    runs = told.paths.runs
+    for row, faults in (
+        (like(told, "a", gap=0.001), "leaves 0.1% of the area farther than 0.55 spacings from every path"),
+        (like(told, "a", overlap=0.001), "lays 0.1% twice"),
+        (like(told, "a", fragments=3), f"starts {runs} runs, 3 of them shorter than five spacings"),
+        (
+            like(told, "a", gap=0.002, overlap=0.003),
+            "leaves 0.2% of the area farther than 0.55 spacings from every path and lays 0.3% twice",
+        ),
+    ):
+        assert verdict("part", [row])[1] == f"a {faults}."
+    said = verdict("part", [like(told, "a", gap=0.00099, overlap=0.00099, fragments=2)])
+    assert said[1:] == ("Whether the robot can print them was not asked.",)
+
+
+def test_levels_and_spacings_that_differ_are_named(told: PlannedRecord) -> None:
+    other = like(told, "b").model_copy(update={"paths": told.paths.model_copy(update={"levels": 9})})
+    assert verdict("part", [named(told), other])[-1] == (
+        f"The number of levels differs ({told.paths.levels} with a and 9 with b), because each backend measures its "
+        "own distance to the middle; what is compared is evenness, not level by level."
+    )
+    assert verdict("part", [named(told, spacing_mm=2.0), named(told, spacing_mm=2.012, backend="b")])[-1] == (
+        "Equal rounds mean different spacings (2 mm with a and 2.01 mm with b): figures are ratios to each one's own."
+    )
+    same = verdict("part", [named(told, spacing_mm=2.0), named(told, spacing_mm=2.008, backend="b")])
+    assert same[1:] == ("Whether the robot can print them was not asked.",)
+
+
+def test_what_prints_is_told_with_its_time_and_what_does_not_with_its_reason(told: PlannedRecord) -> None:
+    prints = named(told, printable=True, print_time_s=61.4)
+    stuck = named(told, backend="b", printable=False, not_printable="it is out of reach.")
+    assert verdict("part", [prints, stuck])[1:] == (
+        "Printing takes 61 s with a.",
+        "b cannot be printed: it is out of reach.",
+    )
+    assert verdict("part", [stuck])[1:] == ("b cannot be printed: it is out of reach.",)
+
+
+def test_one_level_has_no_spacing_to_praise(told: PlannedRecord) -> None:
+    alone = told.uniformity.model_copy(update={"spacing": None, "gap": 0.0, "overlap": 0.0})
+    rows = [named(told, uniformity=alone, backend=name) for name in ("a", "b")]
+    assert verdict("part", rows[:1])[0] == ("a covers part; there is one level of paths, and so no spacing to measure.")
+    assert verdict("part", [rows[0], like(told, "c", cv=0.0)])[0] == (
+        "a and c cover part equally well: with one level of paths there is no spacing to compare, only what is "
+        "covered, runs and time."
+    )
+
+
+def test_the_spacing_advised_is_half_of_the_best_backends(told: PlannedRecord) -> None:
+    rows = [named(told, spacing_mm=3.0), like(told, "b", gap=0.4)]
+    uncovered = rows[0].uniformity.model_copy(update={"gap": 0.3})
+    said = verdict("part", [rows[0].model_copy(update={"uniformity": uncovered}), rows[1]])
+    assert said[0] == ("No backend covers part: at best, with a, 30.0% of the area is missed and 0.0% laid twice.")
+    assert said[1] == (
+        "What to do: a smaller spacing, such as `--spacing 1.5`, reaches into narrower places, and `--seed X Y Z` "
+        "measures from a point instead of the rim."
+    )
+
+
 def test_the_backend_that_covers_more_wins_however_even_the_other_is(told: PlannedRecord) -> None:
     rows = [like(told, "a", cv=0.001, gap=0.015), like(told, "b", cv=0.015)]
     assert [row.backend for row in ranked(rows)] == ["b", "a"]

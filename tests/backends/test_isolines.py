@@ -81,3 +81,18 @@ def test_flat_triangles_and_untouched_levels_carry_nothing() -> None:
     curves, levels = trace(surface, np.full(len(surface.vertices), 2.0), 1.0, 2.0, 3.0)
     assert curves.count == 0
     assert levels.size == 0
+
+
+def test_what_lies_exactly_at_a_level_counts_as_above_it() -> None:
+    # A hill and a hollow with a flat square of 4 mm: the level of the flat runs around it, or above it nowhere.
+    surface = plate((8.0, 8.0), (8, 8))
+    away = np.abs(surface.vertices[:, :2] - 4.0).max(axis=1)
+    curves, _ = trace(surface, np.minimum(4.0 - away, 2.0), 2.0)
+    assert curves.count == 1
+    assert curves.closed.all()
+    start, end, _ = pieces(surface, curves)
+    # Its corners may be cut, between vertices that are there.
+    assert 12.0 < np.linalg.norm(end - start, axis=1).sum() <= 16.0
+    np.testing.assert_allclose(np.abs(start[:, :2] - 4.0).max(axis=1), 2.0, atol=1e-12)
+    hollow, _ = trace(surface, np.maximum(away, 2.0), 2.0)
+    assert hollow.count == 0

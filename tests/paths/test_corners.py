@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.backends.heat import Heat
 from geoprint.model import FloatArray, SurfacePoints
 from geoprint.paths import arrange, poses
-from geoprint.paths.corners import CORNER_ANGLE, FILLET_ERROR_SHARE, Rounded, round_corners
+from geoprint.paths.corners import Rounded, round_corners
 from geoprint.patterns import PATTERNS
 from geoprint.surfaces import PolylineDistance, boundary_seed, closest, positions
 from tests.meshes import plate
@@ -20,6 +20,8 @@ from tests.motion.cells import straight_cell
 SURFACE = plate((40.0, 30.0), (20, 15))
 SPACING, SPEED = 1.0, 20.0
 STEP = 0.25
+# A run that turns by more has a corner, and no arc leaves one.
+CORNER = np.radians(30.0)
 
 
 def line_through(*corners: tuple[float, float]) -> FloatArray:
@@ -32,15 +34,21 @@ def line_through(*corners: tuple[float, float]) -> FloatArray:
     return np.column_stack([flat, np.zeros(len(flat))])
 
 
-def bend(angle: float) -> FloatArray:
-    """Return two legs of 5 mm that meet at (10, 10) under a change of direction [rad]."""
-    end = (10.0 + 5.0 * np.cos(angle), 10.0 + 5.0 * np.sin(angle))
-    return line_through((5.0, 10.0), (10.0, 10.0), end)
+def bend(angle: float, *, first: float = 5.0, last: float = 5.0) -> FloatArray:
+    """Return two legs [mm] that meet at (10, 10) under a change of direction [rad]."""
+    end = (10.0 + last * np.cos(angle), 10.0 + last * np.sin(angle))
+    return line_through((10.0 - first, 10.0), (10.0, 10.0), end)
 
 
-def rounded(places: FloatArray, *, closed: bool = False, speed: float = SPEED) -> Rounded:
+def missed(found: Rounded, *corners: tuple[float, float]) -> list[float]:
+    """Return how far the first piece passes from corners [mm]."""
+    places = places_of(found.pieces[0].points)[:, :2]
+    return [float(np.linalg.norm(places - corner, axis=1).min()) for corner in corners]
+
+
+def rounded(places: FloatArray, *, closed: bool = False, speed: float = SPEED, spacing: float = SPACING) -> Rounded:
     points, _ = closest(SURFACE, places)
-    return round_corners(SURFACE, [points], closed=[closed], spacing=SPACING, speed=speed)
+    return round_corners(SURFACE, [points], closed=[closed], spacing=spacing, speed=speed)
 
 
 def places_of(points: SurfacePoints) -> FloatArray:
@@ -55,14 +63,58 @@ def turns(places: FloatArray) -> FloatArray:
 
 @pytest.mark.parametrize("leg", [0.27, 0.3, 0.4])
 def test_a_run_hardly_longer_than_its_arc_keeps_the_directions_of_its_ends(leg: float) -> None:
-    angle = 1.1 * CORNER_ANGLE
-    end = (10.0 + leg * np.cos(angle), 10.0 + leg * np.sin(angle))
-    found = rounded(line_through((10.0 - leg, 10.0), (10.0, 10.0), end))
+    run = bend(1.1 * CORNER, first=leg, last=leg)
+    found = rounded(run)
     places = places_of(found.pieces[0].points)
     assert len(found.fillets) == 1
     assert np.isfinite(places).all()
-    np.testing.assert_allclose(places[[0, -1], :2], [(10.0 - leg, 10.0), end], atol=1e-9)
-    assert turns(places).max() < CORNER_ANGLE
+    np.testing.assert_allclose(places[[0, -1]], run[[0, -1]], atol=1e-9)
+    assert turns(places).max() < CORNER
+    # Half of the leg but for 0.02 mm to either side, averaged: that times sin(16.5 degrees) / 2.
+    assert missed(found, (10.0, 10.0)) == pytest.approx([(leg - 0.02) / 2.0 * 0.28402 / 2.0], rel=0.02)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.24, 5.0), (5.0, 0.24)])
+def test_a_corner_within_a_quarter_of_a_spacing_of_an_end_stays(first: float, last: float) -> None:
+    run = bend(1.0, first=first, last=last)
+    found = rounded(run)
+    assert len(found.fillets) == len(found.splits) == 0
+    np.testing.assert_allclose(places_of(found.pieces[0].points), run, atol=1e-9)
+
+
+@pytest.mark.parametrize(("degrees", "corners"), [(29.7, 0), (30.3, 1)])
+def test_a_corner_turns_by_more_than_thirty_degrees(degrees: float, corners: int) -> None:
+    assert len(rounded(bend(np.radians(degrees))).fillets) == corners
+
+
+@pytest.mark.parametrize(("radius", "corners"), [(0.5, 0), (0.45, 1)])
+def test_a_corner_turns_within_a_quarter_of_a_spacing_to_either_side(radius: float, corners: int) -> None:
+    # Chords of 0.25 mm about a place of a circle are 0.25 / radius apart: 28.6 degrees, and 31.8.
+    turn = np.linspace(0.0, np.pi / 2.0, 40)
+    end = line_through((10.0 + radius, 10.0 + radius), (10.0 + radius, 14.0))
+    arc = np.column_stack([10.0 + radius * np.sin(turn), 10.0 + radius * (1.0 - np.cos(turn)), np.zeros(40)])
+    run = np.vstack([line_through((6.0, 10.0), (10.0, 10.0))[:-1], arc, end[1:]])
+    assert len(rounded(run).fillets) == corners
+
+
+@pytest.mark.parametrize("size", [0.7, 1.0, 2.0])
+def test_an_arc_ends_within_half_a_spacing_of_its_corner(size: float) -> None:
+    # Half of that but for 0.02 mm is averaged to either side; 32 degrees would else allow 0.279 spacings.
+    (found,) = missed(rounded(bend(np.radians(32.0)), spacing=size), (10.0, 10.0))
+    assert found == pytest.approx((size / 2.0 - 0.02) / 2.0 * 0.27564 / 2.0, rel=0.01)
+
+
+def test_arcs_of_neighbouring_corners_part_halfway() -> None:
+    # A step to the side of 0.4 mm: 0.2 mm less 0.02 for either arc, half of that averaged.
+    first, second = (10.0, 10.0), (10.0 + 0.4 * np.cos(0.6), 10.0 + 0.4 * np.sin(0.6))
+    run = line_through((5.0, 10.0), first, second, (second[0] + 5.0, second[1]))
+    found = rounded(run)
+    assert len(found.fillets) == 2
+    assert missed(found, first, second) == pytest.approx([0.09 * np.sin(0.3) / 2.0] * 2, rel=0.02)
+    assert turns(places_of(found.pieces[0].points)).max() < CORNER
+    # The middle between them stays.
+    middle = (0.5 * (first[0] + second[0]), 0.5 * (first[1] + second[1]))
+    assert missed(found, middle)[0] < 1e-9
 
 
 def test_a_right_angle_becomes_a_parabola_whose_distance_the_spacing_sets() -> None:
@@ -106,9 +158,9 @@ def test_an_arc_keeps_its_distance_and_joins_the_legs_without_a_bend(angle: floa
     found = rounded(original)
     places = places_of(found.pieces[0].points)
     assert len(found.fillets) == 1
-    assert PolylineDistance([original], step=0.2)(places).max() <= 1.1 * FILLET_ERROR_SHARE * SPACING
-    assert PolylineDistance([places], step=0.2)(original).max() <= 1.1 * FILLET_ERROR_SHARE * SPACING
-    assert turns(places).max() < CORNER_ANGLE
+    assert PolylineDistance([original], step=0.2)(places).max() <= 0.05 * SPACING
+    assert PolylineDistance([places], step=0.2)(original).max() <= 0.05 * SPACING
+    assert turns(places).max() < CORNER
     np.testing.assert_allclose(places[[0, -1]], original[[0, -1]], atol=1e-9)
 
 
@@ -126,6 +178,14 @@ def test_a_hairpin_is_split_and_both_runs_end_at_it() -> None:
     np.testing.assert_allclose([before[-1], after[0]], [[10.0, 10.0, 0.0]] * 2, atol=1e-9)
 
 
+@pytest.mark.parametrize(("speed", "fillets"), [(24.7, 1), (25.4, 0)])
+def test_a_run_is_split_where_the_tip_would_fall_below_35_percent_of_its_speed(speed: float, fillets: int) -> None:
+    # The parabola of a right angle has legs of 0.1088 mm and so a smallest radius of 0.0769 mm, which 1000 mm/s2 pass
+    # at 8.77 mm/s: 35 % of 25.06.
+    found = rounded(bend(np.pi / 2.0), speed=speed)
+    assert (len(found.fillets), len(found.splits)) == (fillets, 1 - fillets)
+
+
 def test_what_is_split_at_speed_is_rounded_where_the_tip_is_slow() -> None:
     assert len(rounded(bend(2.3), speed=20.0).splits) == 1
     slow = rounded(bend(2.3), speed=5.0)
@@ -140,6 +200,10 @@ def test_a_closed_run_with_a_corner_at_its_seam_stays_closed_and_starts_there() 
     assert len(found.fillets) == 3
     places = places_of(found.pieces[0].points)
     np.testing.assert_allclose(places[[0, -1]], [[10.0, 10.0, 0.0]] * 2, atol=1e-9)
+    # No place is passed twice, and the sides are where they were.
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 1e-3
+    assert PolylineDistance([ring], step=0.2)(places).max() < 0.05
+    assert missed(found, *square[1:]) == pytest.approx([0.03846] * 3, rel=0.01)
 
 
 def test_a_closed_run_with_two_hairpins_becomes_two_open_ones() -> None:

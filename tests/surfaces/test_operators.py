@@ -89,6 +89,14 @@ def test_the_mean_normal_is_as_long_as_the_part_is_flat(surface: Surface, length
     assert np.linalg.norm(mean_normal(surface)) == pytest.approx(length, abs=2e-3)
 
 
+def test_a_closed_surface_has_no_mean_normal_however_many_faces_round_it() -> None:
+    fine = meshes.torus(divisions=(300, 200))
+    np.testing.assert_array_equal(mean_normal(Surface(fine.vertices + 137.123, fine.faces)), np.zeros(3))
+    # One triangle out of a closed sphere already gives it one.
+    ball = meshes.sphere(subdivisions=5)
+    assert np.linalg.norm(mean_normal(Surface(ball.vertices, ball.faces[1:]))) > 1e-6
+
+
 def test_edge_lengths_follow_the_order_of_edges() -> None:
     cap = meshes.spherical_cap(jitter_seed=1)
     start, end = edges(cap.faces)[7]

@@ -61,6 +61,23 @@ def test_a_seed_curve_across_a_triangle_holds_its_corners_at_their_distance_from
     np.testing.assert_allclose(distances, [np.sqrt(2.0), 2.0, 2.0], atol=1e-12)
 
 
+@pytest.mark.parametrize(("off", "held"), [(1e-10, 1), (1e-8, 3)])
+def test_a_point_a_billionth_of_an_edge_off_a_vertex_is_that_vertex(off: float, held: int) -> None:
+    surface = Surface(np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
+    point = SurfacePoints(np.array([0]), np.array([[1.0 - off, off, 0.0]]))
+    found, distances = held_vertices(surface, Seed(SurfaceCurves(point, np.array([0, 1]), np.array([False]))))
+    assert found.tolist() == [0, 1, 2][:held]
+    np.testing.assert_allclose(distances, [0.0, 4.0, 4.0][:held], atol=1e-6)
+
+
+def test_heat_flows_for_half_a_squared_edge_and_is_fitted_twelve_times_where_nothing_else_is_said() -> None:
+    surface = spherical_cap(rings=6, jitter_seed=1)
+    seed = boundary_seed(surface)
+    found = Heat(surface).distance(seed).values
+    said = Heat(surface, time_factor=0.5, renormalisations=12).distance(seed).values
+    np.testing.assert_array_equal(found, said)
+
+
 def test_a_seed_that_holds_every_vertex_is_refused() -> None:
     surface = Surface(np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]), np.array([[0, 1, 2]]))
     with pytest.raises(FieldError, match="every vertex"):

@@ -14,13 +14,14 @@ from geoprint.motion.controller.targets import written_targets
 from geoprint.motion.timing import path_speeds
 from geoprint.motion.timing.path_speeds import largest_speeds
 from geoprint.motion.timing.retiming import retime
-from geoprint.motion.timing.slowdown import EVEN_SHARE
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arc, line, stream
 
 CELL = bent_cell()
 ROBOT, PROCESS = CELL.robot, CELL.process
 LENGTH, COUNT, RADIUS = 50.0, 201, 20.0
+# A tip within 1 % of its speed lays an even bead.
+EVEN = 0.99
 
 
 def made(turns: FloatArray, *, joint: int = 6, runs: int = 1) -> JointPath:
@@ -92,10 +93,10 @@ def test_lowering_leaves_one_speed_off_the_ramps_and_following_lists_what_is_not
     for found in (even, followed):
         assert step_speeds(path, found).max() <= 20.0 * (1.0 + 1e-6)
     speeds = step_speeds(path, even)[4:-4]
-    assert speeds.min() >= EVEN_SHARE * speeds.max()
+    assert speeds.min() >= EVEN * speeds.max()
     held = even.slowdowns[0].held_speed if even.slowdowns else 20.0
     assert speeds.max() == pytest.approx(held, rel=0.011)
-    assert even.slowest_deposit >= EVEN_SHARE * held
+    assert even.slowest_deposit >= EVEN * held
     missing = 1.0 - followed.share_at_speed - followed.share_on_ramps
     assert (missing < 1e-9) == (not followed.slowdowns)
     assert sum(dip.length for dip in followed.slowdowns) == pytest.approx(missing * LENGTH, abs=1e-3)

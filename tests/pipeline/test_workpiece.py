@@ -1,0 +1,186 @@
+"""What is planned on: its side, seed, body and mesh as the job asks, and cells from which no program may come."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from geoprint.config import Job, job_of, packaged_cell_text
+from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.model import FloatArray, Surface
+from geoprint.pipeline import plan
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece, read_part
+from geoprint.results import Workpiece
+from geoprint.surfaces import edge_lengths
+from geoprint.surfaces.files import save_ply
+from tests import meshes
+from tests.motion.arms import other_conventions
+
+# 40 mm by 30 mm, so 50 mm across; 15 mm from the rim to the middle.
+PLATE = meshes.plate((40.0, 30.0), (20, 15))
+
+
+def saved(folder: Path, surface: Surface, name: str = "part") -> Path:
+    path = folder / f"{name}.ply"
+    save_ply(surface, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return saved(tmp_path_factory.mktemp("part"), PLATE)
+
+
+def asked(path: Path, **values: object) -> Job:
+    return job_of(surface=path, unit="mm", **({"spacing": 6.0, "robot": False} | values))
+
+
+def prepared(path: Path, *, backends: tuple[str, ...] = ("heat",), **values: object) -> Workpiece:
+    return prepare_workpiece(asked(path, **values), Stages(lambda _: None), backends=backends)
+
+
+def cell(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = packaged_cell_text("irb120-bent45")
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "cell.toml").write_text(text, encoding="utf-8")
+    return folder / "cell.toml"
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_a_flipped_job_prints_the_other_side(part: Path, up: float) -> None:
+    planned = plan(asked(part, flip=up < 0.0))
+    assert planned.workpiece.side.turned is (up < 0.0)
+    laid = planned.poses.deposit
+    np.testing.assert_allclose(planned.poses.normals[laid], np.tile([0.0, 0.0, up], (int(laid.sum()), 1)), atol=1e-9)
+    # The packaged cell holds the tip 0.3 mm off the printed side.
+    np.testing.assert_allclose(planned.poses.tips[laid, 2], 0.3 * up, atol=1e-6)
+
+
+def test_a_seed_may_miss_the_surface_by_a_millimetre(part: Path) -> None:
+    (place,) = prepared(part, seed=[20.0, 15.0, 0.98]).seed.curves.points.weights
+    assert place.sum() == pytest.approx(1.0)
+    with pytest.raises(InputError, match=r"1\.02 mm"):
+        prepared(part, seed=[20.0, 15.0, 1.02])
+
+
+def beside(gap: float) -> Surface:
+    """Return a plate that begins so far beyond the end of the part [mm]."""
+    return Surface(PLATE.vertices + np.array([40.0 + gap, 0.0, 0.0]), PLATE.faces, name="body")
+
+
+def test_a_body_may_lie_as_far_away_as_the_part_is_large(part: Path, tmp_path: Path) -> None:
+    near = read_part(asked(part, body=saved(tmp_path, beside(49.0), "near"))).body
+    assert near is not None
+    assert near.vertices[:, 0].min() == 89.0
+    with pytest.raises(InputError, match=r"is 51 mm away from part\.ply, which is 50 mm large") as caught:
+        read_part(asked(part, body=saved(tmp_path, beside(51.0), "far")))
+    assert caught.value.details["distance"] == pytest.approx(51.0)
+    assert "Mirrored" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("off", "end"),
+    [(2.4, "Mirrored in x it lies on it: one of the files is left-handed, so export it again."), (2.6, "unit.")],
+)
+def test_a_body_is_called_mirrored_where_the_mirrored_part_lies_within_a_twentieth_of_its_size(
+    tmp_path: Path, off: float, end: str
+) -> None:
+    far = Surface(PLATE.vertices + np.array([100.0, 0.0, 0.0]), PLATE.faces)
+    mirrored = Surface(far.vertices * [-1.0, 1.0, 1.0] + np.array([0.0, 0.0, off]), PLATE.faces[:, ::-1])
+    body = saved(tmp_path, mirrored, "body")
+    with pytest.raises(InputError, match="mm away from far") as caught:
+        read_part(asked(saved(tmp_path, far, "far"), body=body))
+    assert str(caught.value).endswith(end)
+
+
+def test_the_mesh_is_as_fine_for_rounds_as_for_the_spacing_that_they_mean(part: Path) -> None:
+    # 15 mm in 5 rounds are 3 mm, of which heat wants four edges.
+    by_rounds = prepared(part, spacing=None, rounds=5)
+    assert by_rounds.edge_length == pytest.approx(0.75, rel=0.01)
+    assert float(edge_lengths(by_rounds.surface).mean()) <= 0.9
+
+
+def test_the_edge_length_told_is_the_shortest_of_all_patches(tmp_path: Path) -> None:
+    coarse = saved(tmp_path, meshes.plate((400.0, 200.0), (8, 4)), "coarse")
+    large, small = ({"box": [*low, -1.0, *high, 1.0]} for low, high in (((5, 5), (195, 195)), ((300, 5), (330, 35))))
+    alone = [prepared(coarse, spacing=16.0, backends=("fast-marching",), patches=[one]) for one in (large, small)]
+    both = prepared(coarse, spacing=16.0, backends=("fast-marching",), patches=[large, small])
+    assert alone[1].edge_length == pytest.approx(4.0)
+    assert alone[0].edge_length > 5.0
+    assert both.edge_length == alone[1].edge_length
+    assert len(both.surface.faces) == sum(len(one.surface.faces) for one in alone)
+
+
+def test_a_spacing_may_be_as_large_as_the_part_and_no_larger(part: Path) -> None:
+    assert prepared(part, spacing=49.9).edge_length == pytest.approx(49.9 / 4)
+    with pytest.raises(FieldError, match=r"spacing is 50\.1 mm, but the whole part is only 50 mm across"):
+        prepared(part, spacing=50.1)
+
+
+def test_neither_spacing_nor_rounds_tells_the_depth_of_the_part(part: Path) -> None:
+    with pytest.raises(UsageError, match=r"10 rounds are about 1\.5 mm, 20 about 0\.75 mm") as caught:
+        prepared(part, spacing=None)
+    assert caught.value.details["depth_mm"] == pytest.approx(15.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("mass_kg = 0.6", "mass_kg = 3.01", r"its mass is 3\.01 kg .* allowed for the irb120 is 3 kg"),
+        ("cog_mm = [25, 0, 65]", "cog_mm = [25, 0, 480]", r"its moment of inertia about axis 5 is .* is 0\.175 kg m2"),
+        ("cog_mm = [25, 0, 65]", "cog_mm = [380, 0, 65]", r"its moment of inertia about axis 6 is .* is 0\.085 kg m2"),
+        ('mode = "io"', 'mode = "io"\nvacuum = "geoVacuum"', "is a word of RAPID"),
+    ],
+)
+def test_what_the_arm_may_not_carry_and_what_no_program_can_say_is_refused_while_reading(
+    part: Path, tmp_path: Path, old: str, new: str, reason: str
+) -> None:
+    stages: list[str] = []
+    with pytest.raises(UsageError, match=reason):
+        plan(asked(part, robot=True, place="demo", cell=cell(tmp_path, (old, new))), observe=stages.append)
+    assert stages == ["reading"]
+    # Nobody asks it of a path alone.
+    assert prepared(part, cell=tmp_path / "cell.toml").placement is None
+
+
+def test_the_heaviest_tool_that_the_arm_may_carry_is_taken(part: Path, tmp_path: Path) -> None:
+    heavy = cell(tmp_path, ("mass_kg = 0.6", "mass_kg = 2.99"))
+    assert prepared(part, robot=True, place="demo", cell=heavy).placement is not None
+
+
+def test_an_arm_that_counts_otherwise_than_abb_is_refused_while_reading(part: Path, tmp_path: Path) -> None:
+    arm = other_conventions(offsets=np.zeros(6), signs=np.array([-1.0, 1, 1, 1, 1, 1]), T_base_foot=np.eye(4), seed=1)
+    assert arm.urdf is not None
+    (tmp_path / "own.urdf").write_text(arm.urdf.replace('velocity="3"', 'velocity="10"'), encoding="utf-8")
+    named = ('model = "irb120"', f'urdf = "own.urdf"\nflange = "{arm.flange}"')
+    own = cell(tmp_path, named, ("[-400, 400]", "[-350, 350]"))
+    stages: list[str] = []
+    with pytest.raises(UsageError, match=r"no RAPID program can be written for the arm own\.urdf: joint 1 counts down"):
+        plan(asked(part, robot=True, place="demo", cell=own), observe=stages.append)
+    assert stages == ["reading"]
+
+
+def test_a_part_stands_as_it_is_placed_else_with_its_mean_normal_up(tmp_path: Path) -> None:
+    lean = rotation_about(0, 0.5)
+    tilted = saved(tmp_path, Surface(PLATE.vertices @ lean.T, PLATE.faces))
+    free = prepared(tilted).upright
+    np.testing.assert_allclose(free, lean.T, atol=1e-9)
+    turned = cell(tmp_path, ("demo_rpy_deg = [0, 0, 0]", "demo_rpy_deg = [0, 0, 30]"))
+    placed = prepared(tilted, robot=True, place="demo", cell=turned)
+    np.testing.assert_allclose(placed.upright, rotation_about(2, np.pi / 6.0) @ free, atol=1e-9)
+
+
+def rotation_about(axis: int, angle: float) -> FloatArray:
+    return Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
+
+
+def test_a_closed_part_stands_on_its_own_axis_whatever_rounding_says_of_its_mean_normal(tmp_path: Path) -> None:
+    ball = meshes.sphere(radius=15.0, subdivisions=3, jitter_seed=1)
+    whole = prepared(saved(tmp_path, ball), seed=[0.0, 0.0, 15.0])
+    np.testing.assert_array_equal(whole.upright, np.eye(3))
