@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import FloatArray
-from geoprint.surfaces import arc_lengths
+from geoprint.model import FloatArray, IntArray, PoseStream, Surface, Toolpath, frozen
+from geoprint.surfaces import arc_lengths, closest, normals
 
 # The tip advances along each step of its run by at least this share of the step. With a half, a turning normal moves
 # the tip back by no more than half a step: it turns by at most one radian a stand-off of the tip's way, as fast as
@@ -28,6 +28,21 @@ LONGEST_WINDOW = 100.0
 SHORTEST_MEAN = 1e-3
 # Steps shorter than this [mm] have no direction.
 SHORTEST = 1e-9
+
+
+@frozen
+class Creases:
+    """Poses on deposit in creases too narrow for the stand-off, where the tip is lifted along smoothed normals.
+
+    Attributes:
+        poses: (j,) rows of the stream, rising.
+        distances: (j,) from the tip to the nearest place of the surface [mm].
+        count: how often a run crosses one: stretches of these poses farther apart than a stand-off.
+    """
+
+    poses: IntArray
+    distances: FloatArray
+    count: int
 
 
 def lifting_normals(places: FloatArray, outward: FloatArray, *, closed: bool, standoff: float) -> FloatArray:
@@ -85,6 +100,22 @@ def advances(places: FloatArray, outward: FloatArray, *, standoff: float) -> Flo
     squares = np.einsum("ij,ij->i", steps, steps)
     shares = 1.0 + standoff * np.einsum("ij,ij->i", steps, turned) / np.maximum(squares, SHORTEST**2)
     return np.where(squares > SHORTEST**2, shares, 1.0)
+
+
+def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface) -> Creases:
+    """Return where a stream left the normals of the surface, and measure the tip's distance there.
+
+    Args:
+        poses: made of the toolpath.
+        toolpath: on the surface.
+        surface: what is printed on.
+    """
+    rows = np.flatnonzero(poses.deposit)
+    rows = rows[(poses.normals[rows] != normals(surface, toolpath.curves.points)).any(axis=1)]
+    if rows.size == 0:
+        return Creases(rows, np.zeros(0), 0)
+    apart = (np.diff(poses.runs[rows]) > 0) | (np.diff(poses.arcs[rows]) > poses.standoff)
+    return Creases(rows, closest(surface, poses.tips[rows])[1], 1 + int(np.count_nonzero(apart)))
 
 
 def _apart(arcs: FloatArray, others: FloatArray, *, around: float) -> FloatArray:

@@ -101,7 +101,8 @@ def test_corners_close_together_never_turn_back(surface: Surface, legs: list[flo
     headings: FloatArray = np.cumsum([0.0, *angles[: len(legs) - 1]])
     steps: FloatArray = np.array(legs)[:, None] * np.column_stack([np.cos(headings), np.sin(headings)])
     corners: FloatArray = np.vstack([[20.0, 15.0], np.array([20.0, 15.0]) + np.cumsum(steps, axis=0)])
-    flat: FloatArray = np.vstack([np.linspace(a, b, 9)[:-1] for a, b in pairwise(corners)] + [corners[-1:]])
+    pieces: list[FloatArray] = [np.linspace(a, b, 9)[:-1] for a, b in pairwise(corners)]
+    flat = np.vstack([*pieces, corners[-1:]])
     on_flat, _ = closest(FLAT, np.column_stack([flat, np.zeros(len(flat))]))
     run = SurfacePoints(on_flat.faces, on_flat.weights)
     before = turns(positions(surface, run)).max()
