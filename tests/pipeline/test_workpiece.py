@@ -189,9 +189,9 @@ def test_a_closed_part_stands_on_its_own_axis_whatever_rounding_says_of_its_mean
     np.testing.assert_array_equal(whole.upright, np.eye(3))
 
 
-# Four touches of a fixture whose middle stands at (300, 0, 30), lying and turned up about the x axis.
+# Four touches of a fixture whose middle stands at (300, 0, 30), lying and turned up 3 on 4 about the x axis.
 LYING = "[[250, 50, 30], [350, 50, 30], [350, -50, 30], [250, -50, 30]]"
-UPRIGHT = "[[250, 0, 80], [350, 0, 80], [350, 0, -20], [250, 0, -20]]"
+TILTED = "[[250, 40, 60], [350, 40, 60], [350, -40, 0], [250, -40, 0]]"
 
 
 def calibrated(
@@ -202,7 +202,7 @@ def calibrated(
     return cell(folder, ('source = "demo"', words))
 
 
-@pytest.mark.parametrize(("touched", "origin"), [(LYING, [280.0, -15.0, 50.0]), (UPRIGHT, [280.0, -20.0, 15.0])])
+@pytest.mark.parametrize(("touched", "origin"), [(LYING, [280.0, -15.0, 50.0]), (TILTED, [280.0, -24.0, 37.0])])
 def test_a_calibrated_part_stands_where_it_was_touched_and_is_known_as_well_as_its_touches(
     part: Path, tmp_path: Path, touched: str, origin: list[float]
 ) -> None:
