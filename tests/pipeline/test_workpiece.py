@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint.config import Job, job_of, packaged_cell_text
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.errors import ClearanceError, FieldError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline import plan
 from geoprint.pipeline.stages import Stages
@@ -113,6 +113,9 @@ def test_the_edge_length_told_is_the_shortest_of_all_patches(tmp_path: Path) -> 
     both = prepared(coarse, spacing=16.0, backends=("fast-marching",), patches=[large, small])
     assert alone[1].edge_length == pytest.approx(4.0)
     assert alone[0].edge_length > 5.0
+    # Of several backends the finest counts: heat wants four edges a spacing.
+    finest = prepared(coarse, spacing=16.0, backends=("fast-marching", "heat", "fast-marching"), patches=[large])
+    assert finest.edge_length == 4.0
     assert both.edge_length == alone[1].edge_length
     assert len(both.surface.faces) == sum(len(one.surface.faces) for one in alone)
 
@@ -184,3 +187,78 @@ def test_a_closed_part_stands_on_its_own_axis_whatever_rounding_says_of_its_mean
     ball = meshes.sphere(radius=15.0, subdivisions=3, jitter_seed=1)
     whole = prepared(saved(tmp_path, ball), seed=[0.0, 0.0, 15.0])
     np.testing.assert_array_equal(whole.upright, np.eye(3))
+
+
+# Four touches of a fixture whose middle stands at (300, 0, 30), lying and turned up 3 on 4 about the x axis.
+LYING = "[[250, 50, 30], [350, 50, 30], [350, -50, 30], [250, -50, 30]]"
+TILTED = "[[250, 40, 60], [350, 40, 60], [350, -40, 0], [250, -40, 0]]"
+
+
+def calibrated(
+    folder: Path, *, touched: str = LYING, noise: float = 0.02, part_mm: str = "part_mm = [-20, -15, 20]"
+) -> Path:
+    model = "[[-50, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]]"
+    words = f'source = "calibrated"\nmodel_mm = {model}\ntouched_mm = {touched}\nnoise_mm = {noise}\n{part_mm}\n'
+    return cell(folder, ('source = "demo"', words))
+
+
+@pytest.mark.parametrize(("touched", "origin"), [(LYING, [280.0, -15.0, 50.0]), (TILTED, [280.0, -24.0, 37.0])])
+def test_a_calibrated_part_stands_where_it_was_touched_and_is_known_as_well_as_its_touches(
+    part: Path, tmp_path: Path, touched: str, origin: list[float]
+) -> None:
+    found = prepared(part, robot=True, cell=calibrated(tmp_path, touched=touched))
+    assert found.placement is not None
+    assert found.placement.calibrated
+    np.testing.assert_allclose(found.placement.T_base_work[:3, 3], origin, atol=1e-9)
+    # Four touches of 0.02 mm a corner of 50 mm from the middle: at the corners of the plate, (20, 15) mm off it, the
+    # height is known with a deviation of 0.02 / 2 * sqrt(1 + (20 / 50)^2 + (15 / 50)^2) mm.
+    assert found.uncertainty is not None
+    assert found.surface_within == pytest.approx(1.96 * 0.01 * np.sqrt(1.25), rel=0.01)
+
+
+def test_a_calibrated_part_that_nobody_stated_has_no_uncertainty(part: Path, tmp_path: Path) -> None:
+    unstated = prepared(part, robot=True, cell=calibrated(tmp_path, part_mm=""))
+    assert unstated.placement is not None
+    assert unstated.placement.missing
+    assert unstated.uncertainty is None
+    assert unstated.surface_within is None
+
+
+def test_place_demo_leaves_the_touched_points_of_a_calibrated_cell_alone(part: Path, tmp_path: Path) -> None:
+    demo = prepared(part, robot=True, place="demo", cell=calibrated(tmp_path))
+    assert demo.placement is not None
+    assert not demo.placement.calibrated
+    assert demo.uncertainty is None
+
+
+def test_a_part_known_worse_than_the_stand_off_is_refused_while_reading(part: Path, tmp_path: Path) -> None:
+    # 1.96 * sqrt(1.25) / 2 times the noise: 0.296 mm and 0.307, of 0.3.
+    assert prepared(part, robot=True, cell=calibrated(tmp_path, noise=0.27)).surface_within == pytest.approx(
+        0.296, abs=0.001
+    )
+    with pytest.raises(ClearanceError, match=r"where part\.ply stands.* may lie 0\.31 mm off .* stand-off of 0\.3 mm"):
+        prepared(part, robot=True, cell=calibrated(tmp_path, noise=0.28))
+
+
+def test_a_cell_that_nobody_calibrated_is_refused_before_the_part_is_prepared(part: Path) -> None:
+    with pytest.raises(UsageError, match=r"the cell irb120-bent45\.toml is not calibrated.*--place demo.*--no-robot"):
+        prepared(part, robot=True)
+
+
+def test_the_cell_gives_the_rounds_where_the_job_names_neither_rounds_nor_spacing(part: Path, tmp_path: Path) -> None:
+    five = cell(tmp_path, ("layer_height_mm = 0.5", "layer_height_mm = 0.5\nrounds = 5"))
+    assert prepared(part, spacing=None, cell=five).edge_length == pytest.approx(15.0 / 5 / 4, rel=0.01)
+    assert prepared(part, spacing=None, rounds=3, cell=five).edge_length == pytest.approx(15.0 / 3 / 4, rel=0.01)
+    assert prepared(part, cell=five).edge_length == 1.5
+
+
+def test_what_was_read_and_prepared_is_kept_in_order(part: Path, tmp_path: Path) -> None:
+    body = saved(tmp_path, beside(0.0), "body")
+    found = prepared(part, body=body, cell=cell(tmp_path))
+    assert [file.name for file in found.files] == ["part.ply", "body.ply"]
+    assert found.cell_text == packaged_cell_text("irb120-bent45")
+    assert found.patches == ()
+    assert len(found.preparations) == 1
+    assert prepared(part).cell_text is None
+    assert [file.name for file in prepared(part).files] == ["part.ply"]
+    assert prepared(part).body is None

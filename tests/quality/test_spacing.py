@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from geoprint.errors import VerificationError
-from geoprint.model import FloatArray
 from geoprint.quality import spacing as module
 from geoprint.quality.deposited import Samples, sampled
 from geoprint.quality.oracle import FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, flat_places
@@ -40,22 +39,23 @@ def row(y: float) -> list[tuple[float, float]]:
     return [(0.0, y), (40.0, y)]
 
 
-def distances(path: SurfacePath, *, to: SurfacePath | None = None, spacing: float = 2.0) -> FloatArray:
-    samples = of_run(sampled(path, step=0.5), 1)
-    distance = GeodesicDistance(MESH, path if to is None else to)
-    return outer_distance(MESH, path, distance, samples, spacing=spacing).distances
+def point(x: float, y: float) -> list[tuple[float, float]]:
+    """Return a line so short that it is a point."""
+    return [(x, y), (x + 1e-7, y)]
 
 
 def test_a_way_may_be_shorter_than_the_straight_line_by_a_millionth_of_a_millimetre() -> None:
-    # A run so short that it is a point; the same one a little nearer plays a way that is too short.
+    # Two points 10 mm from the level outside; that level a little nearer to one of them plays a way that is too short.
     path, near, nearer = (
-        laid([(20.0, y), (20.0 + 1e-7, y)], [(20.0, 15.0), (20.0 + 1e-7, 15.0)])
+        laid(point(10.0, 5.0), point(30.0, y), point(10.0, 15.0), point(30.0, 15.0), levels=[0, 0, 1, 1])
         for y in (5.0, 5.0 + 7e-7, 5.0 + 1.5e-6)
     )
-    np.testing.assert_allclose(distances(path), 10.0, atol=1e-9)
-    np.testing.assert_allclose(distances(path, to=near), 10.0 - 7e-7, atol=1e-8)
-    with pytest.raises(VerificationError, match=r"at \(20\.000, 15\.000, 0\.000\) mm is 1\.\d\de-06 mm shorter"):
-        distances(path, to=nearer)
+    samples = of_run(sampled(path, step=0.5), 2, 3)
+    for to, short in ((path, 0.0), (near, 7e-7)):
+        found = outer_distance(MESH, path, GeodesicDistance(MESH, to), samples, spacing=2.0)
+        np.testing.assert_allclose(found.distances, [10.0, 10.0, 10.0 - short, 10.0 - short], atol=1e-8)
+    with pytest.raises(VerificationError, match=r"at \(30\.000, 15\.000, 0\.000\) mm is 1\.\d\de-06 mm shorter"):
+        outer_distance(MESH, path, GeodesicDistance(MESH, nearer), samples, spacing=2.0)
 
 
 def test_the_level_outside_is_the_next_lower_one_whatever_is_nearer() -> None:

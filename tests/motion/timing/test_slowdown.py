@@ -69,6 +69,18 @@ def test_a_joint_at_its_top_speed_is_named_with_the_tip_speed_it_allows() -> Non
     assert dip.held_speed == pytest.approx(held, rel=1e-3)
 
 
+@pytest.mark.parametrize(("share", "found"), [(0.992, 0), (0.988, 1)])
+def test_a_run_that_holds_its_speed_within_a_percent_keeps_it(share: float, found: int) -> None:
+    rate = 0.24  # rad/mm
+    path = made(rate * np.linspace(-LENGTH / 2.0, LENGTH / 2.0, COUNT) - ROBOT.home[5])
+    wanted = ROBOT.speeds[5] / rate / share
+    lowered, followed = (timed(path, on_slowdown, speed=wanted) for on_slowdown in ("lower", "follow"))
+    assert [slow.kind for slow in lowered.slowdowns] == ["lowered"] * found
+    assert [slow.kind for slow in followed.slowdowns] == ["dip"] * found
+    # Off the ramps the tip is at speed all along, or nowhere.
+    assert (1.0 - followed.share_at_speed - followed.share_on_ramps > 0.5) == bool(found)
+
+
 def test_a_joint_at_its_top_acceleration_is_named_with_place_and_tip_speed() -> None:
     amplitude, waves = 0.02, 10
     path = made(wave(amplitude, waves=waves), joint=5)
