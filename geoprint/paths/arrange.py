@@ -40,8 +40,8 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
     its nearer end. Closed runs shorter than one spacing would be a blob rather than a bead: they are dropped and
     counted.
 
-    A surface in several pieces is printed piece by piece, each in the order that it has alone: the first one first,
-    then always the one whose start is nearest to where the tool is.
+    A surface in several pieces is printed piece by piece, each in the order that it has alone: first the first one,
+    then always the one that starts nearest to the tool.
 
     Args:
         strokes: c curves.
@@ -54,8 +54,7 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
         sharply a 20th; corners rounded or split. Where the spacing differs, the smallest counts.
 
     Raises:
-        FieldError: nothing is left to print of the surface, or of a piece of it; or it is so hollow somewhere that no
-            tip at the stand-off could follow a run.
+        FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
     """
     spacing = float(strokes.spacing.min())
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)

@@ -14,7 +14,7 @@ from geoprint.model import FloatArray, IntArray, PoseStream, Surface, Toolpath, 
 from geoprint.surfaces import arc_lengths, closest, normals
 
 # The tip advances along each step of its run by at least this share of the step. With a half, a turning normal moves
-# the tip back by no more than half a step: it turns by at most one radian a stand-off of the tip's way, as fast as
+# the tip back by no more than half a step: it turns by at most one radian a stand-off that the tip travels, as fast as
 # around a sharp edge, where the tip drives a circle.
 LEAST_ADVANCE = 0.5
 # The Gaussian window in a crease: its standard deviation in stand-offs where it is tried first, by how much it grows

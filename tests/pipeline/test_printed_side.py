@@ -16,6 +16,7 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, printed_side
 from geoprint.surfaces import mean_normal
 from tests import meshes
+from tests.motion.placements import block
 from tests.shared_data import shared
 
 BODY = replace(meshes.sphere(radius=30.0, subdivisions=4), name="heart")
@@ -118,3 +119,24 @@ def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, a
     except InputError as error:
         said = str(error)
     assert on_the_body in said
+
+
+def test_a_body_tells_the_side_where_nine_tenths_of_the_part_agree() -> None:
+    """A plate on a slab, of which a strip at one end faces down."""
+    slab = block((-5.0, -5.0, -4.0), (105.0, 15.0, -1.0), name="slab")
+
+    def turned(columns: int) -> Surface:
+        flat = meshes.plate((100.0, 10.0), (100, 2))
+        down = flat.vertices[flat.faces].mean(axis=1)[:, 0] < columns
+        faces = flat.faces.copy()
+        faces[down] = faces[down][:, ::-1]
+        return Surface(vertices=flat.vertices, faces=faces, name="plate")
+
+    columns = (0, 9, 11, 50, 89, 91, 100)
+    assert [printed_side(turned(each), slab, flip=False)[1].source for each in columns] == [
+        "body", "body", "winding", "winding", "winding", "body", "body",
+    ]  # fmt: skip
+    sides = [printed_side(turned(each), slab, flip=False)[1].turned for each in (9, 91)]
+    assert sides == [False, True]
+    # Who asks for a side gets it, whatever the body tells.
+    assert printed_side(turned(91), slab, flip=True)[1].source == "flip"
