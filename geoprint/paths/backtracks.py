@@ -46,9 +46,9 @@ def without_backtracks(
 def unfolded(places: FloatArray, *, turn: float, error: float) -> IntArray:
     """Return the rows of a polyline that are kept so that it turns less, wherever leaving rows out makes it so.
 
-    Of neighbouring turns above the angle the sharpest goes first, until none is left that may go: what runs back is eaten
-    up from both its ends, a sharp corner is cut by a chord. Only where the line goes back may a row go that leaves a
-    turn back beside it.
+    Of neighbouring turns above the angle the sharpest goes first, until none is left that may go: what runs back is
+    eaten up from both its ends, a sharp corner is cut by a chord. Only where the line goes back may a row go that
+    leaves a turn back beside it.
 
     Args:
         places: (k, 3) vertices [mm].
