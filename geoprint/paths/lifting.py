@@ -31,7 +31,7 @@ SHORTEST = 1e-9
 
 
 @frozen
-class Creases:
+class CrossedCreases:
     """Poses on deposit in creases too narrow for the stand-off, where the tip is lifted along smoothed normals.
 
     Attributes:
@@ -102,7 +102,7 @@ def advances(places: FloatArray, outward: FloatArray, *, standoff: float) -> Flo
     return np.where(squares > SHORTEST**2, shares, 1.0)
 
 
-def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface) -> Creases:
+def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface) -> CrossedCreases:
     """Return where a stream left the normals of the surface, and measure the tip's distance there.
 
     Args:
@@ -113,9 +113,9 @@ def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface) -> Creases:
     rows = np.flatnonzero(poses.deposit)
     rows = rows[(poses.normals[rows] != normals(surface, toolpath.curves.points)).any(axis=1)]
     if rows.size == 0:
-        return Creases(rows, np.zeros(0), 0)
+        return CrossedCreases(rows, np.zeros(0), 0)
     apart = (np.diff(poses.runs[rows]) > 0) | (np.diff(poses.arcs[rows]) > poses.standoff)
-    return Creases(rows, closest(surface, poses.tips[rows])[1], 1 + int(np.count_nonzero(apart)))
+    return CrossedCreases(rows, closest(surface, poses.tips[rows])[1], 1 + int(np.count_nonzero(apart)))
 
 
 def _apart(arcs: FloatArray, others: FloatArray, *, around: float) -> FloatArray:
