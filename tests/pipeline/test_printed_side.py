@@ -12,7 +12,7 @@ from geoprint.config import job_of
 from geoprint.errors import InputError
 from geoprint.model import Surface
 from geoprint.pipeline import inspect_file, plan
-from geoprint.pipeline.workpiece import printed_side
+from geoprint.pipeline.workpiece import inverted_in_words, printed_side, shape_in_words
 from geoprint.surfaces import mean_normal
 from tests import meshes
 from tests.shared_data import shared
@@ -95,6 +95,39 @@ def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume()
             assert "But the volume of heart is -113 cm3, as its faces are wound: they are all flipped" in sentence
             assert sentence.endswith("is left where it should be? Else export it again.")
     assert "volume" not in printed_side(CAP, BODY, flip=False, filed=BODY)[1].sentence
+
+
+@pytest.mark.parametrize(("turned", "source"), [(19, "body"), (21, "winding"), (179, "winding"), (181, "body")])
+def test_the_body_tells_where_nine_tenths_of_the_area_agree(turned: int, source: str) -> None:
+    # Of 200 triangles on the top of the body so many are wound against the others.
+    flat = meshes.plate((4.0, 4.0), (10, 10))
+    faces = flat.faces.copy()
+    faces[:turned] = faces[:turned, ::-1]
+    patch = Surface(flat.vertices + np.array([-2.0, -2.0, 30.0]), faces)
+    part, side = printed_side(patch, BODY, flip=False)
+    assert side.source == source
+    assert side.turned is (turned == 181)
+    share = 1.0 - turned / 200.0
+    assert side.agreeing == pytest.approx(1.0 - share if side.turned else share)
+    assert ("check the side" in side.sentence) is (source == "winding")
+    wanted = patch.faces[:, ::-1] if side.turned else patch.faces
+    np.testing.assert_array_equal(part.faces, wanted)
+
+
+@pytest.mark.parametrize(("share", "words"), [(0.0175, "which bulges"), (0.016, "which neither bulges nor is hollow")])
+def test_a_patch_bulges_from_a_sixtieth_of_its_width_on(share: float, words: str) -> None:
+    # The height of a cap over its width is tan(a / 2) / 2 for an opening of 2 a.
+    cap = meshes.spherical_cap(radius=30.0, angle=float(2.0 * np.arctan(2.0 * share)), rings=24)
+    assert shape_in_words(cap).startswith(words)
+    hollow = "which is hollow" if words == "which bulges" else words
+    assert shape_in_words(inside_out(cap)).startswith(hollow)
+
+
+def test_a_small_file_is_inside_out_only_where_its_volume_is_negative() -> None:
+    grain = replace(meshes.sphere(radius=2.0, subdivisions=5), name="grain")
+    assert inverted_in_words(grain) == ""
+    assert inverted_in_words(inside_out(grain)).startswith("the volume of grain is -0.0335 cm3, as its faces are wound")
+    assert inverted_in_words(meshes.plate()) == ""
 
 
 @pytest.mark.parametrize(
