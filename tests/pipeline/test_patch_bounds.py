@@ -137,6 +137,8 @@ def test_a_region_alone_is_cut_out_as_it_is_and_nothing_else_need_be_sound() -> 
     alone = cut_patch(broken, chosen(region=left))
     assert len(alone.surface.faces) == len(left)
     assert area(alone) == pytest.approx(600.0)
+    # An open body faces as it is wound.
+    assert face_normals(alone.surface)[:, 2].min() > 0.0
     boxed = cut_patch(broken, chosen(region=left, box=BOX))
     assert area(boxed) == pytest.approx(150.0)
     about = cut_patch(broken, chosen((10.0, 15.0, 0.0), radius=5.0, region=left))
@@ -181,6 +183,8 @@ def test_a_hole_is_filled_up_to_the_longest_before_the_patch_is_cut() -> None:
     assert len(boundary_loops(cut_patch(holed, choice).surface)) == 2
     assert len(boundary_loops(cut_patch(holed, choice, longest_hole=3.9).surface)) == 2
     filled = cut_patch(holed, choice, longest_hole=4.1)
+    # What was filled is told although the patch was cut afterwards.
+    assert filled.preparation.repairs.filled_holes == (pytest.approx((20.5, 15.5, 0.0)),)
     assert len(boundary_loops(filled.surface)) == 1
     assert area(filled) == pytest.approx(36.0 * np.pi, rel=5e-3)
 

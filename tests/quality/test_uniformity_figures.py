@@ -20,7 +20,7 @@ def given(
     count = len(ratios)
     found = np.ones(count, dtype=np.int64) if levels is None else np.array(levels)
     return Uniformity(
-        places=np.column_stack([apart * np.arange(count), np.zeros((count, 2))]),
+        places=apart * np.arange(count)[:, None] * np.array([1.0, 0.0, 0.0]),
         offsets=np.array([0, count]),
         runs=found,
         levels=found,
@@ -138,12 +138,12 @@ def test_what_lies_on_another_piece_is_left_out_and_counted() -> None:
 
 def test_a_path_may_lie_a_tenth_of_a_spacing_off_its_surface() -> None:
     surface = plate((20.0, 12.0), (4, 3))
-    near, far = (
-        deposited(
-            [straight_line((0.0, y), (20.0, y), points=41) + np.array([0.0, 0.0, off]) for y in (1.0, 3.0)], [0, 1]
-        )
-        for off in (0.19, 0.21)
-    )
+    lines = [straight_line((0.0, y), (20.0, y), points=41) for y in (1.0, 3.0)]
+    for line in lines:
+        line[:, 2] += 0.19
+    near = deposited(lines, [0, 1])
+    lines[0][:, 2] += 0.02
+    far = deposited(lines, [0, 1])
     assert uniformity(near, surface, spacing=2.0).mean == pytest.approx(1.0)
     with pytest.raises(FieldError, match=r"0\.21 mm away from plate in run 1, allowed are 0\.2 mm"):
         uniformity(far, surface, spacing=2.0)
