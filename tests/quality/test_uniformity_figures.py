@@ -19,8 +19,10 @@ def given(
     """Return what is told of samples in a row along x, of runs 2 mm apart, with these ratios."""
     count = len(ratios)
     found = np.ones(count, dtype=np.int64) if levels is None else np.array(levels)
+    places = np.zeros((count, 3))
+    places[:, 0] = apart * np.arange(count)
     return Uniformity(
-        places=apart * np.arange(count)[:, None] * np.array([1.0, 0.0, 0.0]),
+        places=places,
         offsets=np.array([0, count]),
         runs=found,
         levels=found,
