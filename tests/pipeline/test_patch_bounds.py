@@ -127,6 +127,13 @@ def test_the_outside_is_that_of_the_piece_on_which_the_patch_lies(far: float, ki
     assert np.einsum("mx,mx->m", face_normals(patch.surface), middles).min() > 0.0
 
 
+@pytest.mark.parametrize("vertex", [6, 14, 15])
+def test_a_cone_about_a_normal_that_rounding_leaves_too_long_is_cut_all_the_same(vertex: int) -> None:
+    x, y, z = BALL.vertices[vertex].tolist()
+    cap = 2.0 * np.pi * 400.0 * (1.0 - np.cos(0.5))
+    assert area(cut_patch(BALL, chosen((x, y, z), cone=0.5))) == pytest.approx(cap, rel=0.02)
+
+
 def test_a_region_alone_is_cut_out_as_it_is_and_nothing_else_need_be_sound() -> None:
     left = np.flatnonzero(PLATE.vertices[PLATE.faces].mean(axis=1)[:, 0] < 20.0)
     # Three faces at one edge of the far end.
