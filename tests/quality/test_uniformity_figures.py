@@ -82,12 +82,13 @@ def test_of_no_samples_nothing_is_told() -> None:
 
 
 def test_every_level_has_its_own_figures() -> None:
-    first, second = given([0.9, 1.0, 1.3, 0.6], levels=[1, 1, 3, 3]).by_level()
+    first, second, third = given([0.9, 1.0, 1.3, 0.6, 0.8, 1.3], levels=[1, 1, 3, 3, 4, 4]).by_level()
     assert (first.level, first.mean, first.worst) == (1, pytest.approx(0.95), 0.9)
     assert first.cv == pytest.approx(0.05 / 0.95)
     # 0.6 is farther from 1 than 1.3.
     assert (second.level, second.mean, second.worst) == (3, pytest.approx(0.95), 0.6)
     assert second.cv == pytest.approx(0.35 / 0.95)
+    assert (third.level, third.worst) == (4, 1.3)
 
 
 def test_worst_places_are_more_than_two_spacings_apart_and_as_many_as_asked() -> None:
