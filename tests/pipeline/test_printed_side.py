@@ -97,6 +97,39 @@ def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume()
     assert "volume" not in printed_side(CAP, BODY, flip=False, filed=BODY)[1].sentence
 
 
+@pytest.mark.parametrize(
+    ("source", "whole", "side", "other"),
+    [
+        (
+            "winding", "outside of a closed surface", "the side that the file's winding calls outside",
+            "`--flip` turns it",
+        ),
+        (
+            "flip", "inside of a closed surface, as `--flip` asks", "the side to which `--flip` turned it",
+            "leave `--flip` out for the other",
+        ),
+    ],
+)  # fmt: skip
+def test_the_side_is_named_as_it_was_chosen(source: str, whole: str, side: str, other: str) -> None:
+    flip = source == "flip"
+    assert printed_side(BODY, None, flip=flip)[1].sentence == f"printed on the {whole}."
+    assert printed_side(CAP, None, flip=flip)[1].sentence == (
+        f"printed on {side}, which bulges; nothing else can tell, since an open patch encloses nothing; {other}, a "
+        "closed `--body` decides."
+    )
+    half = printed_side(half_turned(), BODY, flip=flip)[1]
+    assert (half.source, half.turned) == (source, flip)
+    assert half.sentence == f"printed on {side}, but 50% of it faces into heart: check the side."
+
+
+def half_turned() -> Surface:
+    """Return a patch on the top of the body of which half is wound against the rest."""
+    flat = meshes.plate((4.0, 4.0), (10, 10))
+    faces = flat.faces.copy()
+    faces[:100] = faces[:100, ::-1]
+    return Surface(flat.vertices + np.array([-2.0, -2.0, 30.0]), faces)
+
+
 @pytest.mark.parametrize(("turned", "source"), [(19, "body"), (21, "winding"), (179, "winding"), (181, "body")])
 def test_the_body_tells_where_nine_tenths_of_the_area_agree(turned: int, source: str) -> None:
     # Of 200 triangles on the top of the body so many are wound against the others.

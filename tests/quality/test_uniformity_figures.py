@@ -73,6 +73,7 @@ def test_what_is_not_exact_is_told_with_its_share_and_largest_doubt() -> None:
 
 
 def test_of_no_samples_nothing_is_told() -> None:
+    assert given([1.0]).spaced
     none = given([])
     assert not none.spaced
     assert np.isnan([none.mean, none.cv, none.within_5_percent]).all()
