@@ -97,7 +97,7 @@ def test_a_corner_turns_within_a_quarter_of_a_spacing_to_either_side(radius: flo
     assert len(rounded(run).fillets) == corners
 
 
-@pytest.mark.parametrize("size", [0.7, 1.0, 2.0])
+@pytest.mark.parametrize("size", [0.2, 0.7, 1.0, 2.0])
 def test_an_arc_ends_within_half_a_spacing_of_its_corner(size: float) -> None:
     # Half of that but for 0.02 mm is averaged to either side; 32 degrees would else allow 0.279 spacings.
     (found,) = missed(rounded(bend(np.radians(32.0)), spacing=size), (10.0, 10.0))

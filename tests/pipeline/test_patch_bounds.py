@@ -127,6 +127,13 @@ def test_the_outside_is_that_of_the_piece_on_which_the_patch_lies(far: float, ki
     assert np.einsum("mx,mx->m", face_normals(patch.surface), middles).min() > 0.0
 
 
+@pytest.mark.parametrize("vertex", [6, 14, 15])
+def test_a_cone_about_a_normal_that_rounding_leaves_too_long_is_cut_all_the_same(vertex: int) -> None:
+    x, y, z = BALL.vertices[vertex].tolist()
+    cap = 2.0 * np.pi * 400.0 * (1.0 - np.cos(0.5))
+    assert area(cut_patch(BALL, chosen((x, y, z), cone=0.5))) == pytest.approx(cap, rel=0.02)
+
+
 def test_a_region_alone_is_cut_out_as_it_is_and_nothing_else_need_be_sound() -> None:
     left = np.flatnonzero(PLATE.vertices[PLATE.faces].mean(axis=1)[:, 0] < 20.0)
     # Three faces at one edge of the far end.
@@ -137,6 +144,8 @@ def test_a_region_alone_is_cut_out_as_it_is_and_nothing_else_need_be_sound() -> 
     alone = cut_patch(broken, chosen(region=left))
     assert len(alone.surface.faces) == len(left)
     assert area(alone) == pytest.approx(600.0)
+    # An open body faces as it is wound.
+    assert face_normals(alone.surface)[:, 2].min() > 0.0
     boxed = cut_patch(broken, chosen(region=left, box=BOX))
     assert area(boxed) == pytest.approx(150.0)
     about = cut_patch(broken, chosen((10.0, 15.0, 0.0), radius=5.0, region=left))
@@ -181,6 +190,8 @@ def test_a_hole_is_filled_up_to_the_longest_before_the_patch_is_cut() -> None:
     assert len(boundary_loops(cut_patch(holed, choice).surface)) == 2
     assert len(boundary_loops(cut_patch(holed, choice, longest_hole=3.9).surface)) == 2
     filled = cut_patch(holed, choice, longest_hole=4.1)
+    # What was filled is told although the patch was cut afterwards.
+    assert filled.preparation.repairs.filled_holes == (pytest.approx((20.5, 15.5, 0.0)),)
     assert len(boundary_loops(filled.surface)) == 1
     assert area(filled) == pytest.approx(36.0 * np.pi, rel=5e-3)
 

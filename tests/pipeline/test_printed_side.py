@@ -13,10 +13,9 @@ from geoprint.errors import InputError
 from geoprint.model import Surface
 from geoprint.pipeline import inspect_file
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece, printed_side
+from geoprint.pipeline.workpiece import inverted_in_words, prepare_workpiece, printed_side, shape_in_words
 from geoprint.surfaces import mean_normal
 from tests import meshes
-from tests.motion.placements import block
 from tests.shared_data import shared
 
 BODY = replace(meshes.sphere(radius=30.0, subdivisions=4), name="heart")
@@ -100,6 +99,72 @@ def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume()
 
 
 @pytest.mark.parametrize(
+    ("source", "whole", "side", "other"),
+    [
+        (
+            "winding", "outside of a closed surface", "the side that the file's winding calls outside",
+            "`--flip` turns it",
+        ),
+        (
+            "flip", "inside of a closed surface, as `--flip` asks", "the side to which `--flip` turned it",
+            "leave `--flip` out for the other",
+        ),
+    ],
+)  # fmt: skip
+def test_the_side_is_named_as_it_was_chosen(source: str, whole: str, side: str, other: str) -> None:
+    flip = source == "flip"
+    assert printed_side(BODY, None, flip=flip)[1].sentence == f"printed on the {whole}."
+    assert printed_side(CAP, None, flip=flip)[1].sentence == (
+        f"printed on {side}, which bulges; nothing else can tell, since an open patch encloses nothing; {other}, a "
+        "closed `--body` decides."
+    )
+    half = printed_side(half_turned(), BODY, flip=flip)[1]
+    assert (half.source, half.turned) == (source, flip)
+    assert half.sentence == f"printed on {side}, but 50% of it faces into heart: check the side."
+
+
+def half_turned() -> Surface:
+    """Return a patch on the top of the body of which half is wound against the rest."""
+    flat = meshes.plate((4.0, 4.0), (10, 10))
+    faces = flat.faces.copy()
+    faces[:100] = faces[:100, ::-1]
+    return Surface(flat.vertices + np.array([-2.0, -2.0, 30.0]), faces)
+
+
+@pytest.mark.parametrize(("turned", "source"), [(19, "body"), (21, "winding"), (179, "winding"), (181, "body")])
+def test_the_body_tells_where_nine_tenths_of_the_area_agree(turned: int, source: str) -> None:
+    # Of 200 triangles on the top of the body so many are wound against the others.
+    flat = meshes.plate((4.0, 4.0), (10, 10))
+    faces = flat.faces.copy()
+    faces[:turned] = faces[:turned, ::-1]
+    patch = Surface(flat.vertices + np.array([-2.0, -2.0, 30.0]), faces)
+    part, side = printed_side(patch, BODY, flip=False)
+    assert side.source == source
+    assert side.turned is (turned == 181)
+    share = 1.0 - turned / 200.0
+    assert side.agreeing == pytest.approx(1.0 - share if side.turned else share)
+    assert ("check the side" in side.sentence) is (source == "winding")
+    wanted = patch.faces[:, ::-1] if side.turned else patch.faces
+    np.testing.assert_array_equal(part.faces, wanted)
+
+
+@pytest.mark.parametrize(("share", "words"), [(0.0175, "which bulges"), (0.016, "which neither bulges nor is hollow")])
+def test_a_patch_bulges_from_a_sixtieth_of_its_width_on(share: float, words: str) -> None:
+    # The height of a cap over its width is tan(a / 2) / 2 for an opening of 2 a.
+    cap = meshes.spherical_cap(radius=30.0, angle=float(2.0 * np.arctan(2.0 * share)), rings=24)
+    assert shape_in_words(cap).startswith(words)
+    hollow = "which is hollow" if words == "which bulges" else words
+    assert shape_in_words(inside_out(cap)).startswith(hollow)
+
+
+def test_a_small_file_is_inside_out_only_where_its_volume_is_negative() -> None:
+    grain = replace(meshes.sphere(radius=2.0, subdivisions=5), name="grain")
+    assert inverted_in_words(grain) == ""
+    assert inverted_in_words(inside_out(grain)).startswith("the volume of grain is -0.0335 cm3, as its faces are wound")
+    assert inverted_in_words(meshes.plate()) == ""
+
+
+@pytest.mark.parametrize(
     ("name", "alone", "on_the_body"),
     [
         ("x_mirrored.ply", "which is hollow: is the file mirrored", "Mirrored in x it lies on it"),
@@ -119,24 +184,3 @@ def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, a
     except InputError as error:
         said = str(error)
     assert on_the_body in said
-
-
-def test_a_body_tells_the_side_where_nine_tenths_of_the_part_agree() -> None:
-    """A plate on a slab, of which a strip at one end faces down."""
-    slab = block((-5.0, -5.0, -4.0), (105.0, 15.0, -1.0), name="slab")
-
-    def turned(columns: int) -> Surface:
-        flat = meshes.plate((100.0, 10.0), (100, 2))
-        down = flat.vertices[flat.faces].mean(axis=1)[:, 0] < columns
-        faces = flat.faces.copy()
-        faces[down] = faces[down][:, ::-1]
-        return Surface(vertices=flat.vertices, faces=faces, name="plate")
-
-    columns = (0, 9, 11, 50, 89, 91, 100)
-    assert [printed_side(turned(each), slab, flip=False)[1].source for each in columns] == [
-        "body", "body", "winding", "winding", "winding", "body", "body",
-    ]  # fmt: skip
-    sides = [printed_side(turned(each), slab, flip=False)[1].turned for each in (9, 91)]
-    assert sides == [False, True]
-    # Who asks for a side gets it, whatever the body tells.
-    assert printed_side(turned(91), slab, flip=True)[1].source == "flip"

@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from geoprint.config import Job, job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, FieldError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import plan
+from geoprint.pipeline import plan, workpiece
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece, read_part
 from geoprint.results import Workpiece
-from geoprint.surfaces import edge_lengths
+from geoprint.surfaces import edge_lengths, mean_normal
 from geoprint.surfaces.files import save_ply
 from tests import meshes
 from tests.motion.arms import other_conventions
@@ -104,6 +104,13 @@ def test_the_mesh_is_as_fine_for_rounds_as_for_the_spacing_that_they_mean(part: 
     by_rounds = prepared(part, spacing=None, rounds=5)
     assert by_rounds.edge_length == pytest.approx(0.75, rel=0.01)
     assert float(edge_lengths(by_rounds.surface).mean()) <= 0.9
+
+
+def test_a_depth_estimated_on_triangles_twice_as_large_changes_nothing_that_counts(
+    part: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workpiece, "TRIANGLES_ACROSS", 30)
+    assert prepared(part, spacing=None, rounds=5).edge_length == pytest.approx(0.75, rel=0.02)
 
 
 def test_the_edge_length_told_is_the_shortest_of_all_patches(tmp_path: Path) -> None:
@@ -262,3 +269,27 @@ def test_what_was_read_and_prepared_is_kept_in_order(part: Path, tmp_path: Path)
     assert prepared(part).cell_text is None
     assert [file.name for file in prepared(part).files] == ["part.ply"]
     assert prepared(part).body is None
+
+
+def test_the_spacing_is_asked_for_before_the_placement_and_the_placement_before_the_body(
+    part: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(FieldError, match="the whole part is only 50 mm across"):
+        prepared(part, spacing=60.0, robot=True)
+    with pytest.raises(UsageError, match="give `--spacing` or `--rounds`"):
+        prepared(part, spacing=None, robot=True)
+    with pytest.raises(UsageError, match="is not calibrated"):
+        prepared(part, robot=True, body=saved(tmp_path, beside(60.0), "far"))
+
+
+def test_a_body_that_its_file_winds_inward_is_told_and_the_part_faces_out_of_it(tmp_path: Path) -> None:
+    cap, ball = meshes.spherical_cap(radius=30.0, angle=0.6), meshes.sphere(radius=30.0, subdivisions=4)
+    inward = saved(tmp_path, Surface(ball.vertices, ball.faces[:, ::-1]), "ball")
+    for patch, turned in ((cap, False), (Surface(cap.vertices, cap.faces[:, ::-1]), True)):
+        found = read_part(asked(saved(tmp_path, patch, "cap"), body=inward))
+        assert (found.side.source, found.side.turned, found.side.agreeing) == ("body", turned, 1.0)
+        assert "But the volume of ball.ply is -113 cm3, as its faces are wound" in found.side.sentence
+        np.testing.assert_allclose(mean_normal(found.part), mean_normal(cap), atol=1e-9)
+    kept = read_part(asked(saved(tmp_path, cap, "cap"), body=inward, flip=True))
+    assert (kept.side.source, kept.side.turned, kept.side.agreeing) == ("flip", True, 0.0)
+    np.testing.assert_allclose(mean_normal(kept.part), -mean_normal(cap), atol=1e-9)
