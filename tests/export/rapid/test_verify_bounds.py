@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 import pytest
@@ -32,6 +33,7 @@ ANALOG = replace(
     ),
 )
 TARGET = 5
+Change: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 def proof_of(cell: Cell) -> tuple[Proof, Orders]:
@@ -57,7 +59,7 @@ def flowing() -> tuple[Proof, Orders]:
     return proof_of(ANALOG)
 
 
-def moved(made: Made, name: str, change: Callable[[FloatArray], FloatArray]) -> Made:
+def moved(made: Made, name: str, change: Change) -> Made:
     """Return what was made with the values of one target changed."""
     values: FloatArray = getattr(made.execution.moves, name).copy()
     values[made.rows[TARGET]] = change(values[made.rows[TARGET]])
@@ -77,28 +79,28 @@ def along(axis: int, by: float) -> FloatArray:
     return by * np.eye(3)[axis]
 
 
-@pytest.mark.parametrize(
-    ("name", "within", "beyond", "words"),
-    [
-        ("places", lambda p: p + along(0, 0.4e-4), lambda p: p + along(1, 2e-4), "the position is"),
-        ("places", lambda p: p - along(2, 0.9e-4), lambda p: p - along(2, 1.1e-4), "the position is"),
-        ("turns", lambda q: turned(q, 0.0009), lambda q: turned(q, 0.0011), "the quaternion is"),
-        ("turns", lambda q: -q, lambda q: turned(q, -0.0011), "the quaternion is"),
-        ("turns", lambda q: q * (1.0 + 1e-7), lambda q: q * (1.0 + 4e-7), "the quaternion is"),
-        ("turns", lambda q: q * (1.0 - 1e-7), lambda q: q * (1.0 - 4e-7), "the quaternion is"),
-        ("speeds", lambda v: v * 0.99991, lambda v: v * 0.9998, r"the speed \[mm/s\] is"),
-        ("speeds", lambda v: v, lambda v: v + 1e-4, r"the speed \[mm/s\] is"),
-        ("zones", lambda z: z * 0.0 + 0.1112, lambda z: z * 0.0 + 0.1109, r"the zone \[mm\] is"),
-        ("zones", lambda z: z * 0.0 + 0.123405, lambda z: z * 0.0 + 0.12342, r"the zone \[mm\] is"),
-        ("zones", lambda z: z, lambda z: z * 0.0, r"the zone \[mm\] is"),
-        ("other_axes", lambda a: a, lambda a: ~a, "external axes are"),
-        ("configurations", lambda c: c, lambda c: c + np.array([0.0, 0.0, 1.0, 0.0]), "the configuration is"),
-    ],
-)  # fmt: skip
+# What is changed, within its bound, beyond it, and what the finding is called.
+BOUNDS: list[tuple[str, Change, Change, str]] = [
+    ("places", lambda p: p + along(0, 0.4e-4), lambda p: p + along(1, 2e-4), "the position is"),
+    ("places", lambda p: p - along(2, 0.9e-4), lambda p: p - along(2, 1.1e-4), "the position is"),
+    ("turns", lambda q: turned(q, 0.0009), lambda q: turned(q, 0.0011), "the quaternion is"),
+    ("turns", lambda q: -q, lambda q: turned(q, -0.0011), "the quaternion is"),
+    ("turns", lambda q: q * (1.0 + 1e-7), lambda q: q * (1.0 + 4e-7), "the quaternion is"),
+    ("turns", lambda q: q * (1.0 - 1e-7), lambda q: q * (1.0 - 4e-7), "the quaternion is"),
+    ("speeds", lambda v: v * 0.99991, lambda v: v * 0.9998, r"the speed \[mm/s\] is"),
+    ("speeds", lambda v: v, lambda v: v + 1e-4, r"the speed \[mm/s\] is"),
+    ("zones", lambda z: z * 0.0 + 0.1112, lambda z: z * 0.0 + 0.1109, r"the zone \[mm\] is"),
+    ("zones", lambda z: z * 0.0 + 0.123405, lambda z: z * 0.0 + 0.12342, r"the zone \[mm\] is"),
+    ("zones", lambda z: z, lambda z: z * 0.0, r"the zone \[mm\] is"),
+    ("other_axes", lambda a: a, lambda a: 1.0 - a, "external axes are"),
+    ("configurations", lambda c: c, lambda c: c + np.array([0.0, 0.0, 1.0, 0.0]), "the configuration is"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "within", "beyond", "words"), BOUNDS)
 def test_a_target_may_lie_as_far_off_as_digits_make_it_and_no_farther(
-    switched: tuple[Proof, Orders], name: str, within: Callable[[FloatArray], FloatArray],
-    beyond: Callable[[FloatArray], FloatArray], words: str,
-) -> None:  # fmt: skip
+    switched: tuple[Proof, Orders], name: str, within: Change, beyond: Change, words: str
+) -> None:
     proof, wanted = switched
     assert wanted.zones[TARGET] == 0.1234
     _verify_targets(moved(proof.printing, name, within), proof.dry, wanted)

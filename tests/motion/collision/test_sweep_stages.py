@@ -12,10 +12,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from geoprint.errors import InputError
 from geoprint.model import BoolArray, ControllerPath, FloatArray
 from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
 from geoprint.motion.collision.surroundings import mesh_target
-from geoprint.motion.collision.sweep import Placements, find_hits, refined, step_parts
+from geoprint.motion.collision.sweep import (
+    Placements,
+    _Fan,  # pyright: ignore[reportPrivateUsage]
+    find_hits,
+    refined,
+    step_parts,
+)
 from geoprint.motion.collision.tool_solids import Solid
 from tests.motion.placements import block, pointing_down, run_of
 
@@ -149,3 +156,38 @@ def test_a_cut_path_rounds_its_corners_in_between_by_the_mean_of_both_ends() -> 
 
 def test_steps_are_cut_so_that_none_is_larger_than_allowed() -> None:
     assert step_parts(np.array([0.0, 0.5, 1.79, 1.81, 3.61]), largest=2.0).tolist() == [1, 1, 1, 2, 3]
+
+
+@pytest.mark.parametrize(("step", "refused"), [(1.97, False), (2.03, True)])
+def test_placements_farther_apart_than_two_millimetres_prove_nothing(step: float, *, refused: bool) -> None:
+    placements = moving(np.array([[0.0, 0.0], [0.0, 0.5], [step, 0.5]]))
+    far = np.array([50.0, 50.0])
+    if refused:
+        with pytest.raises(InputError, match=r"the needle moves by 2\.1 mm .* at most 2\.0 mm are allowed"):
+            is_hit(placements, far)
+    else:
+        assert not is_hit(placements, far)
+
+
+def test_travel_is_what_lays_nothing_within_runs() -> None:
+    placements = replace(
+        moving(
+            np.column_stack([np.arange(6.0), np.zeros(6)]), deposit=np.array([False, True, False, False, True, False])
+        ),
+        runs=np.array([-1, 0, 0, 1, 1, -1]),
+    )
+    assert [placements.travelling(np.array([row])) for row in range(6)] == [False, False, True, True, False, False]
+    assert placements.travelling(np.array([2, 3]))
+    assert not placements.travelling(np.array([2, 4]))
+    assert placements.travels.tolist() == [True, False, True, True, False]
+
+
+def test_a_rounded_corner_is_asked_in_the_middle_of_each_hundredth_of_a_millimetre_across() -> None:
+    poses = pointing_down(np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]))
+    corners = pointing_down(np.array([[0.0, 0.03, 0.0], [5.0, 0.0, 0.0]]))
+
+    fan = _Fan.of(poses, corners, rounding=np.array([[0.03], [0.0]]))
+
+    assert fan.owners.tolist() == [0, 0, 0, 1]
+    assert fan.parts.tolist() == [3, 1]
+    np.testing.assert_allclose(fan.poses[:, 1, 3], [-0.02, 0.0, 0.02, 0.0], atol=1e-12)
