@@ -19,6 +19,7 @@ from geoprint.export.rapid.language.syntax import (
     Leave,
     Name,
     Routine,
+    Series,
     Statement,
     Test,
     Value,
@@ -29,7 +30,7 @@ from geoprint.export.rapid.machine.code import RoutineCode, Scope, Step
 from geoprint.export.rapid.machine.expressions import compiled, operand, reference
 from geoprint.export.rapid.machine.instruction_calls import compile_instruction
 from geoprint.export.rapid.machine.instructions import INSTRUCTIONS
-from geoprint.export.rapid.machine.move_calls import MOVES, compile_move
+from geoprint.export.rapid.machine.move_calls import MOVES, compile_move, compile_series, compile_trigger
 from geoprint.export.rapid.machine.state import Reference, Slot, State
 from geoprint.export.rapid.machine.stepping import enter, leave, raise_on
 from geoprint.export.rapid.machine.values.faults import fault, unknown
@@ -37,6 +38,10 @@ from geoprint.export.rapid.machine.values.records import array_of, initial, stor
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.task import MachineTask
+
+
+# Instructions that define a trigger, and do nothing else.
+_TRIGGERS = frozenset({"triggio", "triggequip", "triggspeed"})
 
 
 @final
@@ -120,8 +125,9 @@ class _Compiler:
 
     def _statement(self, statement: Statement) -> None:
         makers: dict[type, Callable[[Any], None]] = {
-            Call: self._call, Assignment: self._assignment, If: self._if, Test: self._test, For: self._for,
-            While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark, Connect: self._connect,
+            Call: self._call, Series: self._series, Assignment: self._assignment, If: self._if, Test: self._test,
+            For: self._for, While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark,
+            Connect: self._connect,
         }  # fmt: skip
         makers[type(statement)](statement)
 
@@ -309,10 +315,21 @@ class _Compiler:
             self._own_call(statement, routine)
         elif name in MOVES:
             compile_move(statement, self._scope, code=self._code, task=self._task, emit=self.emit)
+        elif name in _TRIGGERS:
+            compile_trigger(statement, self._scope, code=self._code, task=self._task, emit=self.emit)
         elif name in INSTRUCTIONS:
             self.emit(compile_instruction(statement, self._scope), statement.line)
         else:
             unknown(self._scope.file, statement.line, f"{statement.name} is no instruction that this machine knows")
+
+    def _series(self, series: Series) -> None:
+        if all(
+            name in MOVES and self._scope.routine(name) is None for name in {one.name.lower() for one in series.kinds()}
+        ):
+            compile_series(series, self._scope, code=self._code, task=self._task, emit=self.emit)
+            return
+        for call in series.calls():
+            self._call(call)
 
     def _own_call(self, statement: Call, routine: RoutineCode) -> None:
         bind = binder(routine, statement.arguments, self._scope, line=statement.line)
