@@ -76,7 +76,8 @@ def record_executed(found: Executed) -> ExecutedRecord:
         lines=found.statements,
         lines_executed=found.executed,
         not_executed=tuple(
-            NotExecutedRecord(file=file, line=line, reason=reason) for file, line, reason in found.not_executed
+            NotExecutedRecord(file=file, lines=tuple(lines), reason=reason)
+            for (file, reason), lines in _by_reason(found).items()
         ),
         largest_motion_mm=found.motion,
         largest_move_time_s=found.move_time,
@@ -84,6 +85,14 @@ def record_executed(found: Executed) -> ExecutedRecord:
         largest_output_mm=found.outputs,
         not_known=found.not_known,
     )
+
+
+def _by_reason(found: Executed) -> dict[tuple[str, str], list[int]]:
+    """Return the lines that were not executed by their module and reason."""
+    lines: dict[tuple[str, str], list[int]] = {}
+    for file, line, reason in found.not_executed:
+        lines.setdefault((file, reason), []).append(line)
+    return lines
 
 
 def program_digest(modules: Iterable[tuple[str, str]]) -> str:
