@@ -114,4 +114,15 @@ def test_runs_cut_twice_as_finely_are_as_far_away_through_the_air(monkeypatch: p
     found = [outer_distance(MESH, path, distance, samples, spacing=2.0).straight]
     monkeypatch.setattr(module, "PIECES_PER_SPACING", 2 * module.PIECES_PER_SPACING)
     found.append(outer_distance(MESH, path, distance, samples, spacing=2.0).straight)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-3)
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+
+
+def test_the_straight_distance_is_that_to_the_corner_of_a_bent_run() -> None:
+    corners = [(20.3 + 0.37 * k, 9.2 + 0.23 * k) for k in range(6)]
+    bent = [[(0.0, y), (x, y), (x, 30.0)] for x, y in corners]
+    for (x, y), line in zip(corners, bent, strict=True):
+        path = laid(line, point(x + 1.2, y - 0.9))
+        samples = of_run(sampled(path, step=0.5), 1)
+        found = outer_distance(MESH, path, GeodesicDistance(MESH, path), samples, spacing=2.0)
+        np.testing.assert_allclose(found.straight, 1.5, atol=1e-6)
+        np.testing.assert_allclose(found.distances, 1.5, atol=1e-6)
