@@ -127,3 +127,13 @@ def test_the_straight_distance_is_that_to_the_corner_of_a_bent_run() -> None:
         found = outer_distance(MESH, path, GeodesicDistance(MESH, path), samples, spacing=2.0)
         np.testing.assert_allclose(found.straight, 1.5, atol=1e-6)
         np.testing.assert_allclose(found.distances, 1.5, atol=1e-6)
+
+
+def test_no_straight_distance_is_thought_longer_than_the_one_to_the_end_of_a_piece() -> None:
+    # An edge of the mesh as the level outside, and a point in line with it.
+    path = laid([(10.0, 5.0), (10.5, 5.0)], point(12.0, 5.0))
+    samples = of_run(sampled(path, step=0.5), 1)
+    found = outer_distance(MESH, path, GeodesicDistance(MESH, path), samples, spacing=2.0)
+    np.testing.assert_allclose(found.distances, 1.5, atol=1e-6)
+    lame = outer_distance(MESH, path, GeodesicDistance(MESH, path, windows=1), samples, spacing=2.0)
+    assert (lame.bounds <= 1.5 + 1e-6).all()
