@@ -227,3 +227,27 @@ def test_nothing_is_laid_at_rest_on_a_plate_and_every_corner_is_told() -> None:
     assert len(toolpath.splits) == 0
     # Four rectangles; one corner of each may be its seam.
     assert 12 <= len(toolpath.fillets) <= 16
+
+
+def test_a_closed_run_with_one_hairpin_starts_and_ends_at_it() -> None:
+    turn = np.linspace(-np.pi / 2.0, np.pi / 2.0, 60)
+    arc = np.column_stack([20.0 + 1.5 * np.cos(turn), 10.0 + 1.5 * np.sin(turn), np.zeros(60)])
+    lower, upper = line_through((8.0, 10.0), (20.0, 8.5)), line_through((20.0, 11.5), (8.0, 10.0))
+    drop = np.vstack([lower[:-1], arc, upper[1:]])
+    middle = len(lower) + 30
+    found = rounded(np.vstack([drop[middle:-1], drop[: middle + 1]]), closed=True)
+    assert [piece.closed for piece in found.pieces] == [True]
+    assert len(found.splits) == len(found.fillets) == 0
+    places = places_of(found.pieces[0].points)
+    np.testing.assert_allclose(places[[0, -1]], [[8.0, 10.0, 0.0]] * 2, atol=1e-9)
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 1e-3
+    assert PolylineDistance([places], step=0.2)(drop).max() < 1e-9
+
+
+@pytest.mark.parametrize(("beyond", "kept"), [(0.0092, 0), (0.0108, 1)])
+def test_samples_within_a_hundredth_of_a_millimetre_of_an_arc_are_dropped(beyond: float, kept: int) -> None:
+    # The arc of a right angle reaches 0.21757 mm along either leg.
+    reach, end = 0.21757, (10.0, 15.0)
+    before, after = (10.0 - reach - beyond, 10.0), (10.0, 10.0 + reach + beyond)
+    run = line_through((5.0, 10.0), before, (10.0, 10.0), after, end)
+    assert [away < 1e-9 for away in missed(rounded(run), before, after)] == [bool(kept)] * 2

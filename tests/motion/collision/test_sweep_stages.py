@@ -17,6 +17,7 @@ from geoprint.model import BoolArray, ControllerPath, FloatArray
 from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
 from geoprint.motion.collision.surroundings import mesh_target
 from geoprint.motion.collision.sweep import (
+    ALLOWANCE,
     Placements,
     _Fan,  # pyright: ignore[reportPrivateUsage]
     find_hits,
@@ -191,3 +192,8 @@ def test_a_rounded_corner_is_asked_in_the_middle_of_each_hundredth_of_a_millimet
     assert fan.owners.tolist() == [0, 0, 0, 1]
     assert fan.parts.tolist() == [3, 1]
     np.testing.assert_allclose(fan.poses[:, 1, 3], [-0.02, 0.0, 0.02, 0.0], atol=1e-12)
+
+
+def test_what_the_check_may_need_beyond_the_kept_distance_is_75_micrometres() -> None:
+    """Half a movement and half a distance across of 10 um each, reaches rounded up by 10 um, shapes larger by 45 um."""
+    assert pytest.approx(0.010 + 0.010 + 0.010 + 0.045) == ALLOWANCE

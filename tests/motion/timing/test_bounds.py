@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geoprint.model import FloatArray, Slowdown
-from geoprint.motion.timing.knots import path_knots
+from geoprint.model import FloatArray, Robot, Slowdown
+from geoprint.motion.timing.knots import Knots, path_knots
 from geoprint.motion.timing.slowdown import (
     _held,  # pyright: ignore[reportPrivateUsage]
     _Hold,  # pyright: ignore[reportPrivateUsage]
     _inner,  # pyright: ignore[reportPrivateUsage]
+    _Profile,  # pyright: ignore[reportPrivateUsage]
     held_after_dips,
     stepped,
 )
+from geoprint.motion.timing.topp import Motion
+from tests.motion.cells import bent_cell
+from tests.motion.joint_paths import arm_of, solved, stream
 from tests.motion.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed
 
 
@@ -87,3 +91,30 @@ def test_a_run_that_dips_again_holds_its_lowest_dip() -> None:
 @pytest.mark.parametrize(("speed", "found"), [(12.39, 12.3), (12.3, 12.3), (0.1, 0.1), (0.09, 0.09)])
 def test_lowered_speeds_are_whole_tenths_rounded_down(speed: float, found: float) -> None:
     assert stepped(speed) == found
+
+
+def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_the_tip_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Half of a straight leg of 40 mm in unequal steps is laid, without a stop where laying begins."""
+    caught: list[_Profile] = []
+    of = _Profile.of
+
+    def noted(knots: Knots, first: int, last: int, motion: Motion, *, robot: Robot, set_speed: float) -> _Profile:
+        caught.append(of(knots, first, last, motion, robot=robot, set_speed=set_speed))
+        return caught[-1]
+
+    monkeypatch.setattr(_Profile, "of", noted)
+    x = np.concatenate([np.linspace(-20.0, 0.0, 41)[:-1], np.linspace(0.0, 20.0, 26)])
+    tips = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+    path = solved(stream(tips, deposit=np.arange(len(x)) >= 40), arm_of(bent_cell()))
+
+    timed(path, "follow")
+
+    (profile,) = caught
+    assert profile.lengths.sum() == pytest.approx(20.0, abs=1e-6)
+    assert profile.tips[0, 0] == pytest.approx(0.0, abs=1e-6)
+    assert profile.tips[:, 0].max() < 20.0
+    assert profile.arcs[0] == pytest.approx(20.0, abs=1e-6)
+    np.testing.assert_allclose(np.diff(profile.tips[:, 0]), profile.lengths[:-1], atol=1e-6)
+    np.testing.assert_allclose(profile.wanted, 20.0)
