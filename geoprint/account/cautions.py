@@ -51,6 +51,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
     """
     return (
         *([] if _is_doubtful(told.surface.side) else [told.surface.side.sentence]),
+        *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
         *_inside(told.patches),
         *_repairs(plan.workpiece),
         *_paths(told),
@@ -72,6 +73,20 @@ def placement_warnings(robots: Sequence[RobotRecord]) -> list[str]:
     missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
     return [f"PLACEMENT NOT KNOWN: programs run only dry, until somebody states {' and '.join(missing)}."][
         : len(missing)
+    ]
+
+
+def orientation_notes(motion: MotionRecord) -> list[str]:
+    """Return how a demonstration was turned and why, if it was."""
+    turned = motion.placement_orientation
+    if turned is None:
+        return []
+    rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)
+    return [
+        (
+            f"turned by demo_rpy_deg = [{rpy}], its mean normal {turned.tilt_deg:g} degrees from upright, which "
+            f"serves, of {turned.tried} orientations; with its mean normal up: {turned.start_refused}"
+        )
     ]
 
 
