@@ -89,7 +89,8 @@ def reaching_tests(line: int, *, module: str, source: str, known: Iterable[Recor
 
 
 def _place(root: Path, test: str) -> Path:
-    return kept() / f"reached-{digest(test.encode(), (root / test).read_bytes())}.json"
+    plugin = Path(__file__).with_name("recording.py").read_bytes()
+    return kept() / f"reached-{digest(test.encode(), (root / test).read_bytes(), plugin)}.json"
 
 
 def _recorded(root: Path, tests: list[str]) -> list[Record]:

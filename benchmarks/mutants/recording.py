@@ -52,7 +52,9 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     """Add up the seconds; a test that does not pass says nothing of mutants."""
     if not report.passed:
         _FAILED.add(report.nodeid)
-    _SECONDS[report.nodeid] = _SECONDS.get(report.nodeid, 0.0) + report.duration
+    # What one sets up may serve many: it is not the time of whichever comes first.
+    took = 0.0 if report.when == "setup" else report.duration
+    _SECONDS[report.nodeid] = _SECONDS.get(report.nodeid, 0.0) + took
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

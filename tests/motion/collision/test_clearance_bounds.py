@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -61,8 +62,9 @@ def test_the_largest_solid_is_outside_of_closed_bodies_all_along_the_path(y: flo
     x, height = 20.0, 0.3 - float(bracket.centre[2])
     box = block((x - 2.0, y - 2.0, height - 2.0), (x + 2.0, y + 2.0, height + 2.0), name="box")
 
-    with pytest.raises(ClearanceError, match=r"the bracket is inside the closed body box"):
+    with pytest.raises(ClearanceError, match=r"the bracket is inside the closed body box") as caught:
         check(run_of(pointing_down(LINE)), box)
+    assert caught.value.details["place"] == pytest.approx((20.0, y, 0.3))
 
 
 def test_the_room_under_the_rim_counts_what_a_rounded_corner_may_bring_the_rim_over() -> None:
@@ -71,7 +73,9 @@ def test_the_room_under_the_rim_counts_what_a_rounded_corner_may_bring_the_rim_o
     for aside, room in ((radius + 0.5 * rounding, 0.3 - 0.1 - rounding), (radius + 2.0 * rounding, 0.3 - rounding)):
         ridge = block((20.0 + aside, 0.0, -5.0), (28.0, 30.0, 0.1), name="ridge")
         rounded = shifted(placements, [20], (rounding, 0.0, 0.0))
-        assert check(rounded, ridge).tip_margin == pytest.approx(room, abs=3e-3)
+        found = check(rounded, ridge)
+        assert found.tip_margin == pytest.approx(room, abs=3e-3)
+        assert re.fullmatch(r"tool where the controller rounds .* at most 0\.10\d mm off its way", found.checked[-1])
     beside = block((20.0 + radius + 0.5 * rounding, 0.0, -5.0), (28.0, 30.0, 0.1), name="ridge")
     assert check(placements, beside).tip_margin == pytest.approx(0.3, abs=1e-6)
 
@@ -85,6 +89,32 @@ def test_the_tip_zone_is_lengthened_by_corners_where_travel_begins_goes_on_and_e
     found = _rounding_on_travel(placements, TIP)
 
     assert found == pytest.approx(0.2 if counts else 0.0, abs=3e-3)
+    scene = _scene(
+        CELL.tool, placements=placements, process=CELL.process, part=plate(), body=None, obstacles=(),
+        T_work_base=np.eye(4),
+    )  # fmt: skip
+    tip, *_ = scene.tool.solids
+    # The nozzle is the tool's z axis, and nothing of it lies before the origin.
+    np.testing.assert_allclose(tip.start, [0.0, 0.0, found], atol=1e-9)
+    np.testing.assert_allclose(tip.end, TIP.end)
+
+
+def test_a_rim_without_room_is_refused_at_its_place() -> None:
+    ridge = block((12.0, 14.5, -5.0), (28.0, 15.5, 0.295), name="ridge")
+
+    with pytest.raises(
+        ClearanceError, match=r"the rim of the needle has 0\.0\d mm of room over the body ridge"
+    ) as caught:
+        check(run_of(pointing_down(LINE)), ridge)
+
+    details = caught.value.details
+    assert isinstance(details["place"], tuple)
+    x, y, z = details["place"]
+    assert (x, z) == pytest.approx((20.0, 0.3))
+    assert 13.5 <= y <= 16.5
+    # Tips every half millimetre whose rim, 0.65 mm wide, is over the ridge: from 13.85 to 16.15 mm.
+    assert details["placements"] == 5
+    assert (details["against"], details["run"], details["solid"]) == ("body ridge", 0, "needle's tip")
 
 
 @pytest.mark.parametrize("kept", [-0.01, np.inf, np.nan])
@@ -94,3 +124,13 @@ def test_a_distance_that_nothing_can_keep_is_refused(kept: float) -> None:
             run_of(pointing_down(LINE)), tool=CELL.tool, process=replace(CELL.process, clearance=kept), standoff=0.3,
             part=plate(), body=None, obstacles=(), T_work_base=np.eye(4),
         )  # fmt: skip
+
+
+def test_nothing_is_inside_of_what_is_open() -> None:
+    hall = block((-900.0, -900.0, -900.0), (900.0, 900.0, 900.0), name="hall")
+    with pytest.raises(ClearanceError, match="is inside the closed body hall"):
+        check(run_of(pointing_down(LINE)), hall)
+
+    roofless = Surface(vertices=hall.vertices, faces=hall.faces[:-2], name="hall")
+
+    assert check(run_of(pointing_down(LINE)), roofless).tip_margin == pytest.approx(0.3, abs=1e-6)

@@ -162,12 +162,12 @@ def test_steps_are_cut_so_that_none_is_larger_than_allowed() -> None:
 @pytest.mark.parametrize(("step", "refused"), [(1.97, False), (2.03, True)])
 def test_placements_farther_apart_than_two_millimetres_prove_nothing(step: float, *, refused: bool) -> None:
     placements = moving(np.array([[0.0, 0.0], [0.0, 0.5], [step, 0.5]]))
-    far = np.array([50.0, 50.0])
+    world = world_with_post(np.array([50.0, 50.0]))
     if refused:
         with pytest.raises(InputError, match=r"the needle moves by 2\.1 mm .* at most 2\.0 mm are allowed"):
-            is_hit(placements, far)
+            find_hits(world, placements)
     else:
-        assert not is_hit(placements, far)
+        assert find_hits(world, placements) is None
 
 
 def test_travel_is_what_lays_nothing_within_runs() -> None:

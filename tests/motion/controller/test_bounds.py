@@ -12,7 +12,7 @@ from geoprint.model import FloatArray, JointPath, Targets
 from geoprint.motion.arm.kinematics import Arm
 from geoprint.motion.controller.interpolation import controller_path, there_and_back
 from tests.motion.cells import bent_cell, straight_cell
-from tests.motion.joint_paths import arm_of, line, solved, stream
+from tests.motion.joint_paths import arm_of, line, solved, stream, tilted
 
 CELL = bent_cell()
 HUNDREDTH = np.radians(0.01)
@@ -92,3 +92,28 @@ def test_a_rounded_corner_falls_linearly_to_nothing_along_both_lines() -> None:
     ):
         assert len(part) > 4
         np.testing.assert_allclose(part, shares[:, None] * rounding[corner], atol=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.4, -0.3])
+def test_a_turn_of_10_degrees_on_the_spot_takes_10_steps_whatever_attitude_it_begins_at(start: float) -> None:
+    angles = np.array([start, start + np.radians(9.99)])
+    path = solved(stream(np.zeros((2, 3)), quaternions=tilted(angles)), arm_of(CELL))
+    targets = Targets(poses=np.arange(2), zones=np.zeros(2), speeds=np.full(2, 20.0))
+
+    found = controller_path(path, targets, arm_of(CELL))
+
+    assert int((found.runs == 0).sum()) == 11
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_target_that_is_reached_with_other_joints_than_planned_is_refused_to_either_side(sign: float) -> None:
+    path, targets = three_targets()
+    for off, refused in ((0.9e-6, False), (1.2e-6, True)):
+        joints = path.joints.copy()
+        joints[1, 3] += sign * off
+        planned = replace(path, joints=joints)
+        if refused:
+            with pytest.raises(ReachError, match="is reached with joint 4 off the planned angle"):
+                controller_path(planned, targets, arm_of(CELL))
+        else:
+            controller_path(planned, targets, arm_of(CELL))
