@@ -29,6 +29,7 @@ from geoprint.config import load_cell
 from geoprint.export import Orders, TipsAt, orders_of, switching_events
 from geoprint.export.rapid import program as writer, rapid_program
 from geoprint.export.rapid.executed import prove
+from geoprint.export.rapid.guard import resident_module
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import resolve
 from geoprint.export.rapid.made import signals_of
@@ -94,7 +95,8 @@ def execution(program: Program, count: int, mode: SignalMode) -> tuple[float, fl
     cell, placement, orders, tips_at = _case(count, mode)
     events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
     start = time.process_time()
-    modules = [parse_module(name, text) for name, text in program.modules if name.endswith(".mod")]
+    texts = [(name, text) for name, text in program.modules if name.endswith(".mod")]
+    modules = [parse_module(name, text) for name, text in (*texts, resident_module(cell, placement))]
     resolve(modules, signals=signals_of(cell))
     reading = time.process_time() - start
     before = _memory()

@@ -9,6 +9,7 @@ from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.verdict import coverage_advice, covers
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE
+from geoprint.paths import creases
 from geoprint.results import Plan, Workpiece
 from geoprint.surfaces.files import unit_hint
 
@@ -16,6 +17,8 @@ from geoprint.surfaces.files import unit_hint
 NOTABLE_LEAN = 15.0
 # Paths whose spacing varies by more than this could be more even with a more accurate backend.
 NOTABLE_CV = 0.01
+# A tip nearer to the surface than this share of the stand-off lays a visibly thinner bead.
+NOTABLE_HEIGHT = 0.9
 
 
 def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
@@ -48,9 +51,11 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
     """
     return (
         *([] if _is_doubtful(told.surface.side) else [told.surface.side.sentence]),
+        *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
         *_inside(told.patches),
         *_repairs(plan.workpiece),
         *_paths(told),
+        *_creases(plan),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
         *(sentence for robot in told.robot for sentence in _bends(robot)),
     )
@@ -68,6 +73,20 @@ def placement_warnings(robots: Sequence[RobotRecord]) -> list[str]:
     missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
     return [f"PLACEMENT NOT KNOWN: programs run only dry, until somebody states {' and '.join(missing)}."][
         : len(missing)
+    ]
+
+
+def orientation_notes(motion: MotionRecord) -> list[str]:
+    """Return how a demonstration was turned and why, if it was."""
+    turned = motion.placement_orientation
+    if turned is None:
+        return []
+    rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)
+    return [
+        (
+            f"turned by demo_rpy_deg = [{rpy}], its mean normal {turned.tilt_deg:g} degrees from upright, which "
+            f"serves, of {turned.tried} orientations; with its mean normal up: {turned.start_refused}"
+        )
     ]
 
 
@@ -194,3 +213,18 @@ def _paths(told: PlanRecord) -> Iterator[str]:
     lean = paths.largest_lean_deg
     if lean >= NOTABLE_LEAN:
         yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast."
+
+
+def _creases(plan: Plan) -> Iterator[str]:
+    """Say where the tip cannot follow a crease, and where it comes nearest to the surface."""
+    found, standoff = creases(plan.poses, plan.toolpath, plan.workpiece.surface), plan.poses.standoff
+    if not found.count:
+        return
+    nearest = int(found.distances.argmin())
+    row, distance = int(found.poses[nearest]), float(found.distances[nearest])
+    place, run = ", ".join(f"{mm:.1f}" for mm in plan.poses.tips[row]), int(plan.poses.runs[row]) + 1
+    close = f"; it comes as near as {distance:.2f} mm in run {run} at ({place}) mm"
+    yield (
+        f"runs cross creases too narrow for the stand-off of {standoff:g} mm, {found.count} times: the tip is led over "
+        f"them along smoothed normals{close if distance < NOTABLE_HEIGHT * standoff else ''}."
+    )

@@ -42,7 +42,8 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
 
 def _executed(found: ExecutedRecord) -> list[tuple[str, str]]:
     """Return how a program was executed, how far that lies from the plan, and what nobody can tell."""
-    left = f", not executed {len(found.not_executed)} (plan.json says why)" if found.not_executed else ""
+    missed = sum(len(each.lines) for each in found.not_executed)
+    left = f", not executed {missed} (plan.json says why)" if missed else ""
     lines = f"{found.lines_executed} of {found.lines} lines{left}"
     how = f"here, on no controller, in {len(found.scenarios)} scenarios: {lines}"
     off = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from hashlib import sha256
 
 import numpy as np
@@ -15,12 +16,14 @@ from geoprint.account.records.robot import (
     LeanPlaceRecord,
     LeanRecord,
     MotionRecord,
+    OrientationRecord,
     ProgramRecord,
     QuadrantRecord,
     RobotRecord,
     RotationRecord,
     RunSwitchingRecord,
     SlowdownRecord,
+    SlowedRecord,
     SwitchingRecord,
     TargetsRecord,
     TiltRecord,
@@ -31,8 +34,8 @@ from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Pr
 from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts
 from geoprint.motion.controller import LIFT, SHORTEST_TIME, close_targets
 from geoprint.motion.reach import laying
-from geoprint.motion.timing import largest_jerk
-from geoprint.results import Plan, RobotPlan
+from geoprint.motion.timing import largest_even_speed, largest_jerk, slowed_shares
+from geoprint.results import Orientation, Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
 NOTABLE_LEAN = float(np.radians(0.05))
@@ -76,7 +79,8 @@ def record_executed(found: Executed) -> ExecutedRecord:
         lines=found.statements,
         lines_executed=found.executed,
         not_executed=tuple(
-            NotExecutedRecord(file=file, line=line, reason=reason) for file, line, reason in found.not_executed
+            NotExecutedRecord(file=file, lines=tuple(lines), reason=reason)
+            for (file, reason), lines in _by_reason(found).items()
         ),
         largest_motion_mm=found.motion,
         largest_move_time_s=found.move_time,
@@ -84,6 +88,14 @@ def record_executed(found: Executed) -> ExecutedRecord:
         largest_output_mm=found.outputs,
         not_known=found.not_known,
     )
+
+
+def _by_reason(found: Executed) -> dict[tuple[str, str], list[int]]:
+    """Return the lines that were not executed by their module and reason."""
+    lines: dict[tuple[str, str], list[int]] = {}
+    for file, line, reason in found.not_executed:
+        lines.setdefault((file, reason), []).append(line)
+    return lines
 
 
 def program_digest(modules: Iterable[tuple[str, str]]) -> str:
@@ -157,9 +169,12 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         largest_jerk_m_s3=largest_jerk(trajectory, _arm(plan), T_base_work=placement.T_base_work),
         share_at_speed=trajectory.share_at_speed,
         share_on_ramps=trajectory.share_on_ramps,
+        share_slowed=SlowedRecord(**asdict(slowed_shares(trajectory))),
+        largest_even_speed_mm_s=_largest_even_speed(plan, robot),
         slowdowns=tuple(_slowdown(slowdown) for slowdown in trajectory.slowdowns),
         placement_calibrated=placement.calibrated,
         placement_missing=tuple(placement.missing),
+        placement_orientation=_orientation(plan.workpiece.orientation),
         largest_touch_miss_mm=float(placement.misses.max()) if placement.calibrated else None,
         T_base_work=tuple(tuple(row) for row in placement.T_base_work.tolist()),
         surface_uncertainty_mm=None if uncertainty is None else uncertainty.deviation,
@@ -168,6 +183,26 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         targets=_targets(plan, robot),
         quadrants=record_quadrants(path, robot.targets),
     )
+
+
+def _orientation(found: Orientation | None) -> OrientationRecord | None:
+    if found is None:
+        return None
+    roll, pitch, yaw = np.degrees(found.rpy).tolist()
+    return OrientationRecord(
+        rpy_deg=(roll, pitch, yaw),
+        tilt_deg=_degrees(found.tilt),
+        margin_deg=_degrees(found.margin),
+        tried=found.tried,
+        start_refused=found.start,
+        others_refused=found.refused,
+    )
+
+
+def _largest_even_speed(plan: Plan, robot: RobotPlan) -> float | None:
+    cell = plan.workpiece.cell
+    speed = largest_even_speed(robot.joint_path, cell.robot, process=cell.process, slowdowns=robot.trajectory.slowdowns)
+    return speed if np.isfinite(speed) else None
 
 
 def _arm(plan: Plan) -> Arm:

@@ -114,7 +114,7 @@ class WorkTable(Table):
 
     source: Literal["demo", "calibrated"]
     demo_position_mm: Triple
-    demo_rpy_deg: Triple = Field(default=[0.0, 0.0, 0.0])
+    demo_rpy_deg: Triple | None = None
     model_mm: list[Triple] = Field(default=[])
     touched_mm: list[Triple] = Field(default=[])
     noise_mm: PositiveFloat | None = None

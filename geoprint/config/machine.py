@@ -84,7 +84,9 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         flood=file.flood and noun_of(Flood, file.flood),
         obstacles=tuple(noun_of(Box, box) for box in file.obstacles),
         demo_position=np.array(file.work.demo_position_mm, dtype=np.float64),
-        demo_rotation=Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
+        demo_rotation=None
+        if file.work.demo_rpy_deg is None
+        else Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
         material=None if file.material is None else _material(file.material),
         good_print=file.good_print and noun_of(GoodPrint, file.good_print),

@@ -252,7 +252,8 @@ class Cell:
         signals: outputs of the controller.
         obstacles: boxes that stand in the cell.
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
-        demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up.
+        demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up; None where nobody
+            states it: then the part is turned further only where it cannot be printed so.
         fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
         purge: where the nozzle is primed, or None where a person does that.
         flood: final exposure of the whole part, or None where there is none.
@@ -268,7 +269,7 @@ class Cell:
     signals: Signals
     obstacles: tuple[Box, ...]
     demo_position: FloatArray
-    demo_rotation: FloatArray
+    demo_rotation: FloatArray | None
     fixture: TouchedPoints | None
     purge: Purge | None = None
     flood: Flood | None = None
@@ -277,9 +278,16 @@ class Cell:
     search: SearchWeights = SearchWeights()
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, demo_position="float: 3", demo_rotation="float: 3 3")
+        freeze_arrays(self, demo_position="float: 3")
+        if self.demo_rotation is not None:
+            freeze_arrays(self, demo_rotation="float: 3 3")
         self._check_joints("purge", None if self.purge is None else self.purge.joints, over="the cup")
         self._check_joints("flood", None if self.flood is None else self.flood.joints, over="the part")
+
+    @property
+    def demo_turn(self) -> FloatArray:
+        """(3, 3) `demo_rotation`; no turn where nobody states one."""
+        return np.eye(3) if self.demo_rotation is None else self.demo_rotation
 
     def _check_joints(self, table: str, joints: FloatArray | None, *, over: str) -> None:
         limits = self.robot.limits

@@ -57,7 +57,8 @@ class PoseStream:
     Attributes:
         tips: (p, 3) tip of the nozzle [mm].
         quaternions: (p, 4) attitude of the tool frame, w x y z; its z axis points out of the nozzle.
-        normals: (p, 3) outward unit normal of the surface below the tip (on travel: of the run's end nearby).
+        normals: (p, 3) outward unit normal of the surface below the tip, smoothed in creases too narrow for the
+            stand-off (on travel: of the run's end nearby).
         runs: (p,) run each pose belongs to, not falling.
         levels: (p,) contour level, -1 on travel.
         layers: (p,) layer.

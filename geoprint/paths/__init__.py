@@ -1,6 +1,7 @@
 """From strokes to the pose stream: order, resampling, attitude and travel."""
 
 from geoprint.paths.arrange import arrange as arrange
+from geoprint.paths.lifting import CrossedCreases as CrossedCreases, creases as creases
 from geoprint.paths.poses import (
     largest_lean as largest_lean,
     mean_lean as mean_lean,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from geoprint.errors import FieldError
@@ -9,12 +11,12 @@ from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves
 from geoprint.paths.backtracks import without_backtracks
 from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.resample import resample
-from geoprint.surfaces import arc_lengths, component_labels, positions
+from geoprint.surfaces import arc_lengths, component_labels, normals, positions
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
-# What the tip may leave out where it would turn back, as a share of the spacing: what is within 5 % counts as even.
+# What the tip may leave out where it would turn sharply, as a share of the spacing: what is within 5 % counts as even.
 BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
 
@@ -38,21 +40,21 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
     its nearer end. Closed runs shorter than one spacing would be a blob rather than a bead: they are dropped and
     counted.
 
-    A surface in several pieces is printed piece by piece, each in the order that it has alone: the first one first,
-    then always the one whose start is nearest to where the tool is.
+    A surface in several pieces is printed piece by piece, each in the order that it has alone: first the first one,
+    then always the one that starts nearest to the tool.
 
     Args:
         strokes: c curves.
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
-        standoff: height of the tip over the surface [mm], at which it must not turn back.
+        standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
 
     Returns:
-        The toolpath; steps at most half a spacing, chord error at most a 500th of it, corners rounded or split, and no
-        turn back. Where the spacing differs, the smallest counts.
+        The toolpath; steps at most half a spacing and chord error at most a 500th of it, but where the tip would turn
+        sharply a 20th; corners rounded or split. Where the spacing differs, the smallest counts.
 
     Raises:
-        FieldError: nothing is left to print of the surface, or of a piece of it.
+        FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
     """
     spacing = float(strokes.spacing.min())
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
@@ -99,11 +101,21 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
 
 
 def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error: float) -> SurfaceCurves:
-    """Return the curves of runs, one after the other, without the samples at which the tip would turn back."""
-    kept = [without_backtracks(surface, run.points, standoff=standoff, error=error) for run in runs]
+    """Return the curves of runs, one after the other, without the samples at which the tip would turn sharply."""
+    offsets = np.concatenate([[0], np.cumsum([run.points.faces.size for run in runs])])
+    every = SurfacePoints(
+        np.concatenate([run.points.faces for run in runs]), np.concatenate([run.points.weights for run in runs])
+    )
+    places, outward = positions(surface, every), normals(surface, every)
+    kept = [
+        begin
+        + without_backtracks(places[begin:end], outward[begin:end], closed=run.closed, standoff=standoff, error=error)
+        for run, (begin, end) in zip(runs, pairwise(offsets.tolist()), strict=True)
+    ]
+    rows = np.concatenate(kept)
     return SurfaceCurves(
-        SurfacePoints(np.concatenate([run.faces for run in kept]), np.concatenate([run.weights for run in kept])),
-        np.concatenate([[0], np.cumsum([run.faces.size for run in kept])]),
+        SurfacePoints(every.faces[rows], every.weights[rows]),
+        np.concatenate([[0], np.cumsum([run.size for run in kept])]),
         np.array([run.closed for run in runs]),
     )
 

@@ -1,55 +1,54 @@
-"""Runs whose tip never turns back: where its stand-off folds in a crease, or a line trembles, samples are left out.
+"""Runs whose tip never turns back: where a line trembles or bends in a few fine steps, samples are left out.
 
-The tip runs at its stand-off over the run. In a hollow that bends over a shorter radius than the stand-off, a valley of
-the surface or the kink between two facets, that line crosses itself and goes back for a while; the finer the samples,
-the more of the fold is driven. A tip cannot get down there: the fold is cut off.
+Corners are rounded on the surface, but the tip runs at its stand-off, and a contour may tremble within less than a
+corner's reach. Joints splined through such samples swing out; a chord within what counts as even replaces them. Creases
+in which the stand-off itself would fold are dealt with before, by `lifting`: no sample has to go for them.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
-from geoprint.surfaces import arc_lengths, normals, positions
+from geoprint.model import FloatArray, IntArray
+from geoprint.paths.lifting import lifting_normals
+from geoprint.surfaces import arc_lengths
 
-# Above this turn between neighbouring steps [rad] the tip goes back ...
-BACKTRACK = np.radians(90.0)
-# ... and other turns above this are cut too: joints splined through fine steps about a sharper one swing out so far
-# that no speed holds them.
+# Turns between neighbouring steps above this [rad] are cut: joints splined through fine steps about a sharper one swing
+# out so far that no speed holds them.
 LARGEST_TURN = np.radians(30.0)
-# A fold is cut though its places are this share of the stand-off away from the chord; few on hearts are deeper.
-FOLD_SHARE = 2.0 / 3.0
+# Above this turn [rad] the line goes back.
+BACKTRACK = np.radians(90.0)
 # What is cut off is not longer than so many times its largest distance: a small ring stays a ring.
 LONGEST_CHORD = 3.0
 # Steps shorter than this [mm] have no direction; their row is left out.
 SHORTEST = 1e-9
 
 
-def without_backtracks(surface: Surface, points: SurfacePoints, *, standoff: float, error: float) -> SurfacePoints:
-    """Leave out the samples of one run at which its tip would turn back, and cut its sharpest corners.
+def without_backtracks(
+    places: FloatArray, outward: FloatArray, *, closed: bool, standoff: float, error: float
+) -> IntArray:
+    """Return the samples of one run that are kept so that its tip turns back nowhere and its corners are less sharp.
 
     Args:
-        surface: what the run lies on.
-        points: (k,) samples of the run.
+        places: (k, 3) samples of the run on the surface [mm].
+        outward: (k, 3) unit normals of the surface there.
+        closed: whether the run ends where it starts.
         standoff: height of the tip over the surface [mm].
-        error: largest distance of the tip's places that are left out from the chord over them [mm]; in a fold it may be
-            `FOLD_SHARE` of the stand-off.
+        error: largest distance of the tip's places that are left out from the chord over them [mm].
 
     Returns:
-        The samples that are kept; the first and the last always are.
+        Rising rows; the first and the last always are among them.
     """
-    tips = positions(surface, points) + standoff * normals(surface, points)
-    kept = unfolded(tips, turn=BACKTRACK, error=max(FOLD_SHARE * standoff, error))
-    kept = kept[unfolded(tips[kept], turn=LARGEST_TURN, error=error)]
-    return SurfacePoints(points.faces[kept], points.weights[kept])
+    lifted = lifting_normals(places, outward, closed=closed, standoff=standoff)
+    return unfolded(places + standoff * lifted, turn=LARGEST_TURN, error=error)
 
 
 def unfolded(places: FloatArray, *, turn: float, error: float) -> IntArray:
     """Return the rows of a polyline that are kept so that it turns less, wherever leaving rows out makes it so.
 
-    Of neighbouring turns above the angle the sharpest goes first, until none is left that may go: a fold is eaten up
-    from both its ends, a sharp corner is cut by a chord. Only where the
-    line goes back may a row go that leaves a turn back beside it.
+    Of neighbouring turns above the angle the sharpest goes first, until none is left that may go: what runs back is
+    eaten up from both its ends, a sharp corner is cut by a chord. Only where the line goes back may a row go that
+    leaves a turn back beside it.
 
     Args:
         places: (k, 3) vertices [mm].

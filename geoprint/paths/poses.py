@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, frozen
 from geoprint.paths.attitude import slerp, smoothed_axes, tool_quaternions
+from geoprint.paths.lifting import lifting_normals
 from geoprint.paths.travel import KEPT_SHARE, crossing, over, sampled_polyline, terrain
 from geoprint.surfaces import arc_lengths, normals, positions
 from geoprint.transforms import rotation_of, same_sign
@@ -47,9 +48,10 @@ def poses(
 ) -> PoseStream:
     """Orient the tool along a toolpath and join the runs by travel.
 
-    On deposit the tip stands `standoff` above the surface along its normal; the nozzle points against the smoothed
-    normal, and leans from the normal itself by no more than `max_tilt`. Between runs the tool lifts off along the
-    nozzle, crosses as low as part and body allow, and comes down along the nozzle of the next run.
+    On deposit the tip stands `standoff` above the surface along its normal, or in a crease too narrow for that along
+    one that `lifting_normals` smoothed; the nozzle points against the further smoothed normal, and leans from the one
+    along which it is lifted by no more than `max_tilt`. Between runs the tool lifts off along the nozzle, crosses as
+    low as part and body allow, and comes down along the nozzle of the next run.
 
     Args:
         toolpath: runs in printing order.
@@ -104,23 +106,24 @@ def _run_stretches(
 ) -> list[_Stretch]:
     """Lift every run to the stand-off and point the nozzle along it."""
     curves = toolpath.curves
-    places, outward = positions(surface, curves.points), normals(surface, curves.points)
-    tips = places + standoff * outward
-    pieces = [slice(*curves.offsets[run : run + 2]) for run in range(curves.count)]
-    return [
-        _Stretch(
-            tips=tips[piece],
-            quaternions=tool_quaternions(
-                smoothed_axes(outward[piece], arc_lengths(places[piece]), closed=bool(closed), max_tilt=max_tilt),
-                R_base_work=R_base_work,
-            ),
-            normals=outward[piece],
-            stops=_ends(piece.stop - piece.start),
-            deposit=True,
-            run=run,
+    everywhere, straight = positions(surface, curves.points), normals(surface, curves.points)
+    stretches: list[_Stretch] = []
+    for run, closed in enumerate(curves.closed.tolist()):
+        piece = slice(*curves.offsets[run : run + 2])
+        places = everywhere[piece]
+        outward = lifting_normals(places, straight[piece], closed=closed, standoff=standoff)
+        axes = smoothed_axes(outward, arc_lengths(places), closed=closed, max_tilt=max_tilt)
+        stretches.append(
+            _Stretch(
+                tips=places + standoff * outward,
+                quaternions=tool_quaternions(axes, R_base_work=R_base_work),
+                normals=outward,
+                stops=_ends(piece.stop - piece.start),
+                deposit=True,
+                run=run,
+            )
         )
-        for run, (piece, closed) in enumerate(zip(pieces, curves.closed, strict=True))
-    ]
+    return stretches
 
 
 def _ends(count: int) -> BoolArray:

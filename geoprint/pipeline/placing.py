@@ -6,30 +6,24 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from geoprint.config import Job, load_cell
 from geoprint.errors import PlanError, UsageError
-from geoprint.model import FloatArray, Placement, Surface
-from geoprint.motion.arm import Arm
-from geoprint.motion.placing import Candidate, Room, Stand, demo_placement, search_placement
+from geoprint.model import FloatArray
+from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import reach_map, reach_margin
 from geoprint.pipeline.choice import check_part
-from geoprint.pipeline.planning import cover, pose_stream, with_robot
+from geoprint.pipeline.planning import cover, with_robot
 from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.standing import UPRIGHT, arm_of, room_of, stand_placement, stood
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.results import STAND_DECIMALS, Plan, Proposal, RobotPlan, Workpiece
-from geoprint.transforms import apply
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
 DEFAULT_ROUNDS = 10
 # Candidates that are planned through before giving up.
 ATTEMPTS = 4
-# A surface with more corners is replaced by those of its convex hull: they alone decide what it stands on.
-MANY_POINTS = 1000
-# The part at the base's origin, its mean normal up.
-UPRIGHT = Stand(np.zeros(3), np.zeros(3))
 
 
 def propose_placement(
@@ -67,7 +61,7 @@ def propose_placement(
     for candidate in candidates[:ATTEMPTS]:
         stand = _rounded(candidate.stand)
         try:
-            planned = with_robot(stood(paths, stand), _placement(workpiece, stand), stage)
+            planned = with_robot(stood(paths, stand), stand_placement(workpiece, stand), stage)
         except PlanError as error:
             refused.append(str(error))
             continue
@@ -81,23 +75,13 @@ def propose_placement(
     )
 
 
-def stood(paths: Plan, stand: Stand) -> Plan:
-    """Return a plan of paths for a part that stands elsewhere; the cell's demonstration position goes with it."""
-    T_base_fixture = stand.T_base_fixture
-    cell = replace(paths.workpiece.cell, demo_position=T_base_fixture[:3, 3], demo_rotation=T_base_fixture[:3, :3])
-    workpiece = replace(paths.workpiece, cell=cell, placement=_placement(paths.workpiece, stand))
-    return replace(
-        paths, workpiece=workpiece, poses=pose_stream(paths.toolpath, workpiece, max_tilt_deg=paths.job.max_tilt)
-    )
-
-
 def _candidates(paths: Plan, room: Room, *, height: float | None, tilt: float) -> tuple[Candidate, ...]:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
-    rpy = Rotation.from_matrix(cell.demo_rotation).as_euler("xyz")
+    rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
     return search_placement(
         paths.poses,
-        _arm(workpiece),
-        T_fixture_work=_placement(workpiece, UPRIGHT).T_base_work,
+        arm_of(workpiece),
+        T_fixture_work=stand_placement(workpiece, UPRIGHT).T_base_work,
         start=Stand(cell.demo_position, rpy),
         room=room,
         height=height,
@@ -123,7 +107,7 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
 def _proposal(
     paths: Plan, planned: Plan, robot: RobotPlan, *, stand: Stand, room: Room, refused: tuple[str, ...]
 ) -> Proposal:
-    arm, before = _arm(paths.workpiece), _placed(paths.workpiece)
+    arm, before = arm_of(paths.workpiece), _placed(paths.workpiece)
     return Proposal(
         plan=planned,
         robot=robot,
@@ -136,38 +120,11 @@ def _proposal(
     )
 
 
-def _arm(workpiece: Workpiece) -> Arm:
-    return Arm(workpiece.cell.robot, T_flange_tool=workpiece.cell.tool.T_flange_tool)
-
-
 def _placed(workpiece: Workpiece) -> FloatArray:
     cell = workpiece.cell
-    return demo_placement(workpiece.part, position=cell.demo_position, rotation=cell.demo_rotation).T_base_work
-
-
-def _placement(workpiece: Workpiece, stand: Stand) -> Placement:
-    T_base_fixture = stand.T_base_fixture
-    return demo_placement(workpiece.part, position=T_base_fixture[:3, 3], rotation=T_base_fixture[:3, :3])
-
-
-def room_of(workpiece: Workpiece) -> Room:
-    """Return where part and body may stand, from the corners that decide it."""
-    T_fixture_work = _placement(workpiece, UPRIGHT).T_base_work
-    home = _arm(workpiece).tool_poses(workpiece.cell.robot.home[None])[0]
-    body = np.empty((0, 3)) if workpiece.body is None else _corners(workpiece.body)
-    return Room(
-        part=apply(T_fixture_work, _corners(workpiece.part)),
-        body=apply(T_fixture_work, body),
-        obstacles=workpiece.cell.obstacles,
-        ceiling=float(home[2, 3]) - workpiece.cell.process.retract,
-    )
-
-
-def _corners(surface: Surface) -> FloatArray:
-    if len(surface.vertices) <= MANY_POINTS:
-        return surface.vertices
-    # Joggled, because a plate has no volume.
-    return surface.vertices[ConvexHull(surface.vertices, qhull_options="QJ").vertices]
+    return demo_placement(
+        workpiece.part, position=cell.demo_position, rotation=cell.demo_turn, least=LEAST_MEAN_NORMAL
+    ).T_base_work
 
 
 def _rounded(stand: Stand) -> Stand:

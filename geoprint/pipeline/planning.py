@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 
@@ -31,7 +30,6 @@ from geoprint.model import (
     Placement,
     PoseStream,
     Program,
-    Toolpath,
 )
 from geoprint.motion.arm import Arm, check_load
 from geoprint.motion.collision import clearance
@@ -45,9 +43,11 @@ from geoprint.motion.controller import (
 )
 from geoprint.motion.reach import Leaning, NozzleRoom, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
-from geoprint.paths import arrange, poses
+from geoprint.paths import arrange
 from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of, with_backend
+from geoprint.pipeline.orienting import placed
 from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.standing import pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
 from geoprint.results import Laid, Layer, Plan, RobotPlan, Workpiece
@@ -77,7 +77,7 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
-    return paths if workpiece.placement is None else with_robot(paths, workpiece.placement, stage)
+    return paths if workpiece.placement is None else placed(paths, workpiece.placement, stage, chain=with_robot)
 
 
 def compared_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:
@@ -114,7 +114,7 @@ def plan_compared(
     if workpiece.placement is None:
         return replace(paths, not_printable=unplaced), ()
     try:
-        return with_robot(paths, workpiece.placement, stage), ()
+        return placed(paths, workpiece.placement, stage, chain=with_robot), ()
     except PlanError as error:
         return replace(paths, timings=tuple(stage.timings), not_printable=str(error)), lost_shares(error)
 
@@ -212,9 +212,7 @@ def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: L
             raise
     high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
     # Only travel differs: what was chosen to flow on the deposits stays.
-    flow = np.zeros(high.count)
-    flow[high.deposit] = paths.poses.flow[paths.poses.deposit]
-    return _with_robot(replace(paths, poses=replace(high, flow=flow)), placement, stage, leaning=leaning)
+    return _with_robot(replace(paths, poses=with_flow_of(high, paths.poses)), placement, stage, leaning=leaning)
 
 
 def _leaning(paths: Plan, placement: Placement) -> Leaning:
@@ -230,28 +228,6 @@ def _leaning(paths: Plan, placement: Placement) -> Leaning:
         T_base_work=placement.T_base_work,
     )
     return Leaning(float(np.radians(paths.job.max_tilt)), room)
-
-
-def pose_stream(
-    toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float, travel: Literal["low", "high"] = "low"
-) -> PoseStream:
-    """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
-
-    What travel means is said by `paths.poses`.
-    """
-    process = workpiece.cell.process
-    return poses(
-        toolpath,
-        workpiece.surface,
-        R_base_work=workpiece.upright,
-        standoff=process.standoff,
-        retract=process.retract,
-        layer_height=process.layer_height,
-        max_tilt=float(np.radians(max_tilt_deg)),
-        tool=workpiece.cell.tool,
-        body=workpiece.body,
-        travel=travel,
-    )
 
 
 def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:

@@ -6,6 +6,7 @@ The printed side is that of the file's winding, unless the body that the part li
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -17,6 +18,8 @@ from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Seed, Surface, TouchedPoints, frozen
 from geoprint.motion.arm import Arm, check_load, require_abb_conventions
 from geoprint.motion.placing import (
+    LEAST_MEAN_NORMAL,
+    SHORTEST_MEAN_NORMAL,
     FixtureCalibration,
     Uncertainty,
     calibrate_fixture,
@@ -82,7 +85,9 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
         sided = sided_part(job, loaded)
-        placement, uncertainty = _placement(job, cell, sided.part)
+        turnable = job.robot and job.place == "demo" and cell.demo_rotation is None
+        cell = replace(cell, demo_rotation=cell.demo_turn)
+        placement, uncertainty = _placement(job, cell, sided.part, turnable=turnable)
     with stage("refining"):
         wanted, factories = _wanted_spacing(job, sided.part), [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=wanted)
@@ -101,6 +106,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         seed=seed,
         placement=placement,
         uncertainty=uncertainty,
+        turnable=turnable,
     )
 
 
@@ -183,12 +189,13 @@ def _body(part: Surface, body: Surface) -> Surface:
     return body
 
 
-def _placement(job: Job, cell: Cell, part: Surface) -> tuple[Placement | None, Uncertainty | None]:
+def _placement(job: Job, cell: Cell, part: Surface, *, turnable: bool) -> tuple[Placement | None, Uncertainty | None]:
     """Return where the part stands, and how well that is known where it was measured and stated."""
     if not job.robot:
         return None, None
     if job.place == "demo":
-        return demo_placement(part, position=cell.demo_position, rotation=cell.demo_rotation), None
+        least = LEAST_MEAN_NORMAL if turnable else SHORTEST_MEAN_NORMAL
+        return demo_placement(part, position=cell.demo_position, rotation=cell.demo_turn, least=least), None
     calibration = calibrate_fixture(_fixture(cell))
     if calibration.placement.missing:
         return calibration.placement, None

@@ -26,6 +26,7 @@ from geoprint.results.proposal import (
     Proposal as Proposal,
 )
 from geoprint.results.workpiece import (
+    Orientation as Orientation,
     Patch as Patch,
     Side as Side,
     Workpiece as Workpiece,

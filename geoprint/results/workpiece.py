@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, frozen
+from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, freeze_arrays, frozen
 from geoprint.motion.placing import Uncertainty
 from geoprint.surfaces import mean_normal
 from geoprint.surfaces.files import MeshFile
@@ -57,6 +57,31 @@ class Patch:
 
 @final
 @frozen
+class Orientation:
+    """How a demonstration was turned, because with its mean normal up it is refused.
+
+    Attributes:
+        rpy: (3,) roll, pitch, yaw about the fixed axes of the base, after its mean normal was turned up [rad].
+        tilt: angle of the mean normal from upright [rad].
+        margin: of the coarse motion that reaches it there, from limits and singularities [rad].
+        tried: how many orientations were tried.
+        start: why it is refused with its mean normal up.
+        refused: why those before it in the search's order are.
+    """
+
+    rpy: FloatArray
+    tilt: float
+    margin: float
+    tried: int
+    start: str
+    refused: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, rpy="float: 3")
+
+
+@final
+@frozen
 class Workpiece:
     """What every backend of a job starts from.
 
@@ -75,6 +100,8 @@ class Workpiece:
         placement: where the part stands, or None where the job leaves the robot out.
         uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
             stated the part's place on the fixture, or the robot is left out.
+        turnable: whether a demonstration that cannot be printed as it stands may be turned.
+        orientation: how it was turned, or None where it stands as it did.
     """
 
     cell: Cell
@@ -90,6 +117,8 @@ class Workpiece:
     seed: Seed
     placement: Placement | None
     uncertainty: Uncertainty | None
+    turnable: bool = False
+    orientation: Orientation | None = None
 
     @property
     def name(self) -> str:

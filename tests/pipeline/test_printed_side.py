@@ -11,8 +11,9 @@ from geoprint.account import inspection_text
 from geoprint.config import job_of
 from geoprint.errors import InputError
 from geoprint.model import Surface
-from geoprint.pipeline import inspect_file, plan
-from geoprint.pipeline.workpiece import inverted_in_words, printed_side, shape_in_words
+from geoprint.pipeline import inspect_file
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import inverted_in_words, prepare_workpiece, printed_side, shape_in_words
 from geoprint.surfaces import mean_normal
 from tests import meshes
 from tests.shared_data import shared
@@ -179,7 +180,7 @@ def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, a
     assert alone in inspection_text(inspect_file(file, unit="mm"))
     job = job_of(surface=file, unit="mm", robot=False, rounds=3, body=body)
     try:
-        said = plan(job).workpiece.side.sentence
+        said = prepare_workpiece(job, Stages(lambda _: None), backends=[job.backend]).side.sentence
     except InputError as error:
         said = str(error)
     assert on_the_body in said

@@ -25,10 +25,10 @@ class ParsedRecord(Record):
 
 
 class NotExecutedRecord(Record):
-    """A line of the program that nothing here executed."""
+    """Lines of a module that nothing here executed, for one reason."""
 
     file: str = Field(description="of the program, or of what a controller keeps for it")
-    line: Count = Field(description="from 1")
+    lines: tuple[Count, ...] = Field(description="from 1")
     reason: str = Field(description="what alone leads there")
 
 

@@ -55,6 +55,14 @@ class SlowdownRecord(Record):
     limit: Literal["speed", "acceleration", "targets"] = Field(description="of that joint, or how near targets are")
 
 
+class SlowedRecord(Record):
+    """Shares of the deposit not laid within 1 % of the set speed, away from the ramps, by what limits them."""
+
+    speed: Rounded = Field(description="of a joint")
+    acceleration: Rounded = Field(description="of a joint")
+    targets: Rounded = Field(description="of a bend would be closer in time than a controller takes")
+
+
 class BendRecord(Record):
     """A bend of the path that straight moves between its poses do not follow within tolerance and period."""
 
@@ -94,6 +102,20 @@ class QuadrantRecord(Record):
     place_mm: Place = Field(description="of the tip there, in the part's coordinates [mm]")
 
 
+class OrientationRecord(Record):
+    """How a demonstration was turned about its centroid, because with its mean normal up it is refused."""
+
+    rpy_deg: tuple[Thousandths, Thousandths, Thousandths] = Field(
+        description="roll, pitch, yaw about the base's fixed axes, after its mean normal was turned up; demo_rpy_deg in"
+        " a cell [degrees]"
+    )
+    tilt_deg: Thousandths = Field(description="of its mean normal from upright [degrees]")
+    margin_deg: Thousandths = Field(description="of the search's motion from limits and singularities [degrees]")
+    tried: Count = Field(description="orientations")
+    start_refused: str = Field(description="why it is refused with its mean normal up")
+    others_refused: tuple[str, ...] = Field(description="why those before it in the search's order are")
+
+
 class MotionRecord(Record):
     """The arm's motion from home to home."""
 
@@ -109,9 +131,18 @@ class MotionRecord(Record):
     largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
     share_at_speed: Rounded = Field(description="of the deposit within 1 % of the set speed")
     share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
+    share_slowed: SlowedRecord | None = Field(default=None, description="of the deposit: the rest")
+    largest_even_speed_mm_s: Rounded | None = Field(
+        default=None,
+        description="set speed up to which all of the deposit but the ramps keeps within 1 % of it, as the joints move"
+        " here [mm/s]; left out where nothing is laid",
+    )
     slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")
     placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
     placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")
+    placement_orientation: OrientationRecord | None = Field(
+        default=None, description="that was found for a demonstration; left out where it stands as the cell says"
+    )
     largest_touch_miss_mm: Rounded | None = Field(description="of the touched points [mm]")
     T_base_work: tuple[tuple[Rounded, ...], ...] = Field(description="from the part's to the robot's base [mm]")
     surface_uncertainty_mm: Rounded | None = Field(default=None, description="standard deviation along the normal [mm]")

@@ -11,6 +11,9 @@ from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.account.texts.marks import marked_lines
 
+# A smaller share of the deposit is not worth a word.
+NOTABLE_SHARE = 5e-4
+
 
 def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     """Return the lines that a person reads when a plan is done.
@@ -41,7 +44,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     if told.deposition is not None:
         lines.append(_layer_text(told.deposition))
     for robot in told.robot:
-        lines += _robot_text(robot)
+        lines += _robot_text(robot, speed=settings.speed_mm_s)
     if told.not_printable is not None:
         lines.append(f"no program: the robot cannot print this: {told.not_printable}")
     unchecked = [text for robot in told.robot for text in robot.clearance.not_checked]
@@ -84,7 +87,7 @@ def _layer_text(told: DepositionRecord) -> str:
     )
 
 
-def _robot_text(told: RobotRecord) -> list[str]:
+def _robot_text(told: RobotRecord, *, speed: float) -> list[str]:
     motion, found = told.motion, told.clearance
     return [
         (
@@ -92,7 +95,7 @@ def _robot_text(told: RobotRecord) -> list[str]:
             f"{told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
         ),
         _attitude_text(motion),
-        _pace_text(motion),
+        _pace_text(motion, speed=speed),
         f"clearance: {found.smallest_mm:.2f} mm at the closest ({found.at})",
     ]
 
@@ -112,11 +115,23 @@ def _attitude_text(told: MotionRecord) -> str:
     return f"nozzle: {turn}; joint 6 makes {told.joint_6_turns:.1f} turns; {lean}"
 
 
-def _pace_text(told: MotionRecord) -> str:
-    """Return one line on the speed of the deposit that names the worst slowdown."""
-    line = f"speed: {told.share_at_speed:.1%} of the deposit within 1 % of the set speed"
+def _pace_text(told: MotionRecord, *, speed: float) -> str:
+    """Return one line on the deposit's speed: the share at the set one, why not the rest, and what all would hold."""
+    slowed = told.share_slowed
+    causes = {"ramps at the ends of runs": told.share_on_ramps}
+    if slowed is not None:
+        causes |= {
+            "joint speeds": slowed.speed,
+            "joint accelerations": slowed.acceleration,
+            "targets of bends": slowed.targets,
+        }
+    line = f"speed: {told.share_at_speed:.1%} of the deposit within 1 % of the set speed, {speed:g} mm/s"
+    rest = ", ".join(f"{cause} {share:.1%}" for cause, share in causes.items() if share >= NOTABLE_SHARE)
+    line += f" (the rest: {rest})" if rest else ""
+    if told.largest_even_speed_mm_s is not None:
+        line += f"; all but the ramps holds {told.largest_even_speed_mm_s:.1f} mm/s"
     if not told.slowdowns:
-        return f"{line}; the rest are the ramps at the ends of runs"
+        return line
     worst = min(told.slowdowns, key=lambda slowdown: slowdown.held_mm_s)
     what = "is lowered" if worst.kind == "lowered" else "dips"
     x, y, z = worst.place_mm

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.cautions import near_borders
+from geoprint.account.cautions import near_borders, orientation_notes
 from geoprint.account.checked import Checked, CheckedComparison, Repeated
 from geoprint.account.evidence import evidence_rows
 from geoprint.account.records.check import (
@@ -98,7 +98,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("program", _program(setup, orders, modules=robot.program.modules)),
         ("is set to", _settings(setup, settings)),
         ("patches", _patches(told.patches)),
-        ("placement", _placement(setup)),
+        ("placement", [*_placement(setup), *orientation_notes(robot.motion)]),
         ("extent", _reach(setup, orders, robot.motion)),
         ("closest approach", _closest(robot.clearance)),
         ("signals", _signals(setup, switching)),

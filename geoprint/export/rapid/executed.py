@@ -11,7 +11,7 @@ from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.places import Place, refusal
-from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.language.syntax import Module, Series
 from geoprint.export.rapid.machine import NOT_KNOWN
 from geoprint.export.rapid.machine.corners import rounded_lengths
 from geoprint.export.rapid.made import Made, dry, make, printing, task_of
@@ -148,7 +148,9 @@ def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> No
     rows = np.flatnonzero(whole.runs < first)
     behind = int(rows[-1]) + 1 if rows.size else 0
     found, wanted = resumed.switchings, whole.switchings
-    for target in range(resumed.count):
+    for target in sorted(found.keys() | wanted.keys()):
+        if target >= resumed.count:
+            continue
         some, others = found.get(target, ()), wanted.get(target, ())
         values = [each.value for each in some]
         if known and target < behind and any(values):
@@ -167,11 +169,12 @@ def _figures(
     events: tuple[Event, ...],
 ) -> Executed:
     handled = {
-        (module.file, statement.line)
+        (module.file, line)
         for module in modules
         for routine in module.routines
         for handler in routine.handlers
         for statement in handler.body
+        for line in (statement.lines if isinstance(statement, Series) else (statement.line,))
     }
     missed: set[tuple[str, int, str]] = set()
     count = done = 0
@@ -204,7 +207,7 @@ def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[flo
     # Where the program only runs dry it lifts the path: what it would do is one frame higher.
     found = transforms.apply(placement.T_base_work, made.places)
     if not placement.missing:
-        found = moves.Ts_base_tip(made.rows)[:, :3, 3]
+        found = moves.tips(made.rows)
     motion = float(np.linalg.norm(found - tips, axis=1).max(initial=0.0))
     planned, took = np.diff(orders.times), _times(made)
     moving = moves.lengths[made.rows[1:]] > _TURN_ON_THE_SPOT

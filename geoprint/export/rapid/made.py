@@ -72,11 +72,14 @@ class Made:
     @property
     def switchings(self) -> Mapping[int, tuple[Switching, ...]]:
         """What each move switches, by target, in the order in which it was asked for."""
-        target_of = {int(row): target for target, row in enumerate(self.rows)}
+        switchings = self.execution.switchings
+        moves = np.array([each.move for each in switchings], dtype=np.int64)
+        targets = np.searchsorted(self.rows, moves)
+        carried = np.isin(moves, self.rows)
         found: dict[int, list[Switching]] = {}
-        for each in self.execution.switchings:
-            if each.move in target_of:
-                found.setdefault(target_of[each.move], []).append(each)
+        for each, target, along in zip(switchings, targets.tolist(), carried.tolist(), strict=True):
+            if along:
+                found.setdefault(target, []).append(each)
         return {target: tuple(sorted(some, key=lambda one: one.line)) for target, some in found.items()}
 
     def place(self, target: int) -> Place:

@@ -120,6 +120,8 @@ def proven_program(
     shared = [*names.declarations, *triggers.declarations]
     cell_text = cell_module(cell, orders, placement=placement, declarations=shared, header=header)
     printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
+    # Lines are large, and the modules say the same.
+    del runs
     program = _program(cell_text, printing, cell=cell, placement=placement, targets=orders.count)
     proof = verify_program(
         program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events

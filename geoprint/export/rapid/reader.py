@@ -11,7 +11,17 @@ from collections.abc import Sequence
 from typing import cast
 
 from geoprint.export.rapid.language.parsing import parse_module
-from geoprint.export.rapid.language.syntax import Call, Datum, Expression, Leave, Literal, Module, Routine, Value
+from geoprint.export.rapid.language.syntax import (
+    Call,
+    Datum,
+    Expression,
+    Leave,
+    Literal,
+    Module,
+    Routine,
+    Value,
+    each_kind,
+)
 from geoprint.export.rapid.text import Declaration, Place, RapidText, Value as Listed, refuse
 
 # No limit is documented; public programs that load stay below this, and so does every line of geoprint.
@@ -95,7 +105,7 @@ def check_routines(module: Module) -> None:
     own = {routine.name.lower() for routine in module.routines}
     for routine in module.routines:
         _check_handler(module, routine)
-        for statement in routine.body:
+        for statement in each_kind(routine.body):
             if isinstance(statement, Call):
                 _check_call(module, statement, own)
 
@@ -116,7 +126,7 @@ def _check_handler(module: Module, routine: Routine) -> None:
     (handler, *more), wanted = routine.handlers, ("GeoSafe", "RAISE")
     found = [
         statement.name if isinstance(statement, Call) else statement.verb if isinstance(statement, Leave) else "?"
-        for statement in handler.body
+        for statement in each_kind(handler.body)
     ]
     if more or handler.errors or found != list(wanted):
         line = next((each.line for each, word in zip(handler.body, wanted, strict=False) if _word(each) != word), 0)

@@ -11,7 +11,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.export.orders import Orders
 from geoprint.export.rapid.compare import POSITION_TOLERANCE, compare, compare_frame, declared, literal
-from geoprint.export.rapid.language.syntax import Call, FunctionCall, Name, Statement
+from geoprint.export.rapid.language.syntax import Call, FunctionCall, Name, Statement, each_kind
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.settings import CELL_MODULE, read_settings
 from geoprint.export.rapid.text import Declaration, Place, RapidText, Value, refuse
@@ -97,7 +97,7 @@ def verify_names(text: RapidText, made: Made, *, cell: Cell) -> None:
         refuse(made.place(int(wrong[0])), f"the move is made with {tool} in {work}")
     for module in text.modules:
         if module.file in _PATHS or module.file.startswith("GeoPath"):
-            used |= {name for routine in module.routines for each in routine.body for name in _named(each)}
+            used |= {name for routine in module.routines for each in each_kind(routine.body) for name in _named(each)}
     for name, datum in text.declarations.items():
         if datum.place.module in _OWN and name not in used and datum.kind != "loadsession":
             refuse(datum.place, f"{name} is declared, but the plan has no use for it")

@@ -51,10 +51,10 @@ SHORTEST_TIME = 0.012
 
 # Speeds are rounded to so many digits, and never below the smallest [mm/s]: a controller needs one above zero.
 SPEED_DIGITS = 4
-SMALLEST_SPEED = 0.5
+SMALLEST_SPEED = 0.1
 
 # A corner that is cut is a shorter path; the tip is slowed for it by no more than to this share.
-EVEN_SHARE = 0.985
+EVEN_SHARE = 0.98
 
 # No move is written that neither goes as far as this [mm], a tenth of what an arm repeats, nor turns the tool by this
 # [rad], which moves the flange of a 120 mm tool by half of what an arm repeats.

@@ -11,7 +11,18 @@ from geoprint.motion.placing.calibration import (
     refuse_uncertain as refuse_uncertain,
     turn_uncertainty as turn_uncertainty,
 )
-from geoprint.motion.placing.placement import demo_placement as demo_placement
+from geoprint.motion.placing.orientation_search import (
+    ROUND_SOLIDS as ROUND_SOLIDS,
+    OrientationSearch as OrientationSearch,
+    Oriented as Oriented,
+    Scene as Scene,
+    search_orientation as search_orientation,
+)
+from geoprint.motion.placing.placement import (
+    LEAST_MEAN_NORMAL as LEAST_MEAN_NORMAL,
+    SHORTEST_MEAN_NORMAL as SHORTEST_MEAN_NORMAL,
+    demo_placement as demo_placement,
+)
 from geoprint.motion.placing.placement_search import (
     Candidate as Candidate,
     Room as Room,

@@ -24,6 +24,9 @@ MIRROR_FACTOR = 2.0
 
 # A shorter mean of the unit normals says that the part faces so many directions that "its normal up" means nothing.
 SHORTEST_MEAN_NORMAL = 0.6
+# Where "up" is only the start of a search, it may be as short as that of a cap that reaches 120 degrees from its
+# middle: of what faces more directions, some are below the horizon by 30 degrees however it is tilted.
+LEAST_MEAN_NORMAL = 0.25
 
 # Three points fit wherever they were touched; only a fourth shows that one of them is wrong.
 FEWEST_POINTS = 4
@@ -106,7 +109,13 @@ def _fit(points: TouchedPoints) -> Placement:
     )
 
 
-def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArray = NO_TURN) -> Placement:
+def demo_placement(
+    surface: Surface,
+    *,
+    position: FloatArray,
+    rotation: FloatArray = NO_TURN,
+    least: float = SHORTEST_MEAN_NORMAL,
+) -> Placement:
     """Put a part where a demonstration can reach it: its area's centroid at a position, its mean normal up.
 
     The mean normal is turned up by the smallest rotation, so that nothing but the rotation given turns the part about
@@ -117,6 +126,7 @@ def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArr
         surface: the part.
         position: (3,) where its centroid goes, in the base frame [mm].
         rotation: (3, 3) turn of the part with its mean normal up, in the base frame.
+        least: length of the mean of its unit normals, below which that is refused.
 
     Returns:
         The placement, with the fixture's frame at the position and turned by the rotation.
@@ -126,13 +136,13 @@ def demo_placement(surface: Surface, *, position: FloatArray, rotation: FloatArr
     """
     mean = mean_normal(surface)
     length = float(np.linalg.norm(mean))
-    if not length >= SHORTEST_MEAN_NORMAL:
+    if not length >= least:
         raise ReachError(
             f"{surface.name} has no demonstration placement: the mean of its unit normals has length {length:.2f}, "
-            f"needed is {SHORTEST_MEAN_NORMAL}, because it faces too many directions to say which is up; "
+            f"needed is {least:g}, because it faces too many directions to say which is up; "
             f"calibrate the cell with touched points, or plan a smaller patch or patches that face alike.",
             length=length,
-            needed=SHORTEST_MEAN_NORMAL,
+            needed=least,
         )
     upright = transforms.smallest_rotation(mean / length, UP[None])[0]
     areas = face_areas(surface)

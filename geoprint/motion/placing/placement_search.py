@@ -207,7 +207,7 @@ def search_placement(
     if poses.count == 0:
         raise InputError("the pose stream is empty; there is nothing to place: plan at least one run.")
     samples = sample_poses(poses, T_base_work=T_fixture_work)
-    judge = _Judge(samples, arm, rows=_keyframes(samples.Ts_base_tool))
+    judge = _Judge(samples, arm, rows=judged_samples(samples.Ts_base_tool))
     spins = 2.0 * np.pi * np.arange(GRID_SPINS) / GRID_SPINS
     stands = [stand for stand in _grid(arm, start, room=room, height=height, tilt=tilt) if room.permits(stand)]
     if not stands:
@@ -223,7 +223,7 @@ def search_placement(
     return tuple(sorted(climbed, key=lambda candidate: -candidate.margin))
 
 
-def _keyframes(Ts_fixture_tool: FloatArray) -> IntArray:
+def judged_samples(Ts_fixture_tool: FloatArray) -> IntArray:
     """Return samples taken evenly, and those that are farthest or lean most in any of 26 directions."""
     evenly = keyframes(Ts_fixture_tool, count=KEYFRAMES)
     directions = np.array(list(product((-1.0, 0.0, 1.0), repeat=3)))

@@ -1,5 +1,10 @@
 """When the arm is where: TOPP-RA, the pace of the tip, slowdowns, and what is verified of them."""
 
+from geoprint.motion.timing.even_speed import (
+    Slowed as Slowed,
+    largest_even_speed as largest_even_speed,
+    slowed_shares as slowed_shares,
+)
 from geoprint.motion.timing.moments import (
     joints_at as joints_at,
     largest_jerk as largest_jerk,

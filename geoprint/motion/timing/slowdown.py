@@ -61,10 +61,10 @@ def held_speeds(knots: Knots, *, robot: Robot, process: Process) -> tuple[Slowdo
     Returns:
         One slowdown a run, of kind 'lowered'.
     """
-    holds: dict[int, list[_Hold]] = {}
+    holds: dict[int, list[Hold]] = {}
     for first, last in knots.legs:
         if knots.deposit[first:last].any():
-            holds.setdefault(int(knots.runs[last]), []).append(_hold(knots, first, last, robot=robot))
+            holds.setdefault(int(knots.runs[last]), []).append(hold_of(knots, first, last, robot=robot))
     slower: list[Slowdown] = []
     for run, legs in holds.items():
         share, hold, step = _held(legs)
@@ -150,7 +150,7 @@ def stepped(speed: float) -> float:
     return round(float(steps) * SPEED_STEP, SPEED_DECIMALS) if steps > 0 else speed
 
 
-class _Hold(NamedTuple):
+class Hold(NamedTuple):
     """What a leg needs to run at its ceilings all along.
 
     Attributes:
@@ -168,18 +168,19 @@ class _Hold(NamedTuple):
     ramps: tuple[float, float]
 
 
-def _hold(knots: Knots, first: int, last: int, *, robot: Robot) -> _Hold:
+def hold_of(knots: Knots, first: int, last: int, *, robot: Robot) -> Hold:
+    """Return what a leg needs to run at its ceilings all along."""
     lengths, ceilings = knots.lengths_of(first, last), knots.ceilings[first:last]
     path = CubicSpline(lengths, knots.joints[first : last + 1])
     factors = np.hstack(strains(path, lengths, at_grid(ceilings, lengths, lengths), robot=robot))
-    return _Hold(first, lengths, knots.deposit[first:last], factors, end_ramps(path, ceilings=ceilings, robot=robot))
+    return Hold(first, lengths, knots.deposit[first:last], factors, end_ramps(path, ceilings=ceilings, robot=robot))
 
 
-def _held(legs: list[_Hold]) -> tuple[float, _Hold, int]:
+def _held(legs: list[Hold]) -> tuple[float, Hold, int]:
     """Return the share of the set speed that is held along all legs, and the leg and step that hold no more."""
     share, worst, step = 1.0, legs[0], 0
     for leg in legs:
-        inner = _inner(leg.lengths, ramps=leg.ramps) & leg.laid
+        inner = off_ramps(leg.lengths, ramps=leg.ramps) & leg.laid
         factors = np.where(inner, leg.factors.max(axis=1), 0.0)
         if share * factors.max() > 1.0:
             step, worst = int(factors.argmax()), leg
@@ -187,7 +188,7 @@ def _held(legs: list[_Hold]) -> tuple[float, _Hold, int]:
     return share, worst, step
 
 
-def _inner(grid: FloatArray, *, ramps: tuple[float, float]) -> BoolArray:
+def off_ramps(grid: FloatArray, *, ramps: tuple[float, float]) -> BoolArray:
     """Return for each step whether it lies off the ramps; the first and the last one never do."""
     start, end = (RAMP_FACTOR * ramp for ramp in ramps)
     inner = (grid[:-1] >= start) & (grid[1:] <= grid[-1] - end)
@@ -233,7 +234,7 @@ class _Profile:
         rows = np.flatnonzero(knots.deposit[step])
         step, shares = step[rows], knots.tip_shares[step[rows]]
         speeds = np.stack([motion.speeds[rows], motion.speeds[rows + 1]]) * shares / METRES_PER_MILLIMETRE
-        inner = _inner(grid, ramps=end_ramps(motion.path, ceilings=ceilings, robot=robot))[rows]
+        inner = off_ramps(grid, ramps=end_ramps(motion.path, ceilings=ceilings, robot=robot))[rows]
         if not inner.any():
             inner = np.arange(rows.size) == speeds.max(axis=0).argmax()
         within = (grid[rows] - lengths[step - first]) / (lengths[step - first + 1] - lengths[step - first])

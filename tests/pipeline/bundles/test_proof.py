@@ -36,7 +36,9 @@ def test_a_plan_claims_that_it_was_parsed_with_figures(printed: Path) -> None:
     assert evidence["parsed"]["targets"] == len((printed / "targets.csv").read_text().splitlines()) - 1
     executed = evidence["executed"]
     assert executed["scenarios"][:2] == ["dry", "printing"]
-    assert executed["lines_executed"] + len(executed["not_executed"]) == executed["lines"]
+    left = executed["not_executed"]
+    assert executed["lines_executed"] + sum(len(each["lines"]) for each in left) == executed["lines"]
+    assert len({(each["file"], each["reason"]) for each in left}) == len(left)
     assert executed["largest_motion_mm"] <= 0.001
     assert executed["largest_output_mm"] <= 0.05
 
@@ -186,14 +188,14 @@ def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared:
 
 def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -> None:
     executed = ExecutedRecord(
-        scenarios=("dry", "printing"), lines=321, lines_executed=320, largest_motion_mm=0.0004,
+        scenarios=("dry", "printing"), lines=322, lines_executed=320, largest_motion_mm=0.0004,
         largest_move_time_s=0.00052, largest_run_time_share=0.0003, largest_output_mm=0.02, not_known=("lag", "ramps"),
-        not_executed=(NotExecutedRecord(file="GeoGuard.mod", line=44, reason="an error"),),
+        not_executed=(NotExecutedRecord(file="GeoGuard.mod", lines=(44, 46), reason="an error"),),
     )  # fmt: skip
     evidence = told(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))
     assert rows["executed"] == (
-        "here, on no controller, in 2 scenarios: 320 of 321 lines, not executed 1 (plan.json says why)"
+        "here, on no controller, in 2 scenarios: 320 of 322 lines, not executed 2 (plan.json says why)"
     )
     assert rows["off the plan"] == "at most 0.0004 mm, outputs 0.0200 mm, a move 0.52 ms, a run 0.03% of its time"
     assert rows["no simulation knows"] == "lag; ramps"

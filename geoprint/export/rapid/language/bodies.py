@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
-from geoprint.export.rapid.language.calls import judge_arguments, root_of
+from geoprint.export.rapid.language.calls import form_of, judge_arguments, root_of
 from geoprint.export.rapid.language.context import Context
 from geoprint.export.rapid.language.expression_kinds import judge, judge_parts
-from geoprint.export.rapid.language.kinds import BOOL, NUM, STRING, Kind, fits
+from geoprint.export.rapid.language.kinds import BOOL, LARGEST_NUM, NUM, STRING, Kind, fits
 from geoprint.export.rapid.language.syntax import (
     Assignment,
     Call,
@@ -20,6 +21,7 @@ from geoprint.export.rapid.language.syntax import (
     Leave,
     Literal,
     Routine,
+    Series,
     Statement,
     Test,
     While,
@@ -33,20 +35,19 @@ def judge_body(statements: Sequence[Statement], here: Context) -> None:
     for statement in statements:
         match statement:
             case Call():
-                _call(statement, here)
+                _once(statement, here)
+            case Series():
+                _series(statement, here)
             case Assignment():
                 _assignment(statement, here)
             case If() | Test() | For() | While():
                 _compound(statement, here)
             case Leave():
                 _leave(statement, here)
-            case Goto():
-                if statement.label.lower() not in here.labels:
-                    here.say(statement.line, f"GOTO {statement.label}: no such label in this routine")
+            case Goto() | Label():
+                _jump(statement, here)
             case Connect():
                 _connect(statement, here)
-            case Label():
-                pass
 
 
 def labels_in(statements: Iterable[Statement]) -> list[Label]:
@@ -112,6 +113,18 @@ def _assignment(assignment: Assignment, here: Context) -> None:
     judge(assignment.value, here, wanted=target, what="the assignment")
 
 
+def _once(call: Call, here: Context) -> None:
+    """Judge a call, or leave it where one that differs in numbers only was judged before."""
+    form = None if here.inner or call.late is not None else form_of(call)
+    if form is None:
+        _call(call, here)
+    elif form not in here.sound:
+        if _is_sound(call, here):
+            here.sound.add(form)
+        else:
+            _call(call, here)
+
+
 def _call(call: Call, here: Context) -> None:
     if call.late is not None:
         judge(call.late, here, wanted=STRING, what="a late call")
@@ -134,6 +147,29 @@ def _call(call: Call, here: Context) -> None:
     judge_parts(call.arguments, here)
 
 
+def _series(series: Series, here: Context) -> None:
+    """Judge one call of each form; where something is wrong with one, or a number is too large, all of them."""
+    sound: set[object] = set() if here.inner else here.sound
+    forms = {form for form in set(series.forms) if form not in sound}
+    wrong = [form for form in sorted(forms) if not _is_sound(series.shapes[form], here)]
+    if wrong or max(series.numbers) > LARGEST_NUM or min(series.numbers) < -LARGEST_NUM:
+        for call in series.calls():
+            _call(call, here)
+    else:
+        sound.update(forms)
+
+
+def _is_sound(call: Call, here: Context) -> bool:
+    """Whether nothing is wrong with a call."""
+    wrong: list[str] = []
+
+    def note(_: int, what: str) -> None:
+        wrong.append(what)
+
+    _call(call, replace(here, say=note, miss=note))
+    return not wrong
+
+
 def _leave(leave: Leave, here: Context) -> None:
     routine = here.routine
     if leave.verb in {"RETRY", "TRYNEXT"} and not here.handling:
@@ -151,6 +187,11 @@ def _leave(leave: Leave, here: Context) -> None:
         elif leave.value is not None:
             wanted = here.kinds.of_type(routine.returns, file=here.file)
             judge(leave.value, here, wanted=wanted, what=f"RETURN of {routine.name}")
+
+
+def _jump(statement: Goto | Label, here: Context) -> None:
+    if isinstance(statement, Goto) and statement.label.lower() not in here.labels:
+        here.say(statement.line, f"GOTO {statement.label}: no such label in this routine")
 
 
 def _connect(connect: Connect, here: Context) -> None:

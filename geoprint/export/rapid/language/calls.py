@@ -10,10 +10,12 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from geoprint.export.rapid.language.context import Context
-from geoprint.export.rapid.language.kinds import CONFIGURED, Kind
+from geoprint.export.rapid.language.kinds import CONFIGURED, LARGEST_NUM, Kind
 from geoprint.export.rapid.language.names import Symbol
 from geoprint.export.rapid.language.syntax import (
     Argument,
+    Binary,
+    Call,
     Component,
     Datum,
     Element,
@@ -125,6 +127,23 @@ def _judge_forwarded(argument: Argument, parameter: Parameter, what: str, here: 
         here.say(argument.line, f"{argument.forwarded} is no optional parameter here, and {what} is to be given on")
     elif (node.kind.lower() == "switch") != (parameter.kind.lower() == "switch"):
         here.say(argument.line, f"{what} is a {parameter.kind}, and {argument.forwarded} is a {node.kind}")
+
+
+def form_of(call: Call) -> object:
+    """Return what calls have in common that differ in numbers only; None for one that is more than names and sums."""
+    parts = [(each.name, each.optional, each.forwarded, _form_of(each.value)) for each in call.arguments]
+    return None if any(part[3] is None for part in parts) else (call.name, *parts)
+
+
+def _form_of(value: Expression | None) -> object:
+    if isinstance(value, Name):
+        return value.name
+    if isinstance(value, Binary):
+        left, right = _form_of(value.left), _form_of(value.right)
+        return None if left is None or right is None else (value.operator, left, right)
+    if isinstance(value, Literal):
+        return 0 if isinstance(value.value, float) and abs(value.value) <= LARGEST_NUM else None
+    return () if value is None else None
 
 
 def root_of(expression: Expression) -> Name | None:

@@ -27,6 +27,7 @@ class Context:
         routine: around, or None.
         handling: whether an error handler is around.
         labels: of the routine, in lower case.
+        sound: forms of the module's calls of which nothing is wrong where no routine hides a name.
     """
 
     names: Names
@@ -39,6 +40,7 @@ class Context:
     routine: Routine | None = None
     handling: bool = False
     labels: frozenset[str] = frozenset()
+    sound: set[object] = field(default_factory=set[object])
 
     def find(self, name: str) -> Symbol | None:
         """Return what a name means here, or None."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn, cast, final
 
 from geoprint.export.rapid.language.places import Place, refuse
-from geoprint.export.rapid.language.syntax import Call, Value
+from geoprint.export.rapid.language.syntax import Call, Series, Value
 from geoprint.export.rapid.language.tokens import RESERVED, tokens
 
 _WORDS = {"name": "a name", "number": "a number", "string": "a text", "numbers": "numbers", "end": "the end"}
@@ -76,16 +76,17 @@ class Cursor:
         self.step()
         return value
 
-    def call(self) -> Call:
-        """Step over a whole instruction and return it."""
-        call = cast("Call", self._value)
+    def call(self) -> Call | Series:
+        """Step over a whole instruction, or a series of them, and return it."""
+        call = cast("Call | Series", self._value)
         self.step()
+        self.last_line = call.lines[-1] if isinstance(call, Series) else call.line
         return call
 
     def shown(self) -> str:
         """Return in words what stands here."""
         if self.kind == "call":
-            return f"the instruction {cast('Call', self._value).name}"
+            return f"the instruction {cast('Call | Series', self._value).name}"
         if self.kind in {"name", "string"}:
             return f"{_WORDS[self.kind]} {self._value!r}"
         return _WORDS.get(self.kind, self.kind)

@@ -7,8 +7,10 @@ is one `Literal` whose value is a nested tuple, so that a robtarget of 17 number
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal as OneOf, TypeAlias, final
+from typing import Literal as OneOf, TypeAlias, cast, final
 
 from geoprint.export.rapid.language.expression_syntax import (
     Aggregate as Aggregate,
@@ -48,6 +50,55 @@ class Call:
     name: str
     late: Expression | None
     arguments: tuple[Argument, ...]
+
+
+# Numbers of a robtarget, and where each of its parts ends.
+TARGET = 17
+_ENDS = (3, 7, 11, TARGET)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Calls one behind the other, each of a robtarget in numbers and of names: a program has tens of thousands.
+
+    Attributes:
+        lines: of each call.
+        forms: which of the forms each has.
+        numbers: those of the targets, 17 a call.
+        shapes: the first call of each form in the module.
+    """
+
+    lines: array[int]
+    forms: array[int]
+    numbers: array[float]
+    shapes: list[Call]
+
+    @property
+    def line(self) -> int:
+        """The line of the first call."""
+        return self.lines[0]
+
+    @property
+    def name(self) -> str:
+        """The instruction that is called first."""
+        return self.shapes[self.forms[0]].name
+
+    def kinds(self) -> list[Call]:
+        """Return one call of each form that is there."""
+        return [self.shapes[form] for form in sorted(set(self.forms))]
+
+    def calls(self) -> Iterator[Call]:
+        """Yield the calls."""
+        for row, (line, form) in enumerate(zip(self.lines, self.forms, strict=True)):
+            shape, found = self.shapes[form], tuple(self.numbers[TARGET * row : TARGET * (row + 1)])
+            target = tuple(found[first:last] for first, last in zip((0, *_ENDS), _ENDS, strict=False))
+            names = [
+                Argument(line, each.name, Name(line, cast("Name", each.value).name), each.optional)
+                for each in shape.arguments[1:]
+            ]
+            first = Argument(line, "", Literal(line, target), optional=False)
+            yield Call(line, shape.name, None, (first, *names))
 
 
 @final
@@ -132,7 +183,16 @@ class Connect:
     trap: str
 
 
-Statement: TypeAlias = "Assignment | Call | If | Test | For | While | Leave | Goto | Label | Connect"
+Statement: TypeAlias = "Assignment | Call | Series | If | Test | For | While | Leave | Goto | Label | Connect"
+
+
+def each_kind(statements: Iterable[Statement]) -> Iterator[Statement]:
+    """Yield statements, of a series one call of each form."""
+    for statement in statements:
+        if isinstance(statement, Series):
+            yield from statement.kinds()
+        else:
+            yield statement
 
 
 @final

@@ -3,22 +3,24 @@ r"""Cuts RAPID text into tokens, line by line.
 A token is its kind, its value and its line. Operators and reserved words are their own kind (`:=`, `ENDPROC`, in
 capitals); the others are `name`, `number`, `string`, `numbers` (a whole aggregate of nothing but numbers, decoded by
 the JSON scanner, whose brackets and numbers are RAPID's), `call` and, at last, `end`. A `call` is a whole instruction
-of names behind such an aggregate, on a line of its own (`MoveL [...],v,z,tool\WObj:=w;`): a program has tens of
-thousands of them, and read so they cost a fifth. It is the node that the parser would make of the tokens; a test holds
-that.
+of names behind such an aggregate, on a line of its own (`MoveL [...],v,z,tool\WObj:=w;`), or a series of those whose
+aggregates are robtargets: a program has tens of thousands of them, and read so they cost a tenth. They are the nodes
+that the parser would make of the tokens; a test holds that.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import sys
+from array import array
 from collections.abc import Iterator
-from typing import TypeAlias, cast
+from typing import TypeAlias, cast, final
 
 from geoprint.export.rapid.language.places import Place, refusal
-from geoprint.export.rapid.language.syntax import Argument, Call, Literal, Name, Value
+from geoprint.export.rapid.language.syntax import Argument, Call, Literal, Name, Series, Value
 
-Token: TypeAlias = tuple[str, "str | float | Value | Call", int]
+Token: TypeAlias = tuple[str, "str | float | Value | Call | Series", int]
 
 # Reserved words, which no name may be [3HAC050946, lexical elements].
 RESERVED = frozenset(
@@ -47,6 +49,12 @@ _DECODER = json.JSONDecoder(parse_int=float)
 _WORD = r"[A-Za-z][A-Za-z0-9_]*"
 _CALL = re.compile(rf"\s*({_WORD})[ \t]+(?=\[)", re.ASCII)
 _TAIL = re.compile(rf"((?:(?:,|\\{_WORD}:=){_WORD})*);\s*$", re.ASCII)
+_NUMBER = r"[-+0-9.eE]+"
+_TARGET = re.compile(
+    rf"\s*({_WORD})[ \t]+\[\[({_NUMBER}(?:,{_NUMBER}){{2}})\],\[({_NUMBER}(?:,{_NUMBER}){{3}})\],"
+    rf"\[({_NUMBER}(?:,{_NUMBER}){{3}})\],\[({_NUMBER}(?:,{_NUMBER}){{5}})\]\]([^\[\]]*)$",
+    re.ASCII,
+)
 _PART = re.compile(rf"(?:,|\\({_WORD}):=)({_WORD})", re.ASCII)
 
 
@@ -66,7 +74,11 @@ def tokens(
     """
     # Only where a statement begins is a line with a whole instruction one.
     begins = False
+    series = _Series()
     for number, line in enumerate(lines, start=1):
+        if begins and whole_calls and series.takes(line, number):
+            continue
+        yield from series.taken()
         if begins and whole_calls and (call := _whole_call(line, number)) is not None:
             yield "call", call, number
             continue
@@ -91,7 +103,48 @@ def tokens(
                 yield token
         if last:
             begins = last == ";"
+    yield from series.taken()
     yield "end", "", len(lines)
+
+
+@final
+class _Series:
+    """Gathers the calls of robtargets that stand one behind the other."""
+
+    def __init__(self) -> None:
+        self._lines, self._forms, self._numbers = array("i"), array("i"), array("d")
+        # The first call of each form, and its number by what stands before and behind the target; -1 for no such call.
+        self._shapes: list[Call] = []
+        self._known: dict[tuple[str, str], int] = {}
+
+    def takes(self, line: str, number: int) -> bool:
+        """Take a line, and say whether it is such a call."""
+        match = _TARGET.match(line)
+        if match is None:
+            return False
+        verb, *parts, tail = match.groups()
+        form = self._known.get((verb, tail))
+        if form is None:
+            call = _whole_call(line, number)
+            form = self._known[verb, tail] = -1 if call is None else len(self._shapes)
+            if call is not None:
+                self._shapes.append(call)
+        if form < 0:
+            return False
+        try:
+            found = [float(one) for one in ",".join(parts).split(",")]
+        except ValueError:
+            return False
+        self._numbers.extend(found)
+        self._lines.append(number)
+        self._forms.append(form)
+        return True
+
+    def taken(self) -> Iterator[Token]:
+        """Yield what was taken since this was asked last, as a token."""
+        if self._lines:
+            yield "call", Series(self._lines, self._forms, self._numbers, self._shapes), self._lines[0]
+            self._lines, self._forms, self._numbers = array("i"), array("i"), array("d")
 
 
 def _token(kind: str, text: str, place: Place) -> Token:
@@ -99,7 +152,7 @@ def _token(kind: str, text: str, place: Place) -> Token:
         return text, text, place.line
     if kind == "name":
         word = text.upper()
-        return (word, text, place.line) if word in RESERVED else ("name", text, place.line)
+        return (word, text, place.line) if word in RESERVED else ("name", sys.intern(text), place.line)
     if kind == "number":
         base = _BASES.get(text[1:2].lower(), 10)
         return "number", float(text) if base == 10 else float(int(text[2:], base)), place.line

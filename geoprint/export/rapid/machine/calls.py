@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from geoprint.export.rapid.language.syntax import Argument, Expression, Parameter, Value
+from geoprint.errors import VerificationError
+from geoprint.export.rapid.language.syntax import Argument, Call, Expression, Parameter, Value
 from geoprint.export.rapid.machine.state import MISSING, Reference, Slot, State
-from geoprint.export.rapid.machine.values.faults import unknown
+from geoprint.export.rapid.machine.stepping import enter
+from geoprint.export.rapid.machine.values.faults import fault, unknown
 from geoprint.export.rapid.machine.values.records import stored
 
 if TYPE_CHECKING:
@@ -42,6 +44,28 @@ def binder(
         unknown(scope.file, line, f"{routine.name} is not given its parameter {waiting[0].name}")
     makers = [_maker(parameter, given.get(parameter.name.lower()), scope) for parameter in routine.parameters]
     return lambda state: [make(state) for make in makers]
+
+
+def late_call(call: Call, run: Callable[[State], Value], scope: Scope) -> Callable[[State], None]:
+    """Return the step that calls the procedure whose name a text gives."""
+    binders: dict[str, Callable[[State], list[Slot]]] = {}
+
+    def step(state: State) -> None:
+        name = cast("str", run(state)).rpartition(":")[2].lower()
+        routine = state.routines.get(name)
+        if routine is None:
+            fault("ERR_REFUNKPRC", f"there is no procedure {name} in a module that is loaded")
+        if routine.kind != "PROC":
+            fault("ERR_CALLPROC", f"{name} is no procedure")
+        if name not in binders:
+            try:
+                binders[name] = binder(routine, call.arguments, scope, line=call.line)
+            except VerificationError as error:
+                # Only as it is called it is known whose arguments they must be.
+                fault("ERR_CALLPROC", f"{name} is called by its name: {error.details.get('reason', error)}")
+        enter(state, routine, binders[name](state))
+
+    return step
 
 
 def by_reference(parameter: Parameter) -> bool:

@@ -79,6 +79,14 @@ class Moves:
         """Which of them lead the tip to a target, not the joints."""
         return np.flatnonzero(~np.isin(self.verbs, [VERBS.index(verb) for verb in JOINT_MOVES]))
 
+    def tips(self, rows: IntArray) -> FloatArray:
+        """Return (k, 3) where the tip is at the targets of some moves along the path, in base coordinates [mm]."""
+        places, frames = self.places[rows], self.frames[rows]
+        for frame in np.unique(frames).tolist():
+            there = frames == frame
+            places[there] = transforms.apply(self.Ts_base_target[frame], places[there])
+        return places
+
     def Ts_base_tip(self, rows: IntArray) -> FloatArray:
         """Return (k, 4, 4) poses of the tool at the targets of some moves along the path, in base coordinates [mm]."""
         targets = transforms.rigid(transforms.rotation_of(self.turns[rows]), self.places[rows])

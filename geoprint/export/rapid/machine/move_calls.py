@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
-from geoprint.export.rapid.language.syntax import Call, Expression, Literal, Name, Value
+from geoprint.export.rapid.language.syntax import (
+    Binary,
+    Call,
+    Expression,
+    Literal,
+    Name,
+    Series,
+    Value,
+)
 from geoprint.export.rapid.machine.batches import Batches
 from geoprint.export.rapid.machine.calls import options_of, positional
 from geoprint.export.rapid.machine.code import Evaluate, RoutineCode, Scope, Step
 from geoprint.export.rapid.machine.execution import VERBS
 from geoprint.export.rapid.machine.expressions import compiled
+from geoprint.export.rapid.machine.instruction_calls import compile_instruction
 from geoprint.export.rapid.machine.moves import Order, run_joints, run_line
-from geoprint.export.rapid.machine.state import State
+from geoprint.export.rapid.machine.state import Slot, State
 from geoprint.export.rapid.machine.values.faults import unknown
 from geoprint.export.rapid.machine.values.predefined import PREDEFINED
 from geoprint.export.rapid.machine.values.records import stored
@@ -33,10 +44,10 @@ MOVES: Mapping[str, tuple[str, ...]] = {
 _VERBS = {verb.lower(): number for number, verb in enumerate(VERBS)}
 _TRIGGERS = tuple(f"t{k}" for k in range(2, 9))
 _OPTIONS = frozenset({"wobj", "t", "v"})
+# What a move looks up in data.
+_LOOKED = ("speed", "zone", "tool", "wobj")
 # A robtarget: place, attitude, configuration, other axes.
 _TARGET_SHAPE = [3, 4, 4, 6]
-# Names of the arguments of a move as it is mostly written.
-_PLAIN = ["", "", "", "", "WObj"]
 Emit = Callable[[Step, int], None]
 
 
@@ -47,7 +58,11 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
         VerificationError: it has another form, or an option that this machine does not know.
     """
     name = call.name.lower()
-    if name == "movel" and code.batches is not None and _repeats(call, code, code.batches):
+    numbers = _numbers(call)
+    form = None if numbers is None else _form(call, scope, code, task)
+    if form is not None and numbers is not None and code.batches is not None:
+        code.batches.extend(numbers)
+        code.batches.add(len(code.steps), call.line, form)
         emit(code.batches.run, call.line)
         return
     wanted, found = MOVES[name], positional(call.arguments)
@@ -61,10 +76,6 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
     parts = dict(zip(wanted, found, strict=True))
     given = {each.name.lower(): each.value for each in call.arguments if each.optional and each.value is not None}
     parts["work"] = given.get("wobj") or Name(call.line, "wobj0")
-    if name == "movel" and not (given.keys() - {"wobj"}) and _batched(parts, scope):
-        _add(call, parts, scope, code, task)
-        emit(cast("Batches", code.batches).run, call.line)
-        return
     order = Order(
         _VERBS[name], task.file_number(scope.file), call.line,
         task.name_number(_word(parts["tool"])), task.name_number(_word(parts["work"])),
@@ -81,16 +92,138 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
     emit(_line_step(order, run, options, triggers), call.line)
 
 
-def _repeats(call: Call, code: RoutineCode, batches: Batches) -> bool:
-    """Add a move to a constant target with names that a move before it has had; False if it is none."""
-    first, *others = [argument.value for argument in call.arguments]
+def compile_series(series: Series, scope: Scope, *, code: RoutineCode, task: MachineTask, emit: Emit) -> None:
+    """Append the steps of a series of moves.
+
+    Raises:
+        VerificationError: one has another form, or an option that this machine does not know.
+    """
+    forms = {form: _form(series.shapes[form], scope, code, task) for form in set(series.forms)}
+    batches = code.batches
+    if batches is None or None in forms.values():
+        for call in series.calls():
+            compile_move(call, scope, code=code, task=task, emit=emit)
+        return
+    run, first = batches.run, len(code.steps)
+    for step, (line, form) in enumerate(zip(series.lines, series.forms, strict=True), start=first):
+        batches.add(step, line, cast("int", forms[form]))
+        emit(run, line)
+    batches.extend(series.numbers)
+
+
+def compile_trigger(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTask, emit: Emit) -> None:
+    """Append the step of an instruction that defines a trigger, which may stand between the moves of a batch.
+
+    Raises:
+        VerificationError: it is given what this machine does not know.
+    """
+    first = call.arguments[0].value if call.arguments else None
+    datum = scope.datum(first.name) if isinstance(first, Name) else None
+    numbers: list[Slot] = []
+    form = (call.name.lower(), *[(each.name, _slots(each.value, numbers, scope)) for each in call.arguments])
+    if datum is None or datum.kind != "triggdata" or any(each[1] is None for each in form[1:]):
+        emit(compile_instruction(call, scope), call.line)
+        return
+    if code.batches is None:
+        code.batches = Batches(file=task.file_number(scope.file))
+    code.batches.define(len(code.steps))
+    run = code.batches.definitions.get(form)
+    if run is None:
+        run = code.batches.definitions[form] = _definition(call, scope)
+    emit(partial(_define, run, numbers), call.line)
+
+
+def _define(run: Step, numbers: list[Slot], state: State) -> None:
+    """Define a trigger with numbers in the place of a routine's own data."""
+    kept, state.local = state.local, numbers
+    try:
+        run(state)
+    finally:
+        state.local = kept
+
+
+def _definition(call: Call, scope: Scope) -> Step:
+    """Return the step of an instruction whose numbers are taken from the routine's own data."""
+    inner = Scope(scope.declared, scope.file)
+    arguments = [
+        each if each.value is None else replace(each, value=_slotted(each.value, inner)) for each in call.arguments
+    ]
+    return compile_instruction(replace(call, arguments=tuple(arguments)), inner)
+
+
+def _slots(value: Expression | None, numbers: list[Slot], scope: Scope) -> object:
+    """Return the form of a value that is computed of data of modules and numbers alone, and gather these; else None."""
+    if isinstance(value, Name):
+        return None if value.name.lower() in scope.locals else value.name.lower()
+    if isinstance(value, Binary):
+        left, right = _slots(value.left, numbers, scope), _slots(value.right, numbers, scope)
+        return None if left is None or right is None else (value.operator, left, right)
+    if isinstance(value, Literal) and isinstance(value.value, float):
+        numbers.append(value.value)
+        return 0
+    return () if value is None else None
+
+
+def _slotted(value: Expression, inner: Scope) -> Expression:
+    """Return such a value with a name of the routine's own data in the place of each number."""
+    if isinstance(value, Binary):
+        left = _slotted(value.left, inner)
+        return replace(value, left=left, right=_slotted(value.right, inner))
+    if isinstance(value, Literal):
+        name = f"{inner.size}"
+        inner.add(name, "num")
+        return Name(value.line, name)
+    return value
+
+
+def _numbers(call: Call) -> list[float] | None:
+    """Return the numbers of the target of a move, or None where it is none that is written out."""
+    first = call.arguments[0].value if call.arguments else None
     if not isinstance(first, Literal) or not isinstance(first.value, tuple):
-        return False
+        return None
     shape = [len(part) if isinstance(part, tuple) else 0 for part in first.value]
-    if shape != _TARGET_SHAPE or [argument.name for argument in call.arguments] != _PLAIN:
-        return False
-    names = tuple([other.name.lower() for other in others if isinstance(other, Name)])
-    return batches.again(len(code.steps), call.line, first.value, names)
+    if shape != _TARGET_SHAPE:
+        return None
+    return [number for part in cast("tuple[tuple[float, ...], ...]", first.value) for number in part]
+
+
+def _form(call: Call, scope: Scope, code: RoutineCode, task: MachineTask) -> int | None:
+    """Return the number of the form of a move to a target that is written out, or None where it goes in no batch."""
+    verb = call.name.lower()
+    names = (verb, *[f"{each.name} {_word(each.value)}".lower() for each in call.arguments[1:]])
+    known = None if code.batches is None else code.batches.form(names)
+    if known is not None:
+        return known
+    parts = _parts(call, scope)
+    if parts is None:
+        return None
+    if code.batches is None:
+        code.batches = Batches(file=task.file_number(scope.file))
+    look = {each: (parts[each], task.look(parts[each], scope)) for each in _LOOKED}
+    pulled = [Name(call.line, parts[each]) for each in ("trigger", *_TRIGGERS) if each in parts]
+    return code.batches.add_form(
+        names, _VERBS[verb], speed=look["speed"], zone=look["zone"],
+        held=(*look["tool"], task.name_number(parts["tool"])), work=(*look["wobj"], task.name_number(parts["wobj"])),
+        pulled=tuple([compiled(name, scope).run for name in pulled]),
+    )  # fmt: skip
+
+
+def _parts(call: Call, scope: Scope) -> dict[str, str] | None:
+    """Return the names of a straight move by their places, or None where they are not all data of modules."""
+    wanted = {"movel": MOVES["movel"], "triggl": MOVES["triggl"]}.get(call.name.lower(), ())[1:]
+    options = {"wobj", *(_TRIGGERS if "trigger" in wanted else ())}
+    waiting = list(wanted)
+    parts: dict[str, str] = {}
+    for argument in call.arguments[1:]:
+        place = argument.name.lower() if argument.optional else waiting.pop(0) if waiting else ""
+        named = argument.optional == bool(argument.name) and (place in options or not argument.optional)
+        if not place or not named or place in parts or not isinstance(argument.value, Name):
+            return None
+        parts[place] = argument.value.name.lower()
+    parts.setdefault("wobj", "wobj0")
+    known = [(each in _LOOKED and word in PREDEFINED) or scope.datum(word) is not None for each, word in parts.items()]
+    own = any(word in scope.locals for word in parts.values())
+    return None if waiting or not wanted or own or not all(known) else parts
 
 
 def _evaluated(expression: Expression, scope: Scope) -> Evaluate:
@@ -100,36 +233,8 @@ def _evaluated(expression: Expression, scope: Scope) -> Evaluate:
     return compiled(expression, scope).run
 
 
-def _word(expression: Expression) -> str:
+def _word(expression: Expression | None) -> str:
     return expression.name.lower() if isinstance(expression, Name) else "a value"
-
-
-def _batched(parts: Mapping[str, Expression], scope: Scope) -> bool:
-    """Whether a target is constant, and all else data of modules or of the controller."""
-    target = parts["target"]
-    if not isinstance(target, Literal) or not isinstance(target.value, tuple):
-        return False
-    shape = [len(part) if isinstance(part, tuple) else 0 for part in target.value]
-    names = [parts[part] for part in ("speed", "zone", "tool", "work")]
-    return shape == _TARGET_SHAPE and all(
-        isinstance(each, Name)
-        and each.name.lower() not in scope.locals
-        and (scope.datum(each.name) is not None or each.name.lower() in PREDEFINED)
-        for each in names
-    )
-
-
-def _add(call: Call, parts: Mapping[str, Expression], scope: Scope, code: RoutineCode, task: MachineTask) -> None:
-    if code.batches is None:
-        code.batches = Batches(file=task.file_number(scope.file), verb=_VERBS["movel"])
-    words = {part: _word(parts[part]) for part in ("speed", "zone", "tool", "work")}
-    looks = {part: task.look(word, scope) for part, word in words.items()}
-    code.batches.add(
-        len(code.steps), call.line, cast("Literal", parts["target"]).value,
-        speed=(words["speed"], looks["speed"]), zone=(words["zone"], looks["zone"]),
-        held=(words["tool"], looks["tool"], task.name_number(words["tool"])),
-        work=(words["work"], looks["work"], task.name_number(words["work"])),
-    )  # fmt: skip
 
 
 def _line_step(

@@ -194,7 +194,7 @@ def _book(
         float(order.work_name), float(frame), begin, end, length,
     ))  # fmt: skip
     for trigger in triggers:
-        _pull(state, trigger, begin=begin, end=end, length=length)
+        pull(state, trigger, move=log.count, begin=begin, end=end, length=length)
     log.count += 1
     motion.end, motion.entry = end, end - rounded
     motion.legs = (*motion.legs[-1:], Leg(begin, end, tips, joints))
@@ -209,7 +209,12 @@ def begins(state: State) -> float:
     return max(state.clock, motion.end)
 
 
-def _pull(state: State, trigger: object, *, begin: float, end: float, length: float) -> None:
+def pull(state: State, trigger: object, *, move: int, begin: float, end: float, length: float) -> None:
+    """Plan what a trigger switches along a move of this number.
+
+    Raises:
+        Fault: it is none.
+    """
     if not isinstance(trigger, Trigger):
         fault("ERR_ARGVALERR", "a move pulls a trigger that nothing has defined")
     asked = trigger.switching
@@ -221,7 +226,7 @@ def _pull(state: State, trigger: object, *, begin: float, end: float, length: fl
     moment = min(max(moment - trigger.lead, begin), end)
     state.plan(
         Switching(
-            moment, asked.signal, asked.value, asked.file, asked.line, state.log.count, asked.distance,
+            moment, asked.signal, asked.value, asked.file, asked.line, move, asked.distance,
             asked.from_start, asked.flow, asked.lag, asked.dip_lag,
         )
     )  # fmt: skip

@@ -203,6 +203,7 @@ def _plain(value: object) -> Value | None:
 def _moves(state: State) -> Moves:
     rows = state.log.rows()
     whole = rows[:, [0, 1, 2, 17, 18, 19]].astype(np.int64)
+    whole.setflags(write=False)
     frames = list(state.log.frames) or [IDENTITY]
     rotations = transforms.rotation_of(np.array([turn for _, turn in frames]))
     return Moves(

@@ -185,7 +185,12 @@ class Log:
             if last is not None and sum(map(len, found)) >= last:
                 break
         whole = np.concatenate(found[::-1]) if found else np.empty((0, ROW))
-        return whole if last is None else whole[-last:]
+        if last is not None:
+            return whole[-last:]
+        # Nothing changes it any more, so that it need not be there twice.
+        whole.setflags(write=False)
+        self.closed = [whole]
+        return whole
 
 
 @final

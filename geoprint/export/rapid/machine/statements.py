@@ -19,24 +19,29 @@ from geoprint.export.rapid.language.syntax import (
     Leave,
     Name,
     Routine,
+    Series,
     Statement,
     Test,
     Value,
     While,
 )
-from geoprint.export.rapid.machine.calls import binder, by_reference
+from geoprint.export.rapid.machine.calls import binder, by_reference, late_call
 from geoprint.export.rapid.machine.code import RoutineCode, Scope, Step
 from geoprint.export.rapid.machine.expressions import compiled, operand, reference
 from geoprint.export.rapid.machine.instruction_calls import compile_instruction
 from geoprint.export.rapid.machine.instructions import INSTRUCTIONS
-from geoprint.export.rapid.machine.move_calls import MOVES, compile_move
-from geoprint.export.rapid.machine.state import Reference, Slot, State
+from geoprint.export.rapid.machine.move_calls import MOVES, compile_move, compile_series, compile_trigger
+from geoprint.export.rapid.machine.state import Reference, State
 from geoprint.export.rapid.machine.stepping import enter, leave, raise_on
 from geoprint.export.rapid.machine.values.faults import fault, unknown
 from geoprint.export.rapid.machine.values.records import array_of, initial, stored
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.task import MachineTask
+
+
+# Instructions that define a trigger, and do nothing else.
+_TRIGGERS = frozenset({"triggio", "triggequip", "triggspeed"})
 
 
 @final
@@ -120,8 +125,9 @@ class _Compiler:
 
     def _statement(self, statement: Statement) -> None:
         makers: dict[type, Callable[[Any], None]] = {
-            Call: self._call, Assignment: self._assignment, If: self._if, Test: self._test, For: self._for,
-            While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark, Connect: self._connect,
+            Call: self._call, Series: self._series, Assignment: self._assignment, If: self._if, Test: self._test,
+            For: self._for, While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark,
+            Connect: self._connect,
         }  # fmt: skip
         makers[type(statement)](statement)
 
@@ -301,7 +307,8 @@ class _Compiler:
 
     def _call(self, statement: Call) -> None:
         if statement.late is not None:
-            self._late_call(statement, statement.late)
+            run = compiled(statement.late, self._scope).run
+            self.emit(late_call(statement, run, self._scope), statement.line)
             return
         name = statement.name.lower()
         routine = self._scope.routine(name)
@@ -309,10 +316,21 @@ class _Compiler:
             self._own_call(statement, routine)
         elif name in MOVES:
             compile_move(statement, self._scope, code=self._code, task=self._task, emit=self.emit)
+        elif name in _TRIGGERS:
+            compile_trigger(statement, self._scope, code=self._code, task=self._task, emit=self.emit)
         elif name in INSTRUCTIONS:
             self.emit(compile_instruction(statement, self._scope), statement.line)
         else:
             unknown(self._scope.file, statement.line, f"{statement.name} is no instruction that this machine knows")
+
+    def _series(self, series: Series) -> None:
+        if all(
+            name in MOVES and self._scope.routine(name) is None for name in {one.name.lower() for one in series.kinds()}
+        ):
+            compile_series(series, self._scope, code=self._code, task=self._task, emit=self.emit)
+            return
+        for call in series.calls():
+            self._call(call)
 
     def _own_call(self, statement: Call, routine: RoutineCode) -> None:
         bind = binder(routine, statement.arguments, self._scope, line=statement.line)
@@ -321,22 +339,5 @@ class _Compiler:
             if routine.file not in state.loaded:
                 fault("ERR_REFUNKPRC", f"{routine.name} is called, but {routine.file} is not loaded")
             enter(state, routine, bind(state))
-
-        self.emit(call, statement.line)
-
-    def _late_call(self, statement: Call, late: Expression) -> None:
-        run, scope = compiled(late, self._scope).run, self._scope
-        binders: dict[str, Callable[[State], list[Slot]]] = {}
-
-        def call(state: State) -> None:
-            name = cast("str", run(state)).rpartition(":")[2].lower()
-            routine = state.routines.get(name)
-            if routine is None:
-                fault("ERR_REFUNKPRC", f"there is no procedure {name} in a module that is loaded")
-            if routine.kind != "PROC":
-                fault("ERR_CALLPROC", f"{name} is no procedure")
-            if name not in binders:
-                binders[name] = binder(routine, statement.arguments, scope, line=statement.line)
-            enter(state, routine, binders[name](state))
 
         self.emit(call, statement.line)

@@ -106,7 +106,8 @@ def _handle(state: State, error: Fault) -> None:
         start = -1 if frame.failed >= 0 else _handler(state, frame, error.number)
         if start >= 0:
             frame.failed, frame.pc = frame.pc - 1, start
-            state.error = error
+            # Its traceback holds the state, which would hold itself.
+            state.error = error.with_traceback(None)
             return
         if frame.failed >= 0 or len(frames) == 1:
             break

@@ -174,6 +174,25 @@ def test_what_nobody_handles_ends_the_program_where_it_stands() -> None:
     assert ran('IF TRUE THEN EXIT; ENDIF TPWrite "never";').ended == "exit"
 
 
+@pytest.mark.parametrize(
+    ("call", "word"),
+    [
+        ('%"two"% 1,2;', "two"),
+        ('%"two"% 1;', "called wrongly"),
+        ('%"two"% 1,2,3;', "called wrongly"),
+        ('%"two"% 1\\c:=2;', "called wrongly"),
+        ('%"half"% 1;', "called wrongly"),
+        ('%"three"% 1,2;', "unknown"),
+    ],
+)
+def test_a_late_call_of_what_does_not_fit_is_an_error_of_the_program(call: str, word: str) -> None:
+    declared = (
+        f'PROC two(num a,num b)\nTPWrite "two";\nENDPROC\n{DECLARED}PROC caller()\n{call}\nERROR\n'
+        'IF ERRNO=ERR_CALLPROC TPWrite "called wrongly";\nIF ERRNO=ERR_REFUNKPRC TPWrite "unknown";\nTRYNEXT;\nENDPROC'
+    )
+    assert shown(ran("caller;", declared=declared)) == [word]
+
+
 def test_an_error_in_a_handler_is_nobodys() -> None:
     declared = "PROC bad()\nRAISE 5;\nERROR\nRAISE 1/0;\nENDPROC"
     found = ran("bad;\nERROR TRYNEXT;", declared=declared)

@@ -1,0 +1,149 @@
+"""Do the tests notice when the code is wrong? Small changes, each against the tests that reach it.
+
+    python -m benchmarks.mutants [MODULE ...] [--seed N] [--count N] [--tests PATH ...] [--limit S] [--smoke]
+
+A MODULE is a file or folder of the package, such as geoprint/motion/collision; without any, the rooms that keep people
+safe. Of each file a number of mutants is drawn (`syntax`, `templates`) and tried in a copy of the tree (`trying`)
+against the tests that reach the changed line (`reaching`), the quickest first, as many as fit into half of the limit.
+Outcomes are kept by content, so that only what has changed is tried again. Mutation tools of others change the tree in
+place and try every mutant on the whole suite, or leave out what is decorated, constants and texts; here one is tried
+in a second or two. What survives is either no fault (an equivalent, a mere matter of cost) or a test that is missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import tempfile
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from benchmarks.mutants.reaching import READ_BY, Record, reaching_tests, records
+from benchmarks.mutants.syntax import Mutant, mutants_of
+from benchmarks.mutants.templates import mutants_of_text
+from benchmarks.mutants.trying import KILLED, SURVIVED, UNSEEN, Outcome, Trial, tried
+from benchmarks.parts.tables import row, table
+
+ROOT = Path(__file__).parents[2]
+SAFETY = (
+    "geoprint/motion/collision", "geoprint/motion/controller", "geoprint/motion/timing", "geoprint/export/rapid",
+    "geoprint/config/cell_file.py", "geoprint/pipeline/workpiece.py",
+)  # fmt: skip
+# Tests of other rooms that hold a module besides those of its own.
+BESIDES = {
+    "geoprint/motion": ("tests/benchmarks/test_collisions.py",),
+    "geoprint/export": ("tests/pipeline/test_checking.py", "tests/benchmarks/test_destruction.py"),
+    "geoprint/config": ("tests/cli", "tests/pipeline/test_cell_writer.py"),
+    "geoprint/pipeline/workpiece.py": ("tests/motion/test_other_arms.py",),
+    "geoprint/account": ("tests/pipeline/test_comparison.py",),
+    "geoprint/paths": ("tests/pipeline/test_travel.py",),
+}
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("modules", nargs="*", metavar="MODULE", help="files or folders of the package")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the draw")
+    parser.add_argument("--count", type=int, default=20, metavar="N", help="mutants of each file")
+    parser.add_argument("--all-together", action="store_true", help="that many of all files together")
+    parser.add_argument("--tests", nargs="*", metavar="PATH", help="files or folders of tests that are recorded")
+    parser.add_argument("--limit", type=float, default=120.0, metavar="S", help="seconds that a mutant may take")
+    parser.add_argument("--smoke", action="store_true", help="two mutants of one small module")
+    arguments = parser.parse_args()
+    modules = ["geoprint/motion/collision/sides.py"] if arguments.smoke else arguments.modules or SAFETY
+    tests: list[str] | None = ["tests/motion/collision/test_sides.py"] if arguments.smoke else arguments.tests
+    count: int = 2 if arguments.smoke else arguments.count
+    chosen = drawn(modules, seed=arguments.seed, count=count, together=arguments.all_together)
+    for line in table("file", "line", "change", "outcome", "by"):
+        print(line, flush=True)
+    outcomes: list[Outcome] = []
+    with tempfile.TemporaryDirectory(dir=ROOT.parent, prefix="mutants-") as scratch:
+        trials = trials_of(chosen, tests=tests, seconds=arguments.limit / 2)
+        for outcome in tried(
+            ROOT, trials, scratch=Path(scratch), limit=arguments.limit, processors=os.cpu_count() or 1
+        ):
+            outcomes.append(outcome)
+            mutant = outcome.mutant
+            print(row(mutant.file, str(mutant.line), mutant.what[:160], outcome.verdict, outcome.why), flush=True)
+    for line in summary(outcomes):
+        print(line)
+
+
+def drawn(modules: Iterable[str], *, seed: int, count: int, together: bool) -> list[Mutant]:
+    """Return mutants of files, or of the files below folders: so many of each, or of all together."""
+    every = [every_mutant(file) for file in _files(modules)]
+    if together:
+        every = [[mutant for mutants in every for mutant in mutants]]
+    return [one for mutants in every for one in random.Random(seed).sample(mutants, min(count, len(mutants)))]  # noqa: S311
+
+
+def every_mutant(file: str) -> list[Mutant]:
+    """Return all mutants of a module or template."""
+    text = (ROOT / file).read_text(encoding="utf-8")
+    return mutants_of(file, text) if file.endswith(".py") else mutants_of_text(file, text)
+
+
+def trials_of(mutants: Iterable[Mutant], *, tests: list[str] | None, seconds: float) -> Iterator[Trial]:
+    """Yield mutants with the tests that reach them, the quickest first, as many as take so many seconds together."""
+    known: dict[str, list[Record]] = {}
+    for mutant in mutants:
+        module = READ_BY.get(mutant.file, mutant.file)
+        if module not in known:
+            known[module] = records(ROOT, _test_files(tests or _tests_beside(module)), module=module)
+        source = (ROOT / mutant.file).read_text(encoding="utf-8")
+        every = reaching_tests(mutant.line, module=mutant.file, source=source, known=known[module])
+        took = {test: second for record in known[module] for test, second in record.seconds.items()}
+        fitting: list[str] = []
+        for test in every:
+            if fitting and sum(took[each] for each in fitting) + took[test] > seconds:
+                break
+            fitting.append(test)
+        yield Trial(mutant, tuple(fitting), len(every) - len(fitting))
+
+
+def summary(outcomes: list[Outcome]) -> Iterator[str]:
+    """Yield how many mutants of each file were killed, of those that were looked at."""
+    counts = Counter((outcome.mutant.file, outcome.verdict) for outcome in outcomes)
+    yield from table("file", KILLED, SURVIVED, UNSEEN, "share killed")
+    files = sorted({file for file, _ in counts})
+    for file in [*files, "all"]:
+        found = [
+            sum(counts[each, verdict] for each in (files if file == "all" else [file]))
+            for verdict in (KILLED, SURVIVED, UNSEEN)
+        ]
+        yield row(file, *map(str, found), f"{100 * found[0] / max(sum(found), 1):.0f} %")
+
+
+def _files(modules: Iterable[str]) -> list[str]:
+    """Return modules and templates at or below paths of the tree."""
+    found: list[str] = []
+    for module in modules:
+        path = ROOT / module
+        files = sorted(path.rglob("*.py")) if path.is_dir() else [path]
+        files += [ROOT / file for file in READ_BY if path.is_dir() and (ROOT / file).is_relative_to(path)]
+        found += [str(file.relative_to(ROOT)) for file in files if file.name != "__init__.py"]
+    return found
+
+
+def _tests_beside(module: str) -> list[str]:
+    """Return the tests of a module's room, the nearest folder of tests, and those that hold it besides."""
+    parts = Path(module).parts[1:-1]
+    while not (ROOT / "tests" / Path(*parts)).is_dir():
+        parts = parts[:-1]
+    besides = [test for place, tests in BESIDES.items() if module.startswith(place) for test in tests]
+    return [str(Path("tests", *parts)), *besides]
+
+
+def _test_files(paths: Iterable[str]) -> list[str]:
+    found: list[str] = []
+    for path in paths:
+        files = sorted((ROOT / path).rglob("test_*.py")) if (ROOT / path).is_dir() else [ROOT / path]
+        found += [str(file.relative_to(ROOT)) for file in files]
+    return list(dict.fromkeys(found))
+
+
+if __name__ == "__main__":
+    main()
