@@ -77,7 +77,8 @@ def test_all_are_even_enough_up_to_two_percent_and_two_fragments(told: PlannedRe
     rows = [like(told, "a"), like(told, "b")]
     enough = " All of them are even enough to print."
     assert verdict("part", [*rows, like(told, "c", cv=0.02, fragments=2)])[0].endswith(enough)
-    for worst in (like(told, "c", cv=0.0201), like(told, "c", cv=0.02, fragments=3)):
+    holes = like(told, "c", cv=0.015, gap=0.03)
+    for worst in (like(told, "c", cv=0.0201), like(told, "c", cv=0.02, fragments=3), holes):
         assert enough not in verdict("part", [*rows, worst])[0]
     # Where all are alike to the last digit there is nothing to choose.
     assert enough not in verdict("part", rows)[0]

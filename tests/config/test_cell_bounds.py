@@ -190,10 +190,11 @@ def test_a_range_has_two_ends_and_an_obstacle_three_sides() -> None:
 
 
 def test_what_is_left_out_is_nothing_or_what_the_packaged_cell_says() -> None:
-    left_out = dict.fromkeys(["robot.target_period_ms", "tool.inertia_rpy_deg", "work.demo_rpy_deg"], None)
+    left_out = dict.fromkeys(["robot.target_period_ms", "tool.inertia_rpy_deg"], None)
     found = cell(left_out | dict.fromkeys(["flood.joints_deg", "search.motion", "search.limits"], None))
     assert (found.robot.target_period_ms, found.robot.flange) == (20.0, "tool0")
-    assert found.tool.inertia_rpy_deg == found.work.demo_rpy_deg == [0.0, 0.0, 0.0]
+    assert found.tool.inertia_rpy_deg == [0.0, 0.0, 0.0]
+    assert found.work.demo_rpy_deg is None
     signals = found.signals
     lags = (signals.valve_open_s, signals.valve_close_s, signals.uv_lead_s, signals.uv_tail_s, signals.flow_lag_s)
     assert lags == (0.0,) * 5

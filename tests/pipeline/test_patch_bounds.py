@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geoprint.config import PatchRegion
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.pipeline import PatchChoice, cut_patch
 from geoprint.pipeline.patches import choice_of
@@ -125,6 +125,15 @@ def test_the_outside_is_that_of_the_piece_on_which_the_patch_lies(far: float, ki
     assert signed_volume(patch.body) > 0.0
     middles = patch.surface.vertices[patch.surface.faces].mean(axis=1) - by
     assert np.einsum("mx,mx->m", face_normals(patch.surface), middles).min() > 0.0
+
+
+def test_a_box_alone_on_a_body_of_several_pieces_is_refused_and_pointed_to_a_point() -> None:
+    both = united([BALL, moved(BALL, 100.0, 0.0, 0.0)])
+    with pytest.raises(MeshError, match=r"consists of 2 pieces.*cut a patch out by a point on it \(`--at`\)"):
+        cut_patch(both, chosen(box=[[115.0, -30.0, -30.0], [125.0, 30.0, 30.0]]))
+    # A cap that is 5 mm high.
+    patch = cut_patch(both, chosen((120.0, 0.0, 0.0), box=[[115.0, -30.0, -30.0], [125.0, 30.0, 30.0]]))
+    assert area(patch) == pytest.approx(2.0 * np.pi * 20.0 * 5.0, rel=0.01)
 
 
 @pytest.mark.parametrize("vertex", [6, 14, 15])

@@ -181,7 +181,7 @@ def test_a_part_stands_as_it_is_placed_else_with_its_mean_normal_up(tmp_path: Pa
     tilted = saved(tmp_path, Surface(PLATE.vertices @ lean.T, PLATE.faces))
     free = prepared(tilted).upright
     np.testing.assert_allclose(free, lean.T, atol=1e-9)
-    turned = cell(tmp_path, ("demo_rpy_deg = [0, 0, 0]", "demo_rpy_deg = [0, 0, 30]"))
+    turned = cell(tmp_path, ("# demo_rpy_deg = [0, 0, 0]", "demo_rpy_deg = [0, 0, 30]"))
     placed = prepared(tilted, robot=True, place="demo", cell=turned)
     np.testing.assert_allclose(placed.upright, rotation_about(2, np.pi / 6.0) @ free, atol=1e-9)
 

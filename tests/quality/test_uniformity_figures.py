@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from geoprint.errors import FieldError
+from geoprint.errors import FieldError, InputError
 from geoprint.model import Surface
 from geoprint.quality import Uniformity, uniformity
 from geoprint.surfaces import united
@@ -99,6 +101,15 @@ def test_worst_places_are_more_than_two_spacings_apart_and_as_many_as_asked() ->
     far = given([1.1, 0.5, 1.3], levels=[1, 2, 3])
     assert far.worst(2) == (((10.0, 0.0, 0.0), 2, 0.5), ((20.0, 0.0, 0.0), 3, 1.3))
     assert far.worst(0) == ()
+    # A fifth too far is worse than a seventh too near.
+    assert [place.ratio for place in given([0.86, 1.2]).worst(2)] == [1.2, 0.86]
+
+
+def test_samples_that_do_not_belong_together_are_refused_and_the_others_are_held() -> None:
+    found = given([1.0, 1.1])
+    assert not found.ratios.flags.writeable
+    with pytest.raises(InputError, match="widths"):
+        replace(found, widths=np.ones(3))
 
 
 def rows(*heights: float, levels: list[int]) -> Uniformity:
