@@ -314,13 +314,22 @@ def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_
         run=3, kind="dip", place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
         limit="acceleration",
     )  # fmt: skip
-    trajectory = replace(planned.robot[0].trajectory, slowdowns=(replace(slow, run=1, held_speed=9.0), slow))
+    slowdowns = replace(slow, run=1, held_speed=9.0), slow
+    trajectory = replace(planned.robot[0].trajectory, slowdowns=slowdowns, share_at_speed=0.6, share_on_ramps=0.125)
     slower = replace(planned, robot=(replace(planned.robot[0], trajectory=trajectory),))
     told = record_plan(slower)
     assert "run 4 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 more by less" in outcome_text(
         told
     )
-    listed = as_json(told.robot[0].motion)["slowdowns"]
+    said, motion = outcome_text(told), told.robot[0].motion
+    assert (
+        "60.0% of the deposit within 1 % of the set speed, 20 mm/s (the rest: joint accelerations 27.5%, ramps" in said
+    )
+    assert motion.share_slowed is not None
+    assert (motion.share_slowed.speed, motion.share_slowed.acceleration) == (0.0, 0.275)
+    assert motion.largest_even_speed_mm_s is not None
+    assert f"; all but the ramps would hold {motion.largest_even_speed_mm_s:.1f} mm/s; run 4 dips" in said
+    listed = as_json(motion)["slowdowns"]
     assert isinstance(listed, list)
     assert listed[1] == {
         "run": 3, "kind": "dip", "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,

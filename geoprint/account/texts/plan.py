@@ -126,10 +126,11 @@ def _pace_text(told: MotionRecord, *, speed: float) -> str:
             "targets of bends": slowed.targets,
         }
     line = f"speed: {told.share_at_speed:.1%} of the deposit within 1 % of the set speed, {speed:g} mm/s"
-    rest = ", ".join(f"{cause} {share:.1%}" for cause, share in causes.items() if share >= NOTABLE_SHARE)
+    listed = sorted(causes.items(), key=lambda each: -each[1])
+    rest = ", ".join(f"{cause} {share:.1%}" for cause, share in listed if share >= NOTABLE_SHARE)
     line += f" (the rest: {rest})" if rest else ""
     if told.largest_even_speed_mm_s is not None:
-        line += f"; all but the ramps holds {told.largest_even_speed_mm_s:.1f} mm/s"
+        line += f"; all but the ramps would hold {told.largest_even_speed_mm_s:.1f} mm/s"
     if not told.slowdowns:
         return line
     worst = min(told.slowdowns, key=lambda slowdown: slowdown.held_mm_s)

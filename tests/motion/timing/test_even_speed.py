@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.model import FloatArray, JointPath, Slowdown, Trajectory
-from geoprint.motion.timing import Slowed, largest_even_speed, retime, slowed_shares
+from geoprint.motion.timing import Slowed, largest_even_speed, retime, slowed_shares, timed_targets
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import line, stream
+from tests.motion.timing.test_spacing import hairpin
 
 CELL = bent_cell()
 ROBOT, PROCESS = CELL.robot, CELL.process
@@ -93,6 +94,17 @@ def test_targets_of_a_bend_bound_the_speed_too() -> None:
     assert even_speed(path) > 20.0
     assert even_speed(path, slowdowns=(slowdown(0, "targets", length=50.0, kind="lowered", held=7.5),)) == 7.5
     assert even_speed(path, slowdowns=(slowdown(0, "speed", length=50.0, kind="lowered", held=7.5),)) > 20.0
+
+
+def test_the_speed_that_targets_allow_leaves_nothing_to_lower_and_a_higher_one_does() -> None:
+    path = hairpin(4.0)
+    slower = timed_targets(path, ROBOT, process=PROCESS).trajectory.slowdowns
+    assert [each.limit for each in slower] == ["targets"]
+    largest = even_speed(path, slowdowns=slower)
+    found = timed_targets(path, ROBOT, process=replace(PROCESS, speed=largest)).trajectory
+    assert found.slowdowns == ()
+    assert found.share_at_speed + found.share_on_ramps == pytest.approx(1.0, abs=1e-6)
+    assert timed_targets(path, ROBOT, process=replace(PROCESS, speed=1.2 * largest)).trajectory.slowdowns
 
 
 def test_what_is_not_at_speed_is_shared_out_by_length_and_limit() -> None:
