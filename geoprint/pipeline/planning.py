@@ -45,9 +45,8 @@ from geoprint.motion.reach import Leaning, NozzleRoom, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.paths import arrange
 from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of, with_backend
-from geoprint.pipeline.orienting import placed
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.standing import pose_stream, with_flow_of
+from geoprint.pipeline.standing import placed, pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
 from geoprint.results import Laid, Layer, Plan, RobotPlan, Workpiece

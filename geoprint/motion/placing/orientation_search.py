@@ -130,7 +130,7 @@ def search_orientation(
         the less tilted, then the less turned.
     """
     samples = sample_poses(poses, T_base_work=T_fixture_work)
-    judge = _Judge(samples, arm, rows=judged_samples(samples.Ts_base_tool), scene=scene)
+    judge = _OrientationJudge(samples, arm, rows=judged_samples(samples.Ts_base_tool), scene=scene)
     stands = list(_grid(position))
     judged = [(stand, tilt, judge.margin(stand)) for stand, tilt in stands if scene.room.permits(stand)]
     hopeful = [(stand, tilt, margin) for stand, tilt, margin in judged if margin > 0.0]
@@ -167,7 +167,7 @@ def _grid(position: FloatArray) -> Iterator[tuple[Stand, float]]:
 
 
 @final
-class _Judge:
+class _OrientationJudge:
     """Judges stands on samples of a stream, each at the turn about the nozzle that suits it best."""
 
     def __init__(self, samples: PoseSamples, arm: Arm, *, rows: IntArray, scene: Scene) -> None:

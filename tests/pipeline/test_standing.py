@@ -14,10 +14,10 @@ from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, LimitError, PlanError, ReachError
 from geoprint.model import Placement
 from geoprint.motion.placing import OrientationSearch, Oriented, Stand, demo_placement
-from geoprint.pipeline import orienting, plan
-from geoprint.pipeline.orienting import Chain, placed
+from geoprint.pipeline import plan, standing
 from geoprint.pipeline.planning import cover
 from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.standing import Chain, placed
 from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.results import Plan
 from geoprint.surfaces.files import save_ply
@@ -94,7 +94,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Stand], None]:
         def search(*_: object, **__: object) -> OrientationSearch:
             return OrientationSearch(found, 77, 3)
 
-        monkeypatch.setattr(orienting, "search_orientation", search)
+        monkeypatch.setattr(standing, "search_orientation", search)
 
     return use
 
@@ -102,7 +102,7 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Stand], None]:
 def test_what_is_printed_with_its_mean_normal_up_stays_and_costs_nothing(
     paths: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delattr(orienting, "search_orientation")
+    monkeypatch.delattr(standing, "search_orientation")
     placement = paths.workpiece.placement
     assert placement is not None
     assert placed(paths, placement, STAGE, chain=serving) is paths
@@ -135,7 +135,7 @@ def test_the_first_orientation_that_serves_is_taken_and_says_why_those_before_we
 def test_what_no_orientation_mends_is_refused_at_once(
     paths: Plan, error: PlanError, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delattr(orienting, "search_orientation")
+    monkeypatch.delattr(standing, "search_orientation")
     placement = paths.workpiece.placement
     assert placement is not None
     with pytest.raises(type(error)) as refused:
