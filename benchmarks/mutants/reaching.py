@@ -82,7 +82,8 @@ def reaching_tests(line: int, *, module: str, source: str, known: Iterable[Recor
         lines = record.lines.get(reached_file, {})
         nodes = {node for tests in lines.values() for node in tests} if anywhere else set(lines.get(str(line), []))
         direct |= {node: record.seconds[node] for node in nodes if node in record.seconds}
-        if any(node.endswith(SET_UP) for node in nodes):
+        # Who only reads a constant reaches no line.
+        if (anywhere and nodes) or any(node.endswith(SET_UP) for node in nodes):
             shared |= record.seconds
     later = {node: took for node, took in shared.items() if node not in direct}
     return [*sorted(direct, key=direct.__getitem__), *sorted(later, key=later.__getitem__)]

@@ -134,3 +134,11 @@ def test_nothing_is_inside_of_what_is_open() -> None:
     roofless = Surface(vertices=hall.vertices, faces=hall.faces[:-2], name="hall")
 
     assert check(run_of(pointing_down(LINE)), roofless).tip_margin == pytest.approx(0.3, abs=1e-6)
+
+
+def test_no_distance_at_all_may_be_asked_for() -> None:
+    found = check_placements(
+        run_of(pointing_down(LINE)), tool=CELL.tool, process=replace(CELL.process, clearance=0.0), standoff=0.3,
+        part=plate(), body=None, obstacles=(), T_work_base=np.eye(4),
+    )  # fmt: skip
+    assert found.kept == 0.0

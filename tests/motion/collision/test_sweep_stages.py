@@ -197,3 +197,16 @@ def test_a_rounded_corner_is_asked_in_the_middle_of_each_hundredth_of_a_millimet
 def test_what_the_check_may_need_beyond_the_kept_distance_is_75_micrometres() -> None:
     """Half a movement and half a distance across of 10 um each, reaches rounded up by 10 um, shapes larger by 45 um."""
     assert pytest.approx(0.010 + 0.010 + 0.010 + 0.045) == ALLOWANCE
+
+
+@pytest.mark.parametrize("row", [0, 5, 30, 44])
+def test_a_tip_that_dips_within_a_block_is_found_although_it_is_not_inflated_downwards(row: int) -> None:
+    tip = Solid("tip", start=np.zeros(3), end=np.array([0.0, 0.0, -20.0]), start_radius=RADIUS, end_radius=RADIUS,
+                reach_below=0.0)  # fmt: skip
+    tips = np.column_stack([np.linspace(0.0, 4.4, 45), np.zeros(45), np.full(45, 1.0)])
+    tips[row, 2] = 0.0
+    placements = run_of(pointing_down(tips), deposit=np.zeros(45, dtype=np.bool_))
+    for top, found in ((0.1, True), (-0.1, False)):
+        post = block((tips[row, 0] - HALF, -HALF, -5.0), (tips[row, 0] + HALF, HALF, top), name="post")
+        world = CollisionWorld(InflatedSolids((tip,), kept=(0.0,)), targets=(mesh_target(post, role="body"),))
+        assert (find_hits(world, placements) is not None) == found

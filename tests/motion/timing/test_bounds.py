@@ -18,7 +18,7 @@ from geoprint.motion.timing.slowdown import (
 from geoprint.motion.timing.topp import Motion
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arm_of, solved, stream
-from tests.motion.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed
+from tests.motion.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed, wave
 
 
 def turning(share: float) -> FloatArray:
@@ -118,3 +118,10 @@ def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_t
     assert profile.arcs[0] == pytest.approx(20.0, abs=1e-6)
     np.testing.assert_allclose(np.diff(profile.tips[:, 0]), profile.lengths[:-1], atol=1e-6)
     np.testing.assert_allclose(profile.wanted, 20.0)
+
+
+def test_the_lowest_dip_is_the_slowest_speed_of_the_deposit_off_the_ramps() -> None:
+    found = timed(made(wave(0.06)), "follow")
+    assert len(found.slowdowns) > 3
+    assert min(dip.held_speed for dip in found.slowdowns) == pytest.approx(found.slowest_deposit)
+    assert all(dip.held_speed < 0.99 * 20.0 for dip in found.slowdowns)
