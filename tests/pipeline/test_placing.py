@@ -109,4 +109,5 @@ def test_a_tilt_beyond_a_right_angle_is_refused(part: Path) -> None:
 
 def test_a_turned_demonstration_is_read_from_the_cell(tmp_path: Path) -> None:
     cell = load_cell(cell_file(tmp_path, (TURN, "demo_rpy_deg = [0, 0, 90]")))
+    assert cell.demo_rotation is not None
     np.testing.assert_allclose(cell.demo_rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)

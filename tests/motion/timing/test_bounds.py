@@ -8,17 +8,17 @@ import pytest
 from geoprint.model import FloatArray, Robot, Slowdown
 from geoprint.motion.timing.knots import Knots, path_knots
 from geoprint.motion.timing.slowdown import (
+    Hold,
     _held,  # pyright: ignore[reportPrivateUsage]
-    _Hold,  # pyright: ignore[reportPrivateUsage]
-    _inner,  # pyright: ignore[reportPrivateUsage]
     _Profile,  # pyright: ignore[reportPrivateUsage]
     held_after_dips,
+    off_ramps,
     stepped,
 )
 from geoprint.motion.timing.topp import Motion
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arm_of, solved, stream
-from tests.motion.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed, wave
+from tests.motion.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed
 
 
 def turning(share: float) -> FloatArray:
@@ -41,20 +41,20 @@ def test_a_dip_below_99_percent_is_listed_with_its_place_and_one_above_is_not() 
 
 def test_twice_the_ideal_ramp_at_each_stop_is_no_dip_and_neither_is_the_first_or_the_last_step() -> None:
     grid = np.arange(11.0)
-    assert np.flatnonzero(_inner(grid, ramps=(1.0, 1.5))).tolist() == [2, 3, 4, 5, 6]
-    assert np.flatnonzero(_inner(grid, ramps=(0.0, 0.0))).tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
-    assert not _inner(grid, ramps=(3.0, 3.0)).any()
+    assert np.flatnonzero(off_ramps(grid, ramps=(1.0, 1.5))).tolist() == [2, 3, 4, 5, 6]
+    assert np.flatnonzero(off_ramps(grid, ramps=(0.0, 0.0))).tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert not off_ramps(grid, ramps=(3.0, 3.0)).any()
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
 def test_all_legs_of_a_run_hold_what_the_worst_of_their_laying_steps_off_the_ramps_holds(
     order: tuple[int, ...],
 ) -> None:
-    def leg(first: int, factors: list[float], *, laid: tuple[bool, ...] = (True,) * 6) -> _Hold:
+    def leg(first: int, factors: list[float], *, laid: tuple[bool, ...] = (True,) * 6) -> Hold:
         every = np.zeros((6, 12))
         every[:, 7] = factors
         every[:, 1] = 0.5
-        return _Hold(first, np.arange(7.0), np.array(laid), every, (0.5, 0.5))
+        return Hold(first, np.arange(7.0), np.array(laid), every, (0.5, 0.5))
 
     legs = [
         leg(10, [9.0, 1.0, 1.1, 1.0, 1.0, 9.0]),
@@ -69,7 +69,7 @@ def test_all_legs_of_a_run_hold_what_the_worst_of_their_laying_steps_off_the_ram
 
 
 def test_legs_that_need_nothing_hold_the_whole_speed() -> None:
-    leg = _Hold(0, np.arange(7.0), np.ones(6, np.bool_), np.full((6, 12), 0.7), (0.5, 0.5))
+    leg = Hold(0, np.arange(7.0), np.ones(6, np.bool_), np.full((6, 12), 0.7), (0.5, 0.5))
     assert _held([leg])[0] == 1.0
 
 
@@ -118,10 +118,3 @@ def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_t
     assert profile.arcs[0] == pytest.approx(20.0, abs=1e-6)
     np.testing.assert_allclose(np.diff(profile.tips[:, 0]), profile.lengths[:-1], atol=1e-6)
     np.testing.assert_allclose(profile.wanted, 20.0)
-
-
-def test_the_lowest_dip_is_the_slowest_speed_of_the_deposit_off_the_ramps() -> None:
-    found = timed(made(wave(0.06)), "follow")
-    assert len(found.slowdowns) > 3
-    assert min(dip.held_speed for dip in found.slowdowns) == pytest.approx(found.slowest_deposit)
-    assert all(dip.held_speed < 0.99 * 20.0 for dip in found.slowdowns)
