@@ -104,3 +104,18 @@ def test_a_joint_move_that_takes_no_time_is_given_a_tenth_of_a_second(seconds: f
     )  # fmt: skip
     text = dict(program.modules)["GeoCell.mod"]
     assert re.findall(r"num nGeo(There|Back):=([\d.]+);", text) == [("There", written), ("Back", written)]
+
+
+def test_configurations_are_followed_and_the_tip_stays_below_250_mm_s_before_anything_moves() -> None:
+    program = rapid_program(
+        orders(), cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
+        spacing=2.0,
+    )  # fmt: skip
+    guard = dict(program.modules)["GeoGuard.mod"]
+    begin = guard[guard.index("PROC GeoBegin(") : guard.index("PROC GeoKeeper(")]
+    lines = [line.strip() for line in begin.splitlines()]
+    first_move = next(number for number, line in enumerate(lines) if "Move" in line)
+    for setting in ("ConfJ\\On;", "ConfL\\On;", "SingArea\\Off;", "PDispOff;", "EOffsOff;", "VelSet 100,250;"):
+        assert setting in lines[:first_move]
+    assert "VelSet geoPct,250;" in lines[first_move:]
+    assert "\\Off;" not in guard.replace("SingArea\\Off;", "")
