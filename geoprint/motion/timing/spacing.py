@@ -12,7 +12,10 @@ from geoprint.motion.timing.retiming import retime
 from geoprint.motion.timing.slowdown import stepped
 
 # A slower run gets other targets; after so many lowerings what is still too close stays, and is listed.
-MOST_LOWERINGS = 3
+MOST_LOWERINGS = 6
+# What a run keeps of its speed at least in one lowering: the move that is far too short among these targets may be long
+# enough among those of a run that is a little slower.
+KEPT_SHARE = 0.8
 # A run is not lowered below this share of the set speed: what a ramp or a stop leaves no room for, no speed mends.
 SLOWEST_SHARE = 0.25
 
@@ -78,7 +81,7 @@ def _lowerings(found: TimedTargets, joint_path: JointPath, *, process: Process) 
             worst[bend.run] = min(bend, worst.get(bend.run, bend), key=lambda each: each.shortest)
     slower: dict[int, Slowdown] = {}
     for run, bend in worst.items():
-        held = stepped(speeds.get(run, process.speed) * bend.shortest / SHORTEST_TIME)
+        held = stepped(speeds.get(run, process.speed) * max(bend.shortest / SHORTEST_TIME, KEPT_SHARE))
         if held >= SLOWEST_SHARE * process.speed:
             slower[run] = Slowdown(
                 run=run,

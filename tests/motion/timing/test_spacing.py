@@ -51,6 +51,16 @@ def test_a_run_whose_targets_come_too_soon_is_lowered_until_they_do_not() -> Non
     np.testing.assert_allclose((lengths / np.diff(trajectory.pose_times))[middle], slow.held_speed, rtol=1e-6)
 
 
+@pytest.mark.parametrize("angle", [3.1, 5.0])
+def test_a_run_is_lowered_no_farther_than_its_targets_need(angle: float) -> None:
+    path = hairpin(angle)
+    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    (slow,) = trajectory.slowdowns
+    assert [bend for bend in targets.bends if bend.kind == "close"] == []
+    # By the shortest move among the targets of the set speed it would be 10 mm/s.
+    assert 15.0 <= slow.held_speed < 20.0
+
+
 def test_a_run_whose_targets_have_time_keeps_its_speed() -> None:
     path = hairpin(1.0)
     trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
