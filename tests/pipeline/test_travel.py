@@ -18,7 +18,10 @@ from tests.meshes import spherical_cap
 
 
 def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> PoseStream:
-    """Plan a cap whose first checks are refused, in a cell whose flow follows; return the poses."""
+    """Plan a cap whose first checks are refused, in a cell whose flow follows; return the poses.
+
+    The cell says how the cap is turned, so that no other orientation is tried.
+    """
     calls: list[int] = []
 
     def refused_at_first(*values: Any, **settings: Any) -> Clearance:
@@ -31,7 +34,8 @@ def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypat
     save_ply(spherical_cap(radius=30.0, angle=0.4, rings=8), folder / "cap.ply")
     cell = folder / "analog.toml"
     analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
-    cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog), encoding="utf-8")
+    text = packaged_cell_text("irb120-bent45").replace("# demo_rpy_deg", "demo_rpy_deg")
+    cell.write_text(text.replace('mode = "io"', analog), encoding="utf-8")
     asked = {"unit": "mm", "spacing": 3.0, "place": "demo", "max_tilt": 0.0, "cell": cell}
     return plan(job_of(surface=folder / "cap.ply", **asked)).poses
 
