@@ -10,6 +10,7 @@ from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath, frozen
 from geoprint.paths.backtracks import without_backtracks
 from geoprint.paths.corners import RoundedRun, round_corners
+from geoprint.paths.fairing import faired
 from geoprint.paths.resample import resample
 from geoprint.surfaces import arc_lengths, component_labels, normals, positions
 
@@ -50,8 +51,9 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
 
     Returns:
-        The toolpath; steps at most half a spacing and chord error at most a 500th of it, but where the tip would turn
-        sharply a 20th; corners rounded or split. Where the spacing differs, the smallest counts.
+        The toolpath; without the tremor of its strokes (`faired`), steps at most half a spacing and chord error at most
+        a 500th of it, but where the tip would turn sharply a 20th; corners rounded or split. Where the spacing differs,
+        the smallest counts.
 
     Raises:
         FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
@@ -65,11 +67,12 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
             "smaller spacing."
         )
     ordered = _piece_by_piece(runs)
+    closed = [run.closed for run in ordered]
     sampled = [
-        resample(surface, run.points, step=STEP_SHARE * spacing, chord_error=CHORD_ERROR_SHARE * spacing)
-        for run in ordered
+        resample(surface, points, step=STEP_SHARE * spacing, chord_error=CHORD_ERROR_SHARE * spacing)
+        for points in faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
     ]
-    rounded = round_corners(surface, sampled, closed=[run.closed for run in ordered], spacing=spacing, speed=speed)
+    rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
     curves = _curves(surface, rounded.pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
     return Toolpath(
         curves=curves,

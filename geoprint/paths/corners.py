@@ -22,9 +22,8 @@ from geoprint.surfaces import PolylineDistance, arc_lengths, closest, positions
 REACH_SHARE = 0.25
 CORNER_ANGLE = np.radians(30.0)
 # Largest distance between a run and the arc that rounds its corner, as a share of the spacing: what is within 5 %
-# counts as even, and neighbouring beads cut their corners alike. Below a twentieth, so that the spacing stays as even
-# as with circular arcs, which cut less beside the corner.
-FILLET_ERROR_SHARE = 1.0 / 26.0
+# counts as even, and neighbouring beads cut their corners alike. Fairing has moved the run by up to a 50th before.
+FILLET_ERROR_SHARE = 1.0 / 34.0
 # An arc reaches at most this share of the spacing along the run to either side.
 LARGEST_REACH_SHARE = 0.5
 # Samples of an arc over each half of its reach.
