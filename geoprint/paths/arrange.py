@@ -51,9 +51,8 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
 
     Returns:
-        The toolpath; without the tremor of its strokes (`faired`), steps at most half a spacing and chord error at most
-        a 500th of it, but where the tip would turn sharply a 20th; corners rounded or split. Where the spacing differs,
-        the smallest counts.
+        The toolpath, `faired`; steps at most half a spacing and chord error at most a 500th of it, but where the tip
+        would turn sharply a 20th; corners rounded or split. Where the spacing differs, the smallest counts.
 
     Raises:
         FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
@@ -68,10 +67,9 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
         )
     ordered = _piece_by_piece(runs)
     closed = [run.closed for run in ordered]
-    sampled = [
-        resample(surface, points, step=STEP_SHARE * spacing, chord_error=CHORD_ERROR_SHARE * spacing)
-        for points in faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
-    ]
+    smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
+    step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
+    sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
     curves = _curves(surface, rounded.pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
     return Toolpath(

@@ -12,14 +12,15 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.model import FloatArray, Surface, SurfacePoints
-from geoprint.surfaces import arc_lengths, closest, positions
+from geoprint.surfaces import arc_lengths, closest, edge_lengths, positions
 
-# Standard deviation of the window as a share of the spacing: above half an edge of a surface refined for it.
-WINDOW_SHARE = 0.2
+# Standard deviation of the window in mean edges, as long as a wave is at most, and its bound as a share of the spacing.
+WINDOW_EDGES = 1.0
+LARGEST_SHARE = 0.2
 # No place is moved by more than this share of the spacing: a corner stays one, and is rounded later.
 MOST_MOVED_SHARE = 1.0 / 50.0
-# Even samples for each length of one spacing, so many on each run at least.
-SAMPLES_PER_SPACING = 10
+# Even samples for each standard deviation of the window, so many on each run at least.
+SAMPLES_PER_WINDOW = 2
 FEWEST_SAMPLES = 8
 # The window ends at so many standard deviations.
 WINDOW_END = 4.0
@@ -40,8 +41,9 @@ def faired(surface: Surface, runs: list[SurfacePoints], *, closed: list[bool], s
     """
     if not runs:
         return []
+    window = min(WINDOW_EDGES * float(edge_lengths(surface).mean()), LARGEST_SHARE * spacing)
     drawn = [
-        _without_tremor(positions(surface, points), closed=ring, spacing=spacing)
+        _without_tremor(positions(surface, points), closed=ring, window=window, most=MOST_MOVED_SHARE * spacing)
         for points, ring in zip(runs, closed, strict=True)
     ]
     landed, _ = closest(surface, np.concatenate(drawn))
@@ -50,18 +52,18 @@ def faired(surface: Surface, runs: list[SurfacePoints], *, closed: list[bool], s
     return [_with_ends(part, run, closed=ring) for part, run, ring in zip(parts, runs, closed, strict=True)]
 
 
-def _without_tremor(places: FloatArray, *, closed: bool, spacing: float) -> FloatArray:
-    """Return even places along a polyline (k, 3), moved to where a window twice applied puts them [mm]."""
+def _without_tremor(places: FloatArray, *, closed: bool, window: float, most: float) -> FloatArray:
+    """Return even places along a polyline (k, 3), moved by at most so much to where a window puts them [mm]."""
     arcs = arc_lengths(places)
     length = float(arcs[-1])
-    count = max(int(np.ceil(length / spacing * SAMPLES_PER_SPACING)), FEWEST_SAMPLES)
-    deviation = WINDOW_SHARE * spacing / length * count
+    count = max(int(np.ceil(length / window * SAMPLES_PER_WINDOW)), FEWEST_SAMPLES)
+    deviation = window / length * count
     even: FloatArray = np.linspace(0.0, length, count + 1)
     line = np.column_stack([np.interp(even, arcs, places[:, i]) for i in range(3)])
     once = _windowed(line, deviation, closed=closed)
     moved = 2.0 * once - _windowed(once, deviation, closed=closed) - line
     # Smoothly bounded: a sudden bound would bend the run where it begins.
-    far = np.linalg.norm(moved, axis=1, keepdims=True) / (MOST_MOVED_SHARE * spacing)
+    far = np.linalg.norm(moved, axis=1, keepdims=True) / most
     return line + moved / (1.0 + far**4) ** 0.25
 
 

@@ -11,6 +11,7 @@ over everything.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -41,7 +42,7 @@ from geoprint.motion.controller import (
     there_and_back,
     written_path,
 )
-from geoprint.motion.reach import Leaning, NozzleRoom, lost_shares, reach
+from geoprint.motion.reach import Easing, Leaning, NozzleRoom, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.paths import arrange
 from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of, with_backend
@@ -50,6 +51,9 @@ from geoprint.pipeline.standing import placed, pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
 from geoprint.results import Laid, Layer, Plan, RobotPlan, Workpiece
+
+# Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
+RIM_SHARE = 0.1
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -149,28 +153,35 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
-    The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
-    Where travel alone is not clear, all of it is planned again over everything.
+    The nozzle first stays as upright as the path has it, but for what lets the joints hold the speed. Where that is
+    out of reach or hits something, it may lean; and where that does, without easing the joints. Where travel alone is
+    not clear, all of it is planned again over everything.
 
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
-    try:
-        return _low_or_high(paths, placement, stage, leaning=None)
-    except (ReachError, ClearanceError):
-        if paths.job.max_tilt == 0.0:
-            raise
+    if paths.job.max_tilt == 0.0:
+        return _low_or_high(paths, placement, stage)
     with stage("room to lean"):
         leaning = _leaning(paths, placement)
+        easing = _easing(paths, leaning)
+    with suppress(ReachError, ClearanceError):
+        return _low_or_high(paths, placement, stage, easing=easing)
+    with suppress(ClearanceError):
+        return _low_or_high(paths, placement, stage, leaning=leaning, easing=easing)
     return _low_or_high(paths, placement, stage, leaning=leaning)
 
 
-def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
+def _with_robot(
+    paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None, easing: Easing | None
+) -> Plan:
     """Take the robot's stages in their order, from the poses to the program that was executed."""
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-        joint_path = reach(paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning)
+        joint_path = reach(
+            paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing
+        )
     with stage("timing"):
         trajectory, targets = timed_targets(
             joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown
@@ -202,16 +213,20 @@ def _with_robot(paths: Plan, placement: Placement, stage: Stages, *, leaning: Le
     return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
 
 
-def _low_or_high(paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None) -> Plan:
+def _low_or_high(
+    paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None = None, easing: Easing | None = None
+) -> Plan:
     """Plan with low travel, and where only that is not clear, with travel over everything."""
     try:
-        return _with_robot(paths, placement, stage, leaning=leaning)
+        return _with_robot(paths, placement, stage, leaning=leaning, easing=easing)
     except ClearanceError as error:
         if not error.details.get("travelling", False):
             raise
     high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
     # Only travel differs: what was chosen to flow on the deposits stays.
-    return _with_robot(replace(paths, poses=with_flow_of(high, paths.poses)), placement, stage, leaning=leaning)
+    return _with_robot(
+        replace(paths, poses=with_flow_of(high, paths.poses)), placement, stage, leaning=leaning, easing=easing
+    )
 
 
 def _leaning(paths: Plan, placement: Placement) -> Leaning:
@@ -227,6 +242,13 @@ def _leaning(paths: Plan, placement: Placement) -> Leaning:
         T_base_work=placement.T_base_work,
     )
     return Leaning(float(np.radians(paths.job.max_tilt)), room)
+
+
+def _easing(paths: Plan, leaning: Leaning) -> Easing:
+    """Return how attitudes may be eased: leaning lowers the needle's rim, by a tenth of the spacing at most."""
+    process, radius = paths.workpiece.cell.process, paths.workpiece.cell.tool.needle_diameter / 2.0
+    lowered = float(np.arcsin(min(RIM_SHARE * paths.contours.spacing / radius, 1.0)))
+    return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room)
 
 
 def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:

@@ -36,7 +36,7 @@ def test_what_breaks_a_rule_is_found(copy: House) -> None:
 
     found = "\n".join(sorted(set(breaches(House(copy.root))) - before))
 
-    assert "geoprint/paths holds 2" in found
+    assert "geoprint/paths holds 3" in found
     assert "geoprint/model/long.py has 351 lines, allowed are 350." in found
     assert "geoprint/model/lengthy.py: f has 51 lines, allowed are 50." in found
     assert "geoprint.model.above imports geoprint.paths.poses, which stands above it." in found

@@ -462,7 +462,7 @@ def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
         assert not planned.uniformity.spaced
         # One rectangle 10 mm inside the rim: 3.7 % of the plate, at its corners, is farther than 11 mm from it, and a
         # little more where the path rounds them.
-        assert 0.037 < planned.uniformity.uncovered < 0.076
+        assert 0.037 < planned.uniformity.uncovered < 0.085
     (found,) = tell_comparison([compared]).record.parts
     assert isinstance(found, PartRecord)
     assert [row.uniformity.spacing for row in found.planned] == [None, None]

@@ -223,6 +223,20 @@ class Arm:
         """
         return self.flange_poses(joints) @ self.T_flange_tool
 
+    def jacobians(self, joints: FloatArray) -> FloatArray:
+        """Return how the tool moves as each joint turns.
+
+        Args:
+            joints: (k, 6) joint angles [rad]; limits are not applied.
+
+        Returns:
+            (k, 6, 6) a column a joint: velocity of the tip [mm/rad] and of the turn [rad/rad], in the base frame.
+        """
+        frames = self.link_poses(joints)
+        axes = np.einsum("kjab,jb->kja", frames[:, 1:-1, :3, :3], self._axes)
+        arms = frames[:, -1:, :3, 3] - frames[:, 1:-1, :3, 3]
+        return np.swapaxes(np.concatenate([np.cross(axes, arms), axes], axis=2), 1, 2)
+
     def solutions(self, Ts_base_tool: FloatArray) -> FloatArray:
         """Return the joint angles of all eight branches, limits not applied.
 

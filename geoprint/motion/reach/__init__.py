@@ -1,5 +1,6 @@
 """Turn, lean and branch of a stream of poses: the motion of the joints that reaches all of them."""
 
+from geoprint.motion.reach.easing import Easing as Easing
 from geoprint.motion.reach.following import LARGEST_JUMP as LARGEST_JUMP
 from geoprint.motion.reach.inverse import reach as reach, reach_map as reach_map, reach_margin as reach_margin
 from geoprint.motion.reach.lean_room import (

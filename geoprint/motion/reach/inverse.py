@@ -20,6 +20,7 @@ from geoprint.motion.arm import BRANCHES, JOINTS, Arm, about_nozzle, configurati
 from geoprint.motion.reach.attitude_search import Attitudes, UprightSearch, leaning_attitudes
 from geoprint.motion.reach.constant_turns import ConstantTurns
 from geoprint.motion.reach.costs import cost_terms
+from geoprint.motion.reach.easing import Easing, eased
 from geoprint.motion.reach.following import Followed, follow
 from geoprint.motion.reach.lean_room import Leaning, laying
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE, Margin, smallest_margin, usable
@@ -54,6 +55,7 @@ def reach(
     T_base_work: FloatArray,
     weights: SearchWeights = EQUAL_WEIGHTS,
     leaning: Leaning | None = None,
+    easing: Easing | None = None,
     minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
 ) -> JointPath:
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
@@ -74,6 +76,7 @@ def reach(
         T_base_work: (4, 4) where the part stands [mm].
         weights: of what a motion costs.
         leaning: how far the nozzle may lean and what it must not touch, or None where it may not.
+        easing: how attitudes may be eased where joints do not hold the speed of the tip, or None where they may not.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
 
     Returns:
@@ -90,9 +93,10 @@ def reach(
     if not motion.followed.complete:
         raise _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
     path = _joint_path(motion, arm, T_base_work=T_base_work)
+    if easing is not None and arm.closed_form is not None:
+        path = eased(path, arm, easing=easing, minimum_wrist_angle=minimum_wrist_angle)
     _confirm(path, arm)
-    if leaning is not None:
-        _confirm_cone(path, poses, max_tilt=leaning.max_tilt)
+    _confirm_cone(path, poses, leaning=leaning, easing=easing)
     return path
 
 
@@ -324,8 +328,9 @@ def _confirm(path: JointPath, arm: Arm) -> None:
         )
 
 
-def _confirm_cone(path: JointPath, poses: PoseStream, *, max_tilt: float) -> None:
+def _confirm_cone(path: JointPath, poses: PoseStream, *, leaning: Leaning | None, easing: Easing | None) -> None:
     """Refuse a lean on deposit that leaves the cone, or makes worse what the path itself has outside."""
+    max_tilt = max(leaning.max_tilt if leaning else 0.0, easing.largest_lean if easing else 0.0)
     excess = tilts(path.poses) - np.maximum(max_tilt, tilts(poses))
     worst = int(np.where(laying(poses), excess, -np.inf).argmax())
     if laying(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:

@@ -45,7 +45,7 @@ def retime(
     *,
     process: Process,
     on_slowdown: OnSlowdown = "lower",
-    lowered_runs: tuple[Slowdown, ...] = (),
+    lowered: tuple[Slowdown, ...] = (),
 ) -> Trajectory:
     """Run through a joint path in the shortest time that joints and process allow.
 
@@ -54,7 +54,7 @@ def retime(
         robot: limits and home.
         process: speeds of the tip, and the share of the joint speeds from and to home.
         on_slowdown: what is done where the set speed is not held.
-        lowered_runs: runs that are slower for another reason; where the joints hold less, that counts.
+        lowered: runs, or places of them, that are slower for another reason; where the joints hold less, that counts.
 
     Returns:
         The trajectory, verified by differentiating its own rows; poses in one place are passed at the same time.
@@ -68,9 +68,7 @@ def retime(
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
-    knots, legs, slower, found = _timed(
-        knots, robot=robot, process=process, on_slowdown=on_slowdown, lowered_runs=lowered_runs
-    )
+    knots, legs, slower, found = _timed(knots, robot=robot, process=process, on_slowdown=on_slowdown, wanted=lowered)
     rows = knots.legs
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
     back = _home_motion(knots.joints[-1], robot.home, robot=robot, process=process)
@@ -92,14 +90,16 @@ def retime(
 
 
 def _timed(
-    knots: Knots, *, robot: Robot, process: Process, on_slowdown: OnSlowdown, lowered_runs: tuple[Slowdown, ...]
+    knots: Knots, *, robot: Robot, process: Process, on_slowdown: OnSlowdown, wanted: tuple[Slowdown, ...]
 ) -> tuple[Knots, list[Motion], tuple[Slowdown, ...], Pace]:
     """Return the knots with the ceilings kept, the motions of the legs, what was lowered, and the pace."""
     slower = (
         {slow.run: slow for slow in held_speeds(knots, robot=robot, process=process)} if on_slowdown == "lower" else {}
     )
-    slower |= {slow.run: slow for slow in lowered_runs if slow.held_speed <= slower.get(slow.run, slow).held_speed}
-    knots = lowered(knots, tuple(slower.values()))
+    runs = [slow for slow in wanted if slow.kind == "lowered"]
+    places = tuple(slow for slow in wanted if slow.kind == "dip")
+    slower |= {slow.run: slow for slow in runs if slow.held_speed <= slower.get(slow.run, slow).held_speed}
+    knots = lowered(knots, (*slower.values(), *places))
     legs = [_leg(knots, first, last, robot=robot) for first, last in knots.legs]
     found = pace(knots, legs, robot=robot, process=process)
     for _ in range(MOST_LOWERINGS if on_slowdown == "lower" else 0):
@@ -112,7 +112,7 @@ def _timed(
             if int(knots.runs[last]) in again:
                 legs[leg] = _leg(knots, first, last, robot=robot)
         found = pace(knots, legs, robot=robot, process=process)
-    return knots, legs, tuple(slower.values()), found
+    return knots, legs, (*slower.values(), *places), found
 
 
 def _leg(knots: Knots, first: int, last: int, *, robot: Robot) -> Motion:

@@ -96,11 +96,14 @@ def held_after_dips(knots: Knots, dips: tuple[Slowdown, ...]) -> tuple[Slowdown,
 
 
 def lowered(knots: Knots, slower: tuple[Slowdown, ...]) -> Knots:
-    """Return the knots with the ceilings of some runs' depositing steps at the speeds that they hold."""
+    """Return the knots with the ceilings of some runs, or of places of them, at the speeds that they hold."""
     ceilings = knots.ceilings.copy()
     for slowdown in slower:
-        laid = _laid(knots, slowdown.run)
-        ceilings[laid] = slowdown.held_speed * METRES_PER_MILLIMETRE / knots.tip_shares[laid]
+        steps = _laid(knots, slowdown.run)
+        if slowdown.kind == "dip":
+            steps &= np.abs(knots.arcs[1:] - slowdown.arc) <= slowdown.length / 2.0
+        held = slowdown.held_speed * METRES_PER_MILLIMETRE / knots.tip_shares[steps]
+        ceilings[steps] = np.minimum(ceilings[steps], held) if slowdown.kind == "dip" else held
     return replace(knots, ceilings=ceilings)
 
 

@@ -118,3 +118,22 @@ def test_jerk_is_that_of_the_tip_and_nothing_where_nothing_is_laid() -> None:
         share_on_ramps=0.0,
     )  # fmt: skip
     assert largest_jerk(none, arm, T_base_work=path.T_base_work) == 0.0
+
+
+def test_with_follow_only_the_place_is_lowered_where_targets_come_too_soon() -> None:
+    path = hairpin(4.0)
+    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS, on_slowdown="follow")
+    assert [bend for bend in targets.bends if bend.kind == "close"] == []
+    assert trajectory.slowdowns
+    assert {slow.kind for slow in trajectory.slowdowns} == {"dip"}
+    (slow, *_) = (slow for slow in trajectory.slowdowns if slow.limit == "targets")
+    assert 5.0 <= slow.held_speed < 20.0
+    # The bend is 0.7 mm long and half way along 20.7 mm; half a millimetre on either side is lowered with it.
+    assert abs(slow.arc - 10.4) < 1.0
+    assert slow.length < 4.0
+    lengths = np.linalg.norm(np.diff(path.poses.tips, axis=0), axis=1)
+    speeds = lengths / np.diff(trajectory.pose_times)
+    legs = (np.abs(path.poses.arcs[1:] - slow.arc) > 3.0) & (path.poses.arcs[1:] > 2.0) & (path.poses.arcs[1:] < 18.0)
+    np.testing.assert_allclose(speeds[legs], PROCESS.speed, rtol=1e-6)
+    assert trajectory.share_at_speed > 0.7
+    assert timed_targets(path, ROBOT, process=PROCESS).trajectory.share_at_speed == 0.0

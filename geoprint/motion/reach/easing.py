@@ -1,0 +1,250 @@
+"""Attitudes eased: the nozzle leans and turns a little where its joints could not hold the speed of the tip else.
+
+The smoothed normal is what the nozzle aims at. Where following it takes more speed or acceleration of a joint than
+there is, the tool is turned ahead of the bend and in it (`ease_step`), by no more than it may lean, and so that the
+nozzle keeps its room. Everything else stays as it is, the ends of the runs too; the branch stays, and what is checked
+after this is checked as ever.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, frozen
+from geoprint.motion.arm import Arm, configuration_data, tilts, wrist_angles
+from geoprint.motion.reach.ease_step import Stretch, eased_turns
+from geoprint.motion.reach.following import LARGEST_JUMP
+from geoprint.motion.reach.lean_room import CONE_MARGIN, NozzleRoom
+from geoprint.motion.reach.pose_samples import tool_poses
+
+# Joints that use up more than this share of a limit are eased ...
+BUSY_SHARE = 0.98
+# ... to this one: what is solved is linear, and the motion between the poses is not.
+WANTED_SHARE = 0.94
+# Where the bend of the tip alone takes this share of an acceleration, and so far about it [mm], no turn of the tool
+# mends what is missing.
+BENT_SHARE = 0.6
+BENT_REACH = 1.0
+# So far before and behind such a place the tool may turn [mm].
+AHEAD = 12.0
+# Stretches shorter than this [mm] leave no room to turn and to turn back.
+SHORTEST = 8.0
+# A stretch is turned where that takes away this share of what its joints demand beyond their limits, at least.
+LEAST_GAIN = 0.3
+# A step is linear in the turn: so many are taken, each from where the one before led.
+STEPS = 3
+# Rows closer than this [mm] are one place.
+COINCIDENT = 1e-6
+
+
+@final
+@frozen
+class Easing:
+    """How attitudes may be eased.
+
+    Attributes:
+        speed: set speed of the tip [mm/s].
+        largest_lean: between nozzle and surface normal [rad].
+        room: what the nozzle must not touch.
+    """
+
+    speed: float
+    largest_lean: float
+    room: NozzleRoom
+
+
+def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: float) -> JointPath:
+    """Return a joint path whose joints hold the speed of the tip along more of its deposits.
+
+    Args:
+        path: p poses with their joints.
+        arm: with its tool; its inverse has a closed form.
+        easing: what is wanted and what is allowed.
+        minimum_wrist_angle: smallest |q5| where it is eased [rad].
+
+    Returns:
+        The same poses, turned where that helps; stretches in which it does not, or in which the nozzle would lack room
+        that it had, are as they were.
+    """
+    for rows in _stretches(path, arm, easing=easing):
+        path = _eased_stretch(path, arm, rows, easing=easing, minimum_wrist_angle=minimum_wrist_angle)
+    return path
+
+
+def demands(arcs: FloatArray, joints: FloatArray, *, speed: float, arm: Arm) -> FloatArray:
+    """Return the (k,) largest share of a joint's limits that poses at (k,) arcs [mm] use up at a speed of the tip.
+
+    As the strain of a motion it is a share of time: of the speed, or the root of the share of the acceleration.
+    """
+    path = CubicSpline(arcs, joints)
+    rates = np.abs(path(arcs, 1)) * speed / arm.robot.speeds
+    bends = np.sqrt(np.abs(path(arcs, 2)) * speed**2 / arm.robot.accelerations)
+    return np.asarray(np.maximum(rates, bends).max(axis=1))
+
+
+def _stretches(path: JointPath, arm: Arm, *, easing: Easing) -> list[IntArray]:
+    """Return the rows of the stretches that are eased: places in which joints are busy, and the path about them."""
+    found: list[IntArray] = []
+    for run in np.unique(path.poses.runs).tolist():
+        rows, arcs = _places(path.poses, run)
+        if rows.size < 4 or arcs[-1] < SHORTEST:
+            continue
+        busy = demands(arcs, path.joints[rows], speed=easing.speed, arm=arm) > BUSY_SHARE
+        busy &= ~_bent(path, arm, rows, arcs, speed=easing.speed)
+        for first, last in _windows(arcs, busy):
+            found.append(rows[first : last + 1])
+    return found
+
+
+def _bent(path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, speed: float) -> BoolArray:
+    """Return at which poses, and next to which, the bend of the tip alone takes most of what the joints have."""
+    pulls = CubicSpline(arcs, path.poses.tips[rows])(arcs, 2) @ path.T_base_work[:3, :3].T * speed**2
+    pulls = np.concatenate([pulls, np.zeros_like(pulls)], axis=1)[:, :, None]
+    found = np.abs(np.linalg.solve(arm.jacobians(path.joints[rows]), pulls)[:, :, 0])
+    bent: FloatArray = arcs[(found > BENT_SHARE * arm.robot.accelerations).any(axis=1)]
+    at = np.searchsorted(bent, arcs)
+    around: FloatArray = np.pad(bent, 1, constant_values=np.inf)
+    return np.asarray(np.minimum(np.abs(around[at] - arcs), np.abs(around[at + 1] - arcs)) < BENT_REACH)
+
+
+def _places(poses: PoseStream, run: int) -> tuple[IntArray, FloatArray]:
+    """Return the rows of a run that lay material, each place once, and their arc lengths [mm]."""
+    rows = np.flatnonzero((poses.runs == run) & poses.deposit)
+    if rows.size == 0:
+        return rows, np.empty(0)
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(poses.tips[rows], axis=0), axis=1))])
+    apart = np.concatenate([[True], np.diff(arcs) > COINCIDENT])
+    return rows[apart], arcs[apart]
+
+
+def _windows(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
+    """Return first and last place of the stretches about busy places; those that touch are one."""
+    windows: list[tuple[int, int]] = []
+    firsts = np.searchsorted(arcs, arcs[busy] - AHEAD).tolist()
+    lasts = np.minimum(np.searchsorted(arcs, arcs[busy] + AHEAD), arcs.size - 1).tolist()
+    for first, last in zip(firsts, lasts, strict=True):
+        if windows and first <= windows[-1][1]:
+            windows[-1] = (windows[-1][0], last)
+        else:
+            windows.append((first, last))
+    return windows
+
+
+def _eased_stretch(
+    path: JointPath, arm: Arm, rows: IntArray, *, easing: Easing, minimum_wrist_angle: float
+) -> JointPath:
+    """Return a path with one stretch eased, or as it was."""
+    arcs = _arcs(path.poses, rows)
+    counted = ~_bent(path, arm, rows, arcs, speed=easing.speed)
+    best, before = path, (1.0 - LEAST_GAIN) * _excess(path, arm, rows, arcs, counted=counted, speed=easing.speed)
+    now = path
+    for _ in range(STEPS):
+        turns = eased_turns(_stretch(now, arm, rows, arcs, counted=counted, easing=easing))
+        turned = None if turns is None else _turned(now, arm, rows, turns, minimum_wrist_angle=minimum_wrist_angle)
+        if turned is None:
+            break
+        now = turned
+        found = _excess(now, arm, rows, arcs, counted=counted, speed=easing.speed)
+        if found < before and _permitted(now, path, rows, easing=easing):
+            best, before = now, found
+    return best
+
+
+def _arcs(poses: PoseStream, rows: IntArray) -> FloatArray:
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(poses.tips[rows], axis=0), axis=1))])
+
+
+def _excess(path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, counted: BoolArray, speed: float) -> float:
+    """Return the length of a stretch by what its joints demand above their limits, at the poses that count [mm]."""
+    demand = demands(arcs, path.joints[rows], speed=speed, arm=arm)
+    return float(np.gradient(arcs)[counted] @ np.maximum(demand[counted] - 1.0, 0.0))
+
+
+def _stretch(
+    path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, counted: BoolArray, easing: Easing
+) -> Stretch:
+    joints, attitudes = path.joints[rows], transforms.rotation_of(path.poses.quaternions[rows])
+    in_base = path.T_base_work[:3, :3] @ attitudes
+    twists = np.concatenate([np.zeros_like(in_base), in_base], axis=1)
+    moved = np.linalg.solve(arm.jacobians(joints), twists).astype(np.float64)
+    axes, normals = -attitudes[:, :, 2], path.poses.normals[rows]
+    across = np.cross(normals, axes)
+    sine = np.linalg.norm(across, axis=1, keepdims=True)
+    angle = np.arctan2(sine[:, 0], np.einsum("ij,ij->i", axes, normals))
+    leans = across * (angle[:, None] / np.maximum(sine, np.finfo(np.float64).tiny))
+    return Stretch(
+        arcs=arcs,
+        joints=joints,
+        moved=moved,
+        leans=np.einsum("kji,kj->ki", attitudes, leans)[:, :2],
+        largest=np.maximum(easing.largest_lean - CONE_MARGIN, angle),
+        counted=counted,
+        rates=WANTED_SHARE * arm.robot.speeds / easing.speed,
+        bends=WANTED_SHARE**2 * arm.robot.accelerations / easing.speed**2,
+    )
+
+
+def _turned(
+    path: JointPath, arm: Arm, rows: IntArray, turns: FloatArray, *, minimum_wrist_angle: float
+) -> JointPath | None:
+    """Return a path with some poses turned in the tool's frame; None where the arm does not follow on its branch."""
+    changed: IntArray = np.arange(int(rows[0]), int(rows[-1]) + 1)
+    # Rows in one place turn together.
+    every = np.searchsorted(rows, changed, side="right") - 1
+    attitudes = Rotation.from_quat(path.poses.quaternions[changed], scalar_first=True)
+    quaternions = path.poses.quaternions.copy()
+    quaternions[changed] = (attitudes * Rotation.from_rotvec(turns[every])).as_quat(scalar_first=True)
+    poses = replace(path.poses, quaternions=transforms.same_sign(quaternions))
+    commanded = path.T_base_work @ transforms.rigid(
+        transforms.rotation_of(poses.quaternions[changed]), poses.tips[changed]
+    )
+    found = arm.solutions(commanded)[:, path.branch]
+    joints = path.joints.copy()
+    joints[changed] += transforms.wrapped(found - joints[changed])
+    low, high = arm.robot.limits.T
+    follows = (
+        np.isfinite(found).all()
+        and (joints[changed] >= low).all()
+        and (joints[changed] <= high).all()
+        and np.abs(np.diff(joints[changed], axis=0)).max() <= LARGEST_JUMP
+        and wrist_angles(joints[changed], arm=arm).min() >= minimum_wrist_angle
+    )
+    if not follows:
+        return None
+    leans, rotations = _told(path, changed, turns[every])
+    return replace(
+        path, poses=poses, joints=joints, configuration=configuration_data(joints, arm=arm), leans=leans,
+        rotations=rotations,
+    )  # fmt: skip
+
+
+def _told(path: JointPath, changed: IntArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return leans and turns about the nozzle of all poses, where some are turned in the tool's frame."""
+    lean = np.column_stack([path.leans[changed], np.zeros(changed.size)])
+    about = np.column_stack([np.zeros((changed.size, 2)), path.rotations[changed]])
+    whole = Rotation.from_rotvec(lean) * Rotation.from_rotvec(about) * Rotation.from_rotvec(turns)
+    leaned = Rotation.from_matrix(transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), whole.as_matrix()[:, :, 2]))
+    left = (leaned.inv() * whole).as_rotvec()[:, 2]
+    leans, rotations = path.leans.copy(), path.rotations.copy()
+    leans[changed] = leaned.as_rotvec()[:, :2]
+    rotations[changed] += transforms.wrapped(left - rotations[changed])
+    return leans, rotations
+
+
+def _permitted(path: JointPath, before: JointPath, rows: IntArray, *, easing: Easing) -> bool:
+    """Say whether the nozzle leans no more than it may or did, and lacks no room that it had."""
+    leaning = tilts(path.poses)[rows] > np.maximum(easing.largest_lean, tilts(before.poses)[rows])
+    if leaning.any():
+        return False
+    deposit = np.ones(rows.size, dtype=np.bool_)
+    now, then = (
+        easing.room.lacking(tool_poses(each.poses, T_base_work=each.T_base_work)[rows], deposit=deposit)
+        for each in (path, before)
+    )
+    return not bool((now & ~then).any())
