@@ -1,6 +1,7 @@
 """Do the tests notice when the code is wrong? Small changes, each against the tests that reach it.
 
-    python -m benchmarks.mutants [MODULE ...] [--seed N] [--count N] [--tests PATH ...] [--limit S] [--smoke]
+    python -m benchmarks.mutants [MODULE ...] [--seed N] [--count N] [--tests PATH ...] [--limit S]
+        [--seconds S] [--smoke]
 
 A MODULE is a file or folder of the package, such as geoprint/motion/collision; without any, the rooms that keep people
 safe. Of each file a number of mutants is drawn (`syntax`, `templates`) and tried in a copy of the tree (`trying`)
@@ -8,14 +9,20 @@ against the tests that reach the changed line (`reaching`), the quickest first, 
 Outcomes are kept by content, so that only what has changed is tried again. Mutation tools of others change the tree in
 place and try every mutant on the whole suite, or leave out what is decorated, constants and texts; here one is tried
 in a second or two. What survives is either no fault (an equivalent, a mere matter of cost) or a test that is missing.
+
+With --seconds it is done by then, on a machine without records as well: nothing is recorded, each mutant is tried
+against the files of tests of its room that speak of its module, for a tenth of the time at most.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import random
+import re
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -51,20 +58,24 @@ def main() -> None:
     parser.add_argument("--all-together", action="store_true", help="that many of all files together")
     parser.add_argument("--tests", nargs="*", metavar="PATH", help="files or folders of tests that are recorded")
     parser.add_argument("--limit", type=float, default=120.0, metavar="S", help="seconds that a mutant may take")
+    parser.add_argument("--seconds", type=float, metavar="S", help="in which all ends; records nothing")
     parser.add_argument("--smoke", action="store_true", help="two mutants of one small module")
     arguments = parser.parse_args()
     modules = ["geoprint/motion/collision/sides.py"] if arguments.smoke else arguments.modules or SAFETY
     tests: list[str] | None = ["tests/motion/collision/test_sides.py"] if arguments.smoke else arguments.tests
     count: int = 2 if arguments.smoke else arguments.count
+    seconds: float = arguments.seconds or math.inf
+    limit: float = min(arguments.limit, seconds / 10)
+    end = time.monotonic() + seconds
     chosen = drawn(modules, seed=arguments.seed, count=count, together=arguments.all_together)
     for line in table("file", "line", "change", "outcome", "by"):
         print(line, flush=True)
     outcomes: list[Outcome] = []
     with tempfile.TemporaryDirectory(dir=ROOT.parent, prefix="mutants-") as scratch:
-        trials = trials_of(chosen, tests=tests, seconds=arguments.limit / 2)
-        for outcome in tried(
-            ROOT, trials, scratch=Path(scratch), limit=arguments.limit, processors=os.cpu_count() or 1
-        ):
+        hurried = arguments.seconds is not None
+        trials = map(nearest, chosen) if hurried else trials_of(chosen, tests=tests, seconds=limit / 2)
+        processors = os.cpu_count() or 1
+        for outcome in tried(ROOT, trials, scratch=Path(scratch), limit=limit, processors=processors, end=end):
             outcomes.append(outcome)
             mutant = outcome.mutant
             print(row(mutant.file, str(mutant.line), mutant.what[:160], outcome.verdict, outcome.why), flush=True)
@@ -102,6 +113,17 @@ def trials_of(mutants: Iterable[Mutant], *, tests: list[str] | None, seconds: fl
                 break
             fitting.append(test)
         yield Trial(mutant, tuple(fitting), len(every) - len(fitting))
+
+
+def nearest(mutant: Mutant) -> Trial:
+    """Return a mutant with the files of tests that bear its module's name, then those of its room that speak of it."""
+    module = READ_BY.get(mutant.file, mutant.file)
+    name = Path(module).stem
+    files = _test_files(_tests_beside(module))
+    own = [file for file in files if Path(file).stem.startswith(f"test_{name}")]
+    word = re.compile(rf"\b{name}\b")
+    others = [file for file in files if file not in own and word.search((ROOT / file).read_text(encoding="utf-8"))]
+    return Trial(mutant, tuple(own + others or files), 0, recorded=False)
 
 
 def summary(outcomes: list[Outcome]) -> Iterator[str]:

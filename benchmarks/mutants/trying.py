@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import math
 import os
 import re
 import shutil
@@ -52,11 +53,12 @@ class Outcome:
 @final
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A mutant and the tests that are tried on it, in their order."""
+    """A mutant and the tests that are tried on it, in their order; how long they take is known if recorded."""
 
     mutant: Mutant
     tests: tuple[str, ...]
     left_out: int
+    recorded: bool = True
 
     def key(self, root: Path) -> str:
         """Return what its outcome is kept under: the whole package with the change, and the tests."""
@@ -66,15 +68,19 @@ class Trial:
         return digest(*parts, *((root / file).read_bytes() for file in files), *(file.read_bytes() for file in package))
 
 
-def tried(root: Path, trials: Iterable[Trial], *, scratch: Path, limit: float, processors: int) -> Iterator[Outcome]:
+def tried(
+    root: Path, trials: Iterable[Trial], *, scratch: Path, limit: float, processors: int, end: float = math.inf
+) -> Iterator[Outcome]:
     """Yield what became of mutants, as it is known.
 
     Args:
         root: of the working tree.
         trials: mutants with their tests.
         scratch: an empty folder on the same disc.
-        limit: that each may take [s]; what takes longer counts as killed, because its tests take less by far.
+        limit: that each may take [s]; what takes longer counts as killed, because its tests take less by far, or as
+            not looked at where its tests were not recorded.
         processors: how many are tried at once.
+        end: of all, on the monotonic clock [s]; what is not done by then counts as not looked at.
     """
     waiting: list[tuple[Trial, Path]] = []
     for trial in trials:
@@ -90,29 +96,33 @@ def tried(root: Path, trials: Iterable[Trial], *, scratch: Path, limit: float, p
     for library in LIBRARIES:
         with suppress(ImportError):
             importlib.import_module(library)
-    for trial, verdict, why, place in _run(root, waiting, scratch=scratch, limit=limit, processors=processors):
+    runs = _run(root, waiting, scratch=scratch, limit=limit, processors=processors, end=end)
+    for trial, verdict, why, place in runs:
         if verdict != UNSEEN:
             place.write_text(json.dumps([verdict, why]), encoding="utf-8")
         yield Outcome(trial.mutant, verdict, why)
 
 
 def _run(
-    root: Path, waiting: list[tuple[Trial, Path]], *, scratch: Path, limit: float, processors: int
+    root: Path, waiting: list[tuple[Trial, Path]], *, scratch: Path, limit: float, processors: int, end: float
 ) -> Iterator[tuple[Trial, str, str, Path]]:
     """Fork a process for each trial, so many at once, and yield how it ended."""
     free = [copied(root, scratch / f"tree-{number}") for number in range(processors)]
     running: dict[int, tuple[Trial, Path, Path, float]] = {}
     left = list(waiting)
     while left or running:
+        if time.monotonic() > end:
+            yield from ((trial, UNSEEN, "no time was left", place) for trial, place in left)
+            left.clear()
         while left and free:
             trial, place = left.pop(0)
             tree = free.pop()
             _put(tree, trial.mutant)
-            running[_forked(tree, trial.tests)] = (trial, place, tree, time.monotonic() + limit)
+            running[_forked(tree, trial.tests)] = (trial, place, tree, min(time.monotonic() + limit, end))
         time.sleep(0.05)
-        for process, (trial, place, tree, end) in list(running.items()):
+        for process, (trial, place, tree, last) in list(running.items()):
             ended, status = os.waitpid(process, os.WNOHANG)
-            late = not ended and time.monotonic() > end
+            late = not ended and time.monotonic() > last
             if not ended and not late:
                 continue
             if late:
@@ -199,6 +209,8 @@ def _forked(tree: Path, tests: tuple[str, ...]) -> int:
 
 def _verdict(tree: Path, trial: Trial, *, status: int, late: bool, limit: float) -> tuple[str, str]:
     said = (tree / "said.txt").read_text(encoding="utf-8", errors="replace") if (tree / "said.txt").exists() else ""
+    if late and not trial.recorded:
+        return UNSEEN, f"no test failed within {limit:.0f} s or before the end"
     if late:
         return KILLED, f"not done within {limit:.0f} s"
     if status == 0:

@@ -21,7 +21,7 @@ from tests.meshes import spherical_cap
 def compared(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     path = tmp_path_factory.mktemp("part") / "cap.ply"
     save_ply(spherical_cap(radius=15.0, angle=1.0, rings=14, jitter_seed=1), path)
-    return compare(job_of(surface=path, unit="mm", spacing=1.5, robot=False))
+    return compare(job_of(surface=path, unit="mm", spacing=3.0, robot=False))
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
 
-from benchmarks.mutants.__main__ import drawn, summary
+from benchmarks.mutants.__main__ import drawn, nearest, summary
 from benchmarks.mutants.reaching import Record, reaching_tests, records
 from benchmarks.mutants.syntax import Mutant, kernel_lines, mutants_of, top_lines
 from benchmarks.mutants.templates import mutants_of_text
@@ -174,3 +175,22 @@ def test_the_share_killed_counts_what_nobody_looked_at() -> None:
     lines = list(summary([outcome("a", KILLED), outcome("a", SURVIVED), outcome("a", KILLED), outcome("b", UNSEEN)]))
 
     assert lines[-3:] == ["| a | 2 | 1 | 0 | 67 % |", "| b | 0 | 0 | 1 | 0 % |", "| all | 2 | 1 | 1 | 50 % |"]
+
+
+def test_what_is_not_recorded_is_tried_on_the_tests_of_its_name_first_and_counts_only_where_one_fails(
+    tree: Path, tmp_path: Path
+) -> None:
+    trial = nearest(Mutant("geoprint/motion/collision/sides.py", 1, "", ""))
+    assert trial.tests[0] == "tests/motion/collision/test_sides.py"
+    assert not trial.recorded
+
+    endless = Trial(changed(tree, "x += 1", "x += 0"), ("tests/test_one.py",), 0, recorded=False)
+    ends = (time.monotonic() + 4.0, time.monotonic() - 1.0)
+    found = [
+        next(tried(tree, [endless], scratch=tmp_path / f"scratch-{end}", limit=60.0, processors=1, end=end))
+        for end in ends
+    ]
+
+    assert [one.verdict for one in found] == [UNSEEN, UNSEEN]
+    assert "before the end" in found[0].why
+    assert found[1].why == "no time was left"
