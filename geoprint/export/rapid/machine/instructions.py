@@ -116,13 +116,6 @@ def _velocity(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
     state.motion.override, state.motion.fastest = float(values[0]), float(values[1])
 
 
-def _keep(name: str) -> Run:
-    def run(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
-        state.motion.settings[name] = (*values, *sorted(options))
-
-    return run
-
-
 def _displace(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
     state.motion.displacement = pose_of(stored(values[0]))
 
@@ -236,10 +229,10 @@ INSTRUCTIONS: Mapping[str, Instruction] = {
     "waitdi": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
     "waitdo": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
     "velset": Instruction(_velocity, 2, 2),
-    "accset": Instruction(_keep("AccSet"), 2, 2),
-    "confl": Instruction(_keep("ConfL"), 0, 0, options=frozenset({"on", "off"})),
-    "confj": Instruction(_keep("ConfJ"), 0, 0, options=frozenset({"on", "off"})),
-    "singarea": Instruction(_keep("SingArea"), 0, 0, options=frozenset({"off", "wrist"})),
+    "accset": Instruction(_nothing, 2, 2),
+    "confl": Instruction(_nothing, 0, 0, options=frozenset({"on", "off"})),
+    "confj": Instruction(_nothing, 0, 0, options=frozenset({"on", "off"})),
+    "singarea": Instruction(_nothing, 0, 0, options=frozenset({"off", "wrist"})),
     "pdispset": Instruction(_displace, 1, 1),
     "pdispoff": Instruction(_displace_no_more, 0, 0),
     "eoffsset": Instruction(_offset_axes, 1, 1),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from array import array
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, cast, final
 
 import numpy as np
@@ -118,7 +118,6 @@ class Moving:
         fastest: of the tip, by VelSet [mm/s].
         displacement: of the program.
         legs: the last two moves.
-        settings: words and values of other instructions about motion, as they were given last.
     """
 
     tip: Pose | None
@@ -131,13 +130,12 @@ class Moving:
     fastest: float = 5000.0
     displacement: Pose = IDENTITY
     legs: tuple[Leg, ...] = ()
-    settings: dict[str, object] = field(default_factory=dict[str, object])
 
     def copy(self) -> Moving:
         """Return the same again."""
         return Moving(
             self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.override, self.fastest,
-            self.displacement, self.legs, dict(self.settings),
+            self.displacement, self.legs,
         )  # fmt: skip
 
 

@@ -67,7 +67,7 @@ def leave(state: State, value: Value | None) -> None:
         state.local = state.frames[-1].data
     elif not state.base:
         state.ended, state.file = "end", frame.routine.file
-        state.line = frame.routine.line_of(max(frame.pc - 1, 0))
+        state.line = frame.routine.line_of(frame.pc - 1)
 
 
 def evaluate_routine(state: State, routine: RoutineCode, arguments: list[Slot]) -> Value | None:
