@@ -85,8 +85,8 @@ def reaching_tests(line: int, *, module: str, source: str, known: Sequence[Recor
         # Who only reads a constant reaches no line.
         if (anywhere and nodes) or any(node.endswith(SET_UP) for node in nodes):
             shared |= record.seconds
-    if anywhere and not direct and not shared:
-        # Of a module that is only imported no line is executed by a test.
+    if not any(record.lines.get(reached_file) for record in known):
+        # A module that is only imported, whose lines no test executes.
         imported = [record for record in known if reached_file in record.modules]
         shared = {node: took for record in imported for node, took in record.seconds.items()}
     later = {node: took for node, took in shared.items() if node not in direct}

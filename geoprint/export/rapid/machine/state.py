@@ -174,19 +174,12 @@ class Log:
             self.closed.append(np.array(self.open, dtype=np.float64).reshape(-1, ROW))
             self.open = array("d")
 
-    def rows(self, last: int | None = None) -> FloatArray:
-        """Return the rows of all moves, or of the last ones."""
+    def rows(self) -> FloatArray:
+        """Return the rows of all moves, which nothing changes any more."""
         self.close()
-        found: list[FloatArray] = []
-        for block in reversed(self.closed):
-            found.append(block)
-            if last is not None and sum(map(len, found)) >= last:
-                break
-        whole = np.concatenate(found[::-1]) if found else np.empty((0, ROW))
-        if last is not None:
-            return whole[-last:]
-        # Nothing changes it any more, so that it need not be there twice.
+        whole = np.concatenate(self.closed) if self.closed else np.empty((0, ROW))
         whole.setflags(write=False)
+        # They need not be there twice.
         self.closed = [whole]
         return whole
 
