@@ -282,9 +282,10 @@ def _verify_targets(made: Made, dry: Made, orders: Orders) -> None:
         refuse(made.place(first), f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
     _refuse_other_verbs(made)
     _refuse_standing(made)
-    if made.count != orders.count:
-        place = made.place(min(count, made.count - 1)) if made.count else _ENTRY
-        refuse(place, f"there are {made.count} targets, the plan has {orders.count}")
+    for driven, when in ((made.count, ""), (dry.count, " in the dry run")):
+        if driven != orders.count:
+            place = made.place(min(count, made.count - 1)) if made.count else _ENTRY
+            refuse(place, f"there are {driven} targets{when}, the plan has {orders.count}")
 
 
 def _refuse_other_verbs(made: Made) -> None:

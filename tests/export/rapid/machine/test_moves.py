@@ -213,6 +213,24 @@ def test_a_trigger_switches_at_its_distance_or_time_within_the_move(
     assert found.signals["dovalve"] == 1.0
 
 
+@pytest.mark.parametrize("place", ["far", "far+0", "0+far", "Abs(far)", "2+(far-2)"])
+def test_a_trigger_may_be_placed_by_what_a_routine_declares_itself(place: str) -> None:
+    found = moved(
+        f"VAR num far:=5; {THERE} TriggIO t1,{place}\\Start\\DOp:=doValve,1; TriggL {target(320)},v10,t1,fine,tool0;"
+    )
+    assert found.switchings[0].time - found.moves.ends[0] == pytest.approx(0.5, abs=1e-5)
+
+
+@pytest.mark.parametrize("write", [as_written, single])
+@pytest.mark.parametrize(
+    ("options", "seconds"),
+    [("v20\\V:=quick", 0.2), ("v20\\T:=quick", 100.0), ("v20", 1.0), ("v20\\V:=40", 0.5), ("v20\\T:=0.3", 0.3)],
+)
+def test_a_move_may_have_a_speed_or_time_of_its_own(write: Write, options: str, seconds: float) -> None:
+    moves = moved(f"{THERE} MoveL {write(target(320))},{options},fine,tool0;").moves
+    assert moves.ends[1] - moves.begins[1] == pytest.approx(seconds, rel=1e-5)
+
+
 def test_a_flow_follows_the_speed_from_its_place_on() -> None:
     trigger = "TriggSpeed t1,2\\Start,0.05,aoFlow,quick*0.01\\DipLag:=0.03;"
     found = moved(f"{THERE} {trigger} TriggL {target(320)},v10,t1,fine,tool0;")

@@ -165,6 +165,11 @@ def test_a_program_begins_where_the_scenario_says_so() -> None:
         ("MoveL where,v20,fine,tool0,tool0;", "MoveL is given 5 arguments, and takes 4"),
         ("MoveL where,v20,fine,tool0\\T2:=t;", "the option T2"),
         ("MoveL where,v20,fine,tool0\\NoEOffs;", "the option NoEOffs"),
+        ("MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],vUnknown,fine,tool0;", "vUnknown is no datum"),
+        (
+            "MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v20,fine,tool0\\WObj:=fine1;",
+            "fine1 is no datum",
+        ),
         ("SetDO doValve,1,2;", "SetDO is given 3 arguments"),
         ("GOTO nowhere;", "there is no label nowhere"),
         ("CONNECT found WITH trapped;", "CONNECT ties an interrupt"),
