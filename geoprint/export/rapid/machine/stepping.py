@@ -25,7 +25,7 @@ def advance(state: State, until: float) -> None:
     frames = state.frames
     most = state.scenario.most_steps
     while state.clock <= until and state.ended == "runs" and len(frames) > state.base:
-        if state.pending and state.pending[0][0] <= state.clock:
+        if state.pending:
             state.fire(state.clock)
         frame = frames[-1]
         pc = frame.pc

@@ -175,6 +175,7 @@ def test_a_place_has_the_value_of_the_reference(form: str) -> None:
         ("RAISE 7;", "error 7"),
         ("WaitUntil FALSE\\MaxTime:=4;", "ERR_WAIT_MAXTIME"),
         ('Load diskhome\\File:="None.mod";', "ERR_FILNOTFND"),
+        ('Load diskhome\\File:="Main.mod";', "ERR_FILNOTFND"),
         ('UnLoad diskhome\\File:="None.mod";', "ERR_UNLOAD"),
         ("TriggIO t,1,1;", "ERR_ARGDUPCND"),
         ("TriggEquip t,1,0\\DOp:=doUV\\AOp:=aoFlow,1;", "ERR_ARGDUPCND"),

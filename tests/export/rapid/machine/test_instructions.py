@@ -258,6 +258,26 @@ def test_functions_compute_in_the_middle_of_expressions_and_handle_their_own_err
     assert shown(found) == ["126", "8", "-0.75", "321", "[1,-2,3]", "right", "fifty-five"]
 
 
+def test_what_fails_in_the_middle_of_an_assignment_assigns_nothing() -> None:
+    declared = """
+    VAR num n:=5; VAR num table{2}:=[7,8];
+    FUNC num broken(num x)
+      RETURN 1/x;
+    ENDFUNC
+    PROC tries()
+      n:=3+broken(0);
+      table{2}:=broken(0);
+      n:=n+broken(1);
+    ERROR
+      TPWrite "n "\\Num:=n;
+      TRYNEXT;
+    ENDPROC
+    """
+    found = ran("tries;", declared=declared)
+    assert shown(found) == ["n 5", "n 5"]
+    assert (found.data["n"], found.data["table"]) == (6.0, (7.0, 8.0))
+
+
 LOOPS = {
     "FOR i FROM 1 TO 3 DO Incr n; ENDFOR": 3.0,
     "FOR i FROM 2 TO 2 DO n:=n+i; ENDFOR": 2.0,

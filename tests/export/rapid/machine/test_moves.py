@@ -153,6 +153,9 @@ def test_joints_behind_a_line_are_the_nearest_to_those_before_with_their_turns()
         (("0,0,1,0", f"0,-{HALF},{HALF},0"), (6.0, 3.0)),
         ((f"0,{HALF},-{HALF},0", f"0,-{HALF},-{HALF},0"), (3.0, 6.0)),
         (("0,1.0009,0,0", "0,0.9991,0,0"), (1.0, 1.0)),
+        ((f"0,{HALF},0,{HALF}", "0,1,0,0"), (3.0, 3.0)),
+        ((f"{HALF},{HALF},0,0", "0,1,0,0"), (3.0, 3.0)),
+        (("0.5,0.5,0.5,0.5", "0,1,0,0"), (4.0, 4.0)),
     ],
 )
 def test_a_turn_is_as_large_as_its_smaller_way(

@@ -99,6 +99,7 @@ def test_outputs_switch_on_the_way_up_to_the_moment_that_is_looked_at() -> None:
     running.run_until(start + 0.4)
     assert running.execution().signals["dovalve"] == 0.0
     assert running.execution().seconds == pytest.approx(start + 0.4)
+    assert (running.execution().ended, running.execution().file, running.execution().line) == ("runs", "", 0)
     running.run_until(start + 0.6)
     assert (running.execution().signals["dovalve"], running.execution().signals["douv"]) == (1.0, 0.0)
     found = done(running)
