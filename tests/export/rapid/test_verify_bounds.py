@@ -18,8 +18,11 @@ from geoprint.export.rapid.executed import Proof
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.program import rapid_program
 from geoprint.export.rapid.verify import (
+    Judged,
     _verify_going_on,  # pyright: ignore[reportPrivateUsage]
+    _verify_list,  # pyright: ignore[reportPrivateUsage]
     _verify_targets,  # pyright: ignore[reportPrivateUsage]
+    judge_program,
     verify_program,
 )
 from geoprint.export.rapid.verify_outputs import verify_dry, verify_flow, verify_switching
@@ -307,3 +310,93 @@ def test_a_flow_that_ends_before_the_plan_does_is_found(flowing: tuple[Proof, Or
 def test_a_cell_that_only_switches_has_no_flow(flowing: tuple[Proof, Orders], signals: Signals) -> None:
     with pytest.raises(VerificationError, match="aoflow is no output for a flow that follows the speed"):
         verify_flow(flowing[0].printing, flowing[1], signals=signals)
+
+
+def listing(*names: str) -> str:
+    lines = "".join(f"\t<Module>{name}</Module>\n" for name in names)
+    return f'<?xml version="1.0" encoding="ISO-8859-1" ?>\n<Program>\n{lines}</Program>\n'
+
+
+OWN = ("GeoCell.mod", "GeoGuard.mod", "GeoPrint.mod")
+
+
+@pytest.mark.parametrize(
+    ("modules", "listed", "words"),
+    [
+        (OWN, OWN, ""),
+        ((*OWN, "GeoPath1.mod"), OWN, ""),
+        ((*OWN, "GeoPath2.mod", "GeoPath1.mod"), OWN, ""),
+        (OWN, None, "the list of modules is missing"),
+        ((*OWN, "GeoPath2.mod"), OWN, "this module is missing"),
+        ((*OWN, "GeoPath1.mod", "GeoPath3.mod"), OWN, "this module is missing"),
+        ((*OWN, "GeoMore.mod"), OWN, "it must list GeoCell, GeoGuard and GeoPrint"),
+        ((*OWN, "GeoMore.mod"), (*OWN, "GeoMore.mod"), "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN, (*OWN, "GeoPath1.mod"), "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN, OWN[::-1], "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN[::-1], OWN[::-1], "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN[:2], OWN, "it must list GeoCell, GeoGuard and GeoPrint"),
+    ],
+)
+def test_the_list_names_what_is_loaded_together_and_paths_count_from_one(
+    modules: tuple[str, ...], listed: tuple[str, ...] | None, words: str
+) -> None:
+    texts = dict.fromkeys(modules, "") | ({} if listed is None else {"GeoPrint.pgf": listing(*listed)})
+    loading = any("GeoPath" in name for name in modules)
+    if not words:
+        _verify_list(texts, loading=loading)
+        return
+    with pytest.raises(VerificationError, match=words) as caught:
+        _verify_list(texts, loading=loading)
+    missing = next((f"GeoPath{k}.mod" for k in (1, 2) if f"GeoPath{k}.mod" not in modules), "")
+    assert caught.value.details["module"] == (missing if "this module" in words else "GeoPrint.pgf")
+    assert caught.value.details["line"] == 1
+
+
+def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switched: tuple[Proof, Orders]) -> None:
+    wanted = switched[1]
+    program = rapid_program(
+        wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
+        spacing=2.0,
+    )  # fmt: skip
+
+    def judged(*changes: tuple[str, str, str]) -> Judged:
+        texts = dict(program.modules)
+        for name, old, new in changes:
+            assert old in texts[name]
+            texts[name] = texts[name].replace(old, new, 1)
+        return judge_program(
+            tuple(texts.items()), wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, events=events()
+        )
+
+    whole = judged()
+    assert whole.findings == ()
+    assert whole.proof is not None
+    pgf = ("GeoPrint.pgf", "GeoGuard.mod", "GeoOther.mod")
+    guard = ("GeoGuard.mod", "far:=TRUE", "far:=FALSE")
+    broken = judged(
+        pgf, guard, ("GeoCell.mod", "geoDryRun:=TRUE;", "geoDryRun:=TRUE"),
+        ("GeoPrint.mod", "    GeoRun2;", "    GeoRun2"),
+    )  # fmt: skip
+    assert broken.proof is None
+    assert [each.details["module"] for each in broken.findings] == [
+        "GeoPrint.pgf", "GeoGuard.mod", "GeoCell.mod", "GeoPrint.mod",
+    ]  # fmt: skip
+    header, data = (
+        ("GeoPrint.mod", "known within 0.21", "known within 0.20"),
+        ("GeoCell.mod", "nGeoBack:=1.0", "nGeoBack:=1.1"),
+    )
+    speed, valve = (
+        ("GeoPrint.mod", "vGeo2,zGeo2", "vGeo3,zGeo2"),
+        ("GeoPrint.mod", "tGeoValveOn,0.0000", "tGeoValveOn,1.0000"),
+    )
+    several = judged(pgf, header, data, speed, valve)
+    assert several.proof is not None
+    words = ["it must list", "the header must say", "nGeoBack is", "the speed", "switches 1 mm away", "lies 1.0000 mm"]
+    assert len(several.findings) == len(words)
+    for finding, said in zip(several.findings, words, strict=True):
+        assert said in str(finding)
+    # What has no meaning is not executed, but everything else is still looked at.
+    unknown = judged(pgf, data, ("GeoPrint.mod", "    GeoRun2;", "    GeoRun3;"))
+    assert unknown.proof is None
+    assert any("GeoRun3 is declared nowhere" in str(each) for each in unknown.findings)
+    assert any("nGeoBack is" in str(each) for each in unknown.findings)
