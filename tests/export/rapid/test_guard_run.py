@@ -5,8 +5,12 @@ Its text is elsewhere compared with its own template; here only what a program d
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from math import cos, radians, sin
+from typing import TypeAlias, cast
 
 import numpy as np
 import pytest
@@ -14,7 +18,7 @@ import pytest
 from geoprint.export.rapid.guard import resident_module
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, execute
+from geoprint.export.rapid.machine import Controller, Execution, MachineTask, Scenario, execute
 from geoprint.export.rapid.made import TIES, task_of
 from geoprint.export.rapid.program import rapid_program
 from geoprint.model import Cell, Flood, Placement, Purge, Signals
@@ -31,6 +35,8 @@ CELLS = {
     "by hand": replace(CELL, flood=Flood(45.0)),
     "demonstration": CELL,
 }
+_Pose: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float, float]]
+_WorkObject: TypeAlias = tuple[bool, bool, str, Value, _Pose]
 REPLAN = "the work object is not the planned one: replan."
 OVERRIDE = "to deposit, set geoSpeedPct and the speed override to 100."
 ORDER = "runs follow one another from main only: start from main."
@@ -71,10 +77,11 @@ def ran(
     override: float = 100.0,
     signals: dict[str, float] | None = None,
     entry: str = "main",
-    **data: Value,
+    data: Mapping[str, Value] | None = None,
+    **more: Value,
 ) -> Execution:
     """A program set to print, with the arm so many degrees off home."""
-    given: dict[str, Value] = {"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0} | data
+    given: dict[str, Value] = {"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0, **(data or {}), **more}
     scenario = Scenario(
         data=given, joints=tuple((CELL.robot.home + np.radians(off)).tolist()), answers=answers, override=override,
         ties=TIES, signals=signals or {}, entry=entry,
@@ -110,7 +117,7 @@ def on(found: Execution) -> set[str]:
 )  # fmt: skip
 @pytest.mark.parametrize("name", ["io", "demonstration"])
 def test_what_a_person_sets_lies_within_its_bounds(name: str, data: dict[str, Value], why: str) -> None:
-    found = ran(name, **(data | {"geoDryRun": True}))
+    found = ran(name, geoDryRun=True, data=data)
     assert refused(found) == why
     assert on(found) == set()
     assert bool(len(found.moves.begins)) == (not why)
@@ -157,20 +164,16 @@ def test_the_arm_may_stand_five_degrees_from_home_and_farther_a_person_is_asked(
 
 def work_object(*, shift: tuple[float, float, float] = (0.0, 0.0, 0.0), turn: tuple[int, float] = (0, 0.0)) -> Value:
     """The planned work object, shifted along its own axes [mm] and turned about one of them [degrees]."""
-    (module,) = [parse_module(file, text) for file, text in texts("io") if file == "GeoCell.mod"]
-    scenario = execute(compiled("io"), Scenario()).data["wgeopart"]
-    assert module.file == "GeoCell.mod"
-    assert isinstance(scenario, tuple)
-    held, fixed, unit, user, (place, (w, x, y, z)) = scenario  # type: ignore[misc]
+    planned = execute(compiled("io"), Scenario()).data["wgeopart"]
+    held, fixed, unit, user, (place, (w, x, y, z)) = cast("_WorkObject", planned)
     axis, degrees = turn
-    half = np.radians(degrees) / 2.0
-    s = [np.sin(half) if k == axis else 0.0 for k in range(3)]
-    a, (b, c, d) = float(np.cos(half)), s
+    half = radians(degrees) / 2.0
+    a, b, c, d = cos(half), *(sin(half) if k == axis else 0.0 for k in range(3))
     turned = (
         w * a - x * b - y * c - z * d, w * b + x * a + y * d - z * c,
         w * c - x * d + y * a + z * b, w * d + x * c - y * b + z * a,
     )  # fmt: skip
-    moved = tuple(float(p + q) for p, q in zip(place, shift, strict=True))
+    moved = tuple(p + q for p, q in zip(place, shift, strict=True))
     return (held, fixed, unit, user, (moved, turned))
 
 
@@ -294,3 +297,63 @@ def test_an_error_on_the_path_shuts_everything_off_and_is_nobodys() -> None:
     assert not any(found.signals.values())
     turned = ran(wGeoPart=(False, True, "", ((0.0,) * 3, (0.0,) * 4), ((0.0,) * 3, (1.0, 0.0, 0.0, 0.0))))
     assert (turned.ended, turned.reason.split(":")[0], len(turned.moves.begins)) == ("error", "ERR_ARGVALERR", 0)
+
+
+ROUTINES = (
+    "GeoBegin", "GeoKeeper", "GeoAskHome", "GeoAskCutShort", "GeoAskStopped", "GeoEnter", "GeoEnd", "GeoPrime",
+    "GeoFlood",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("routine", ROUTINES)
+def test_an_error_anywhere_in_the_guard_shuts_everything_off_and_ends_the_program(routine: str) -> None:
+    guard = dict(texts("stations"))["GeoGuard.mod"]
+    (body,) = re.findall(rf"  PROC {routine}\([^)]*\)\n.*?  ENDPROC", guard, re.DOTALL)
+    failing = body.replace("  ERROR\n", "    SetDO doUV,1;\n    SetDO doValve,1;\n    RAISE 5;\n  ERROR\n")
+    found = ran("stations", (body, failing), geoRunCutShort=2.0, answers=(1.0,))
+    assert (found.ended, found.reason) == ("error", "error 5: was raised")
+    assert {"douv", "dovalve"} <= on(found)
+    assert not any(found.signals.values())
+
+
+def stopped(name: str, signal: str, *, nth: int = 0, **data: Value) -> tuple[Execution, Execution]:
+    """A print that is stopped while an output is on, at its n-th time, and what comes of going on."""
+    scenario = Scenario(
+        data={"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0} | data,
+        joints=tuple(CELL.robot.home.tolist()), ties=TIES,
+    )  # fmt: skip
+    whole = execute(compiled(name), scenario)
+    moments = [each.time for each in whole.switchings if each.signal == signal and each.value != 0.0]
+    running = Controller(compiled(name), scenario)
+    running.stop_at(moments[nth] + 0.3)
+    then = running.execution()
+    running.go_on()
+    return then, running.execution()
+
+
+@pytest.mark.parametrize(
+    ("name", "signal", "nth", "first", "run"),
+    [
+        ("stations", "dovalve", 0, 1.0, 1.0), ("stations", "dovalve", 0, 2.0, 2.0),
+        ("stations", "dovalve", 1, 1.0, 1.0), ("stations", "dovalve", 2, 1.0, 2.0), ("io", "dovalve", 0, 1.0, 1.0),
+        ("io", "dovalve", 1, 1.0, 2.0), ("io", "douv", 1, 1.0, 2.0), ("analog", "aoflow", 0, 1.0, 1.0),
+    ],
+)  # fmt: skip
+def test_a_stop_cuts_the_run_short_that_was_under_way_or_primed_for(
+    name: str, signal: str, nth: int, first: float, run: float
+) -> None:
+    then, on_again = stopped(name, signal, nth=nth, geoFirstRun=first)
+    assert not any(then.signals.values())
+    assert then.data["georuncutshort"] == run
+    assert on_again.ended == "exit"
+    assert on_again.data["georuncutshort"] == run
+    assert f"Material was stopped in run {run:g}" in {text for _, text in on_again.texts}
+    assert not any(on_again.signals.values())
+    assert max(each.time for each in on_again.switchings if each.value != 0.0) <= then.seconds
+
+
+def test_a_stop_of_the_final_exposure_cuts_no_run_short_and_is_told() -> None:
+    then, on_again = stopped("stations", "douv", nth=2)
+    assert (then.data["georuncutshort"], not any(then.signals.values())) == (0.0, True)
+    assert (on_again.ended, on_again.data["georuncutshort"]) == ("end", 0.0)
+    assert "A stop has cut the final exposure short: flood the part again." in {text for _, text in on_again.texts}

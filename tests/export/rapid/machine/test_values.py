@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import pytest
 
 from geoprint.errors import VerificationError
@@ -29,7 +31,9 @@ def copied(kind: str, names: list[str]) -> list[object]:
 
 
 def flat(value: object) -> list[object]:
-    return [each for part in value for each in flat(part)] if isinstance(value, tuple) else [value]
+    if isinstance(value, tuple):
+        return [each for part in cast("tuple[object, ...]", value) for each in flat(part)]
+    return [value]
 
 
 def test_zones_are_those_of_the_reference() -> None:
