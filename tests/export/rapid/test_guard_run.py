@@ -18,7 +18,7 @@ import pytest
 from geoprint.export.rapid.guard import resident_module
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine import Controller, Execution, MachineTask, Scenario, execute
+from geoprint.export.rapid.machine import Controller, Event, Execution, MachineTask, Scenario, execute
 from geoprint.export.rapid.made import TIES, task_of
 from geoprint.export.rapid.program import rapid_program
 from geoprint.model import Cell, Flood, Placement, Purge, Signals
@@ -77,6 +77,7 @@ def ran(
     override: float = 100.0,
     signals: dict[str, float] | None = None,
     entry: str = "main",
+    ties: Mapping[Event, tuple[str, ...]] = TIES,
     data: Mapping[str, Value] | None = None,
     **more: Value,
 ) -> Execution:
@@ -84,7 +85,7 @@ def ran(
     given: dict[str, Value] = {"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0, **(data or {}), **more}
     scenario = Scenario(
         data=given, joints=tuple((CELL.robot.home + np.radians(off)).tolist()), answers=answers, override=override,
-        ties=TIES, signals=signals or {}, entry=entry,
+        ties=ties, signals=signals or {}, entry=entry,
     )  # fmt: skip
     return execute(compiled(name, *changes), scenario)
 
@@ -212,6 +213,28 @@ def test_what_a_stop_has_cut_short_is_asked_for_before_the_next_print_only() -> 
     assert {"The last print was stopped in run 1", "This one starts with run 2"} <= {text for _, text in left.texts}
 
 
+def test_a_run_that_was_under_way_is_kept_though_nothing_is_tied_to_the_start() -> None:
+    dry = ran(geoRunUnderWay=2.0, geoDryRun=True, ties={})
+    assert (refused(dry), dry.questions, dry.data["georuncutshort"]) == ("", (), 2.0)
+    left = ran(geoRunUnderWay=2.0, answers=(5.0,), ties={})
+    assert refused(left) == "clean the nozzle, set geoFirstRun, start from main."
+    assert left.data["georuncutshort"] == 2.0
+
+
+@pytest.mark.parametrize(("dry", "runs"), [(True, {0.0}), (False, {0.0, 1.0, 2.0})])
+def test_only_a_run_that_prints_is_under_way(dry: object, runs: set[float]) -> None:
+    scenario = Scenario(
+        data={"geoDryRun": bool(dry), "geoSpeedPct": 100.0}, joints=tuple(CELL.robot.home.tolist()), ties=TIES
+    )
+    running = Controller(compiled("io"), scenario)
+    seen: set[object] = set()
+    for moment in np.linspace(0.0, 1.1 * execute(compiled("io"), scenario).seconds, 60):
+        running.run_until(float(moment))
+        seen.add(running.execution().data["georununderway"])
+    assert seen == runs
+    assert running.execution().ended == "end"
+
+
 @pytest.mark.parametrize(
     ("change", "why"),
     [
@@ -316,11 +339,13 @@ def test_an_error_anywhere_in_the_guard_shuts_everything_off_and_ends_the_progra
     assert not any(found.signals.values())
 
 
-def stopped(name: str, signal: str, *, nth: int = 0, **data: Value) -> tuple[Execution, Execution]:
+def stopped(
+    name: str, signal: str, *, nth: int = 0, ties: Mapping[Event, tuple[str, ...]] = TIES, **data: Value
+) -> tuple[Execution, Execution]:
     """A print that is stopped while an output is on, at its n-th time, and what comes of going on."""
     scenario = Scenario(
         data={"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0} | data,
-        joints=tuple(CELL.robot.home.tolist()), ties=TIES,
+        joints=tuple(CELL.robot.home.tolist()), ties=ties,
     )  # fmt: skip
     whole = execute(compiled(name), scenario)
     moments = [each.time for each in whole.switchings if each.signal == signal and each.value != 0.0]
@@ -331,6 +356,7 @@ def stopped(name: str, signal: str, *, nth: int = 0, **data: Value) -> tuple[Exe
     return then, running.execution()
 
 
+@pytest.mark.parametrize("ties", [TIES, {"Stop": TIES["Stop"]}], ids=["tied", "stops only"])
 @pytest.mark.parametrize(
     ("name", "signal", "nth", "first", "run"),
     [
@@ -340,16 +366,20 @@ def stopped(name: str, signal: str, *, nth: int = 0, **data: Value) -> tuple[Exe
     ],
 )  # fmt: skip
 def test_a_stop_cuts_the_run_short_that_was_under_way_or_primed_for(
-    name: str, signal: str, nth: int, first: float, run: float
+    name: str, signal: str, nth: int, first: float, run: float, ties: Mapping[Event, tuple[str, ...]]
 ) -> None:
-    then, on_again = stopped(name, signal, nth=nth, geoFirstRun=first)
+    """The resident ends it as it goes on, and where nothing is tied to that, the guard before the next run."""
+    then, on_again = stopped(name, signal, nth=nth, ties=ties, geoFirstRun=first)
     assert not any(then.signals.values())
     assert then.data["georuncutshort"] == run
     assert on_again.ended == "exit"
     assert on_again.data["georuncutshort"] == run
     assert f"Material was stopped in run {run:g}" in {text for _, text in on_again.texts}
     assert not any(on_again.signals.values())
-    assert max(each.time for each in on_again.switchings if each.value != 0.0) <= then.seconds
+    if "Restart" in ties:
+        assert max(each.time for each in on_again.switchings if each.value != 0.0) <= then.seconds
+    else:
+        assert refused(on_again) == "clean the nozzle, set geoFirstRun to that run, start from main."
 
 
 def test_a_stop_of_the_final_exposure_cuts_no_run_short_and_is_told() -> None:
