@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from geoprint.export.rapid.machine import Scenario
-from tests.export.rapid.machine.tasks import HOME, ran, shown, target
+from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.machine import Scenario, compile_task, execute
+from tests.export.rapid.machine.tasks import HOME, arm, ran, shown, target
 
 SIGNALS = "Set doUV; WaitTime 1; SetAO aoFlow,2.5; Reset doUV; PulseDO doValve; PulseDO\\PLength:=3,doUV; WaitTime 2;"
 
@@ -115,6 +116,7 @@ def test_a_program_says_where_and_how_it_ended() -> None:
 
 MODULE = 'MODULE {name}\nVAR num seen:=1;\nPROC {name}()\nTPWrite "{name}";\nENDPROC\nENDMODULE\n'
 OTHERS = {f"{name}.mod": MODULE.format(name=name).replace("seen", f"seen{name}") for name in ("one", "two")}
+MAIN = 'MODULE Main\nPROC main()\nkept;\nUnLoad "HOME:/kept.sys";\nENDPROC\nENDMODULE\n'
 LOADS = {
     'Load\\Dynamic,diskhome\\File:="one.mod"; one;': (["one"], 3.0),
     'Load\\Dynamic,"HOME:/folder/one.mod"; one;': (["one"], 3.0),
@@ -155,6 +157,16 @@ def test_what_is_not_there_is_not_found(body: str, reason: str) -> None:
     found = ran(body, scenario, declared="VAR loadsession s; VAR num n;", others=OTHERS | {"more.mod": more})
     assert found.ended == "error"
     assert found.reason.startswith(reason)
+
+
+def test_what_a_controller_keeps_no_program_takes_away() -> None:
+    kept = MODULE.format(name="kept")
+    modules = [parse_module("kept.sys", kept), parse_module("Main.mod", MAIN)]
+    found = execute(
+        compile_task(modules, at_once=["kept.sys", "Main.mod"], signals={}, arm=arm()), Scenario(joints=HOME)
+    )
+    assert (found.ended, found.reason) == ("error", "ERR_UNLOAD: kept.sys is not loaded by the program")
+    assert shown(found) == ["kept"]
 
 
 HANDED = """

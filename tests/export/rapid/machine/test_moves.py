@@ -79,6 +79,7 @@ def test_joints_are_told_as_they_are_ordered() -> None:
     angles = np.degrees([*moves.places[0], *moves.turns[0, :3]])
     assert angles == pytest.approx([10.0, -20.0, 30.0, 40.0, 50.0, -60.0], abs=1e-6)
     assert moves.turns[0, 3] == 0.0
+    assert (moves.configurations[0].tolist(), moves.files.tolist()) == ([0.0] * 4, [0, 0])
     assert (moves.speeds.tolist(), moves.zones.tolist()) == ([100.0, 100.0], [4.0, 0.0])
     assert [moves.names[k] for k in moves.tools] == ["long", "tool0"]
     assert moves.along_path.tolist() == [1]
@@ -131,6 +132,12 @@ def test_joints_behind_a_line_are_the_nearest_to_those_before_with_their_turns()
     found = moved(f"{down} here:=CRobT(); MoveL Offs(here,0,0,0),v20,fine,tool0; joints:=CJointT();")
     angles, _ = cast("tuple[tuple[float, ...], tuple[float, ...]]", found.data["joints"])
     assert angles == pytest.approx([0.0, 0.0, 0.0, 0.0, 90.0, 300.0], abs=1e-3)
+    written = f"MoveL [[302,0,558],[0,-0.5,0.8660254,0],[0,0,0,0],{NONE}],v20,fine,tool0;"
+    for again in (written, written * 2, written.replace("MoveL", "MoveJ") + written):
+        angles, _ = cast(
+            "tuple[tuple[float, ...], tuple[float, ...]]", moved(f"{down} {again} joints:=CJointT();").data["joints"]
+        )
+        assert angles == pytest.approx([0.0, 0.0, 0.0, 0.0, 90.0, 300.0], abs=1e-2)
     over = absolute("0,0,0,180,-90,-120", "v20\\T:=1,fine")
     flipped = moved(
         f"{over} here:=CRobT(); MoveL Offs(here,5,0,0),v20,fine,tool0;"

@@ -173,6 +173,8 @@ def test_an_arm_that_was_stopped_on_joints_begins_anew_from_there() -> None:
     running = begun(body, declared=f"VAR jointtarget joints;{DECLARED}")
     running.run_until(2.0)
     running.from_main(Scenario(joints=HOME))
+    begun_anew = running.execution()
+    assert (begun_anew.ended, begun_anew.reason, begun_anew.file, begun_anew.line) == ("runs", "", "", 0)
     angles, _ = cast("tuple[tuple[float, ...], tuple[float, ...]]", done(running).data["joints"])
     assert angles == pytest.approx((10.0, 0.0, 5.0, 0.0, 30.0, -2.0), abs=1e-4)
 
