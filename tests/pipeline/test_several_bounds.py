@@ -105,3 +105,9 @@ def test_what_patches_were_cut_from_is_there_once() -> None:
     assert len(_common_body(patches(COARSE, COARSE)).faces) == len(COARSE.faces)
     assert len(_common_body(patches(COARSE, far)).faces) == 2 * len(COARSE.faces)
     assert len(_common_body(patches(COARSE, whole, far)).faces) == 2 * len(COARSE.faces)
+
+
+def test_pieces_that_touch_at_a_corner_are_two() -> None:
+    touching = [COARSE, moved(COARSE, 60.0, 30.0), moved(COARSE, -60.0, -30.0), moved(COARSE, 60.0, -30.0)]
+    assert len(_common_body(patches(*touching)).faces) == 4 * len(COARSE.faces)
+    assert len(_common_body(patches(*touching[::-1])).faces) == 4 * len(COARSE.faces)
