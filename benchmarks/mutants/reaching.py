@@ -11,7 +11,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import cast, final
@@ -69,7 +69,7 @@ def records(root: Path, tests: Iterable[str], *, module: str) -> list[Record]:
     return [*found.values(), *_recorded(root, missing)]
 
 
-def reaching_tests(line: int, *, module: str, source: str, known: Iterable[Record]) -> list[str]:
+def reaching_tests(line: int, *, module: str, source: str, known: Sequence[Record]) -> list[str]:
     """Return the tests that reach a line, the quickest first; then the others of what their set-up reaches it for.
 
     What is executed as the module is imported, and what is compiled, is reached by whatever reaches the module.
@@ -85,6 +85,10 @@ def reaching_tests(line: int, *, module: str, source: str, known: Iterable[Recor
         # Who only reads a constant reaches no line.
         if (anywhere and nodes) or any(node.endswith(SET_UP) for node in nodes):
             shared |= record.seconds
+    if not any(record.lines.get(reached_file) for record in known):
+        # A module that is only imported, whose lines no test executes.
+        imported = [record for record in known if reached_file in record.modules]
+        shared = {node: took for record in imported for node, took in record.seconds.items()}
     later = {node: took for node, took in shared.items() if node not in direct}
     return [*sorted(direct, key=direct.__getitem__), *sorted(later, key=later.__getitem__)]
 

@@ -118,6 +118,8 @@ def test_tests_that_reach_a_line_come_by_their_time_and_then_those_that_share_it
     assert reaching_tests(4, module="one.py", source=source, known=[record]) == ["t::quick", "t::slow", "t::other"]
     assert reaching_tests(1, module="one.py", source=source, known=[record]) == ["t::quick", "t::slow", "t::other"]
     assert reaching_tests(3, module="two.py", source=source, known=[record]) == []
+    imported = Record(seconds=record.seconds, lines={}, modules={"two.py": "its bytes"})
+    assert reaching_tests(3, module="two.py", source=source, known=[imported]) == ["t::quick", "t::other", "t::slow"]
 
 
 def test_what_tests_reach_is_recorded_once_for_the_same_bytes(tree: Path) -> None:

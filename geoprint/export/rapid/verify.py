@@ -282,9 +282,10 @@ def _verify_targets(made: Made, dry: Made, orders: Orders) -> None:
         refuse(made.place(first), f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
     _refuse_other_verbs(made)
     _refuse_standing(made)
-    if made.count != orders.count:
-        place = made.place(min(count, made.count - 1)) if made.count else _ENTRY
-        refuse(place, f"there are {made.count} targets, the plan has {orders.count}")
+    for driven, when in ((made.count, ""), (dry.count, " in the dry run")):
+        if driven != orders.count:
+            place = made.place(min(count, made.count - 1)) if made.count else _ENTRY
+            refuse(place, f"there are {driven} targets{when}, the plan has {orders.count}")
 
 
 def _refuse_other_verbs(made: Made) -> None:
@@ -314,7 +315,7 @@ def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Fi
     planned_runs = (orders.runs[:count] + 1).astype(np.float64)
     planned_speeds, planned_zones = orders.speeds[:count], orders.zones[:count]
     stops = planned_zones < _SMALLEST_ZONE
-    zone_kept = (zones <= planned_zones + _NO_EXCESS) & (zones >= planned_zones * _SMALLEST_ZONE_SHARE - _NO_EXCESS)
+    zone_kept = (zones <= planned_zones + _NO_EXCESS) & (zones >= planned_zones * _SMALLEST_ZONE_SHARE)
     speed_kept = (speeds <= planned_speeds + _NO_EXCESS) & (speeds >= planned_speeds * _SMALLEST_SPEED_SHARE)
     axes, none = moves.other_axes[rows].astype(np.float64), np.zeros(count)
     tips, quaternions = orders.tips[:count], orders.quaternions[:count]

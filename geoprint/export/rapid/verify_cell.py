@@ -137,7 +137,7 @@ def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float
     shift, turn_deg = (float(cast("float", limit.value)) for limit in limits)
     corners = np.array([*product(*extent.T)]) - np.array(middle.value, dtype=np.float64)
     reach = float(np.linalg.norm(corners, axis=1).max())
-    share = (abs(shift) + 2.0 * np.sin(np.radians(abs(turn_deg)) / 2.0) * reach) / standoff
+    share = (shift + 2.0 * np.sin(np.radians(turn_deg) / 2.0) * reach) / standoff
     # geoMiddle is written rounded, so that a corner may be a little farther from it than from the middle itself.
     if not _SMALLEST_FRAME_SHARE <= share <= _LARGEST_FRAME_SHARE + _SHARE_TOLERANCE or min(shift, turn_deg) <= 0.0:
         refuse(

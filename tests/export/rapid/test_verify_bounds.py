@@ -18,8 +18,11 @@ from geoprint.export.rapid.executed import Proof
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.program import rapid_program
 from geoprint.export.rapid.verify import (
+    Judged,
     _verify_going_on,  # pyright: ignore[reportPrivateUsage]
+    _verify_list,  # pyright: ignore[reportPrivateUsage]
     _verify_targets,  # pyright: ignore[reportPrivateUsage]
+    judge_program,
     verify_program,
 )
 from geoprint.export.rapid.verify_outputs import verify_dry, verify_flow, verify_switching
@@ -88,7 +91,7 @@ BOUNDS: list[tuple[str, Change, Change, str]] = [
     ("turns", lambda q: q * (1.0 + 1e-7), lambda q: q * (1.0 + 4e-7), "the quaternion is"),
     ("turns", lambda q: q * (1.0 - 1e-7), lambda q: q * (1.0 - 4e-7), "the quaternion is"),
     ("speeds", lambda v: v * 0.99991, lambda v: v * 0.9998, r"the speed \[mm/s\] is"),
-    ("speeds", lambda v: v + 5e-6, lambda v: v + 2e-5, r"the speed \[mm/s\] is"),
+    ("speeds", lambda v: v + 0.9e-5, lambda v: v + 1.1e-5, r"the speed \[mm/s\] is"),
     ("zones", lambda z: z * 0.0 + 0.1112, lambda z: z * 0.0 + 0.1109, r"the zone \[mm\] is"),
     ("zones", lambda z: z * 0.0 + 0.123405, lambda z: z * 0.0 + 0.12342, r"the zone \[mm\] is"),
     ("zones", lambda z: z, lambda z: z * 0.0, r"the zone \[mm\] is"),
@@ -141,9 +144,77 @@ def test_a_target_that_is_missing_or_in_another_run_is_found(switched: tuple[Pro
 def test_a_move_that_waits_within_a_run_is_found_and_between_runs_is_not(switched: tuple[Proof, Orders]) -> None:
     made = switched[0].printing
     _verify_going_on(made)
-    _verify_going_on(moved(made, "begins", lambda t: t + 0.5e-6))
-    with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the arm waits 0.1 s"):
-        _verify_going_on(moved(made, "begins", lambda t: t + 0.1))
+    _verify_going_on(moved(made, "begins", lambda t: t + 0.95e-6))
+    for wait, said in ((0.1, "0.1"), (1.05e-6, "1.05e-06")):
+        with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the arm waits {said} s"):
+            _verify_going_on(moved(made, "begins", lambda t, wait=wait: t + wait))
+    between = int(np.flatnonzero(np.diff(made.runs))[0]) + 1
+    begins = made.execution.moves.begins.copy()
+    begins[made.rows[between]] += 7.0
+    moves = replace(made.execution.moves, begins=begins)
+    _verify_going_on(replace(made, execution=replace(made.execution, moves=moves)))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_move_that_goes_nowhere_is_found(switched: tuple[Proof, Orders], sign: float) -> None:
+    """A tenth of a micrometre, or a thousandth of a degree, is somewhere else."""
+    proof, wanted = switched
+    rows = proof.printing.rows
+    moves = proof.printing.execution.moves
+    for by, degrees, stands in (
+        (0.9e-4, 0.0, True), (1.1e-4, 0.0, False), (0.0, 0.0009, True), (0.0, 0.0011, False), (0.0, 0.0, True),
+    ):  # fmt: skip
+        places, turns, tips, quaternions = (
+            each.copy() for each in (moves.places, moves.turns, wanted.tips, wanted.quaternions)
+        )
+        for positions, attitudes, now, before in (
+            (places, turns, rows[TARGET], rows[TARGET - 1]), (tips, quaternions, TARGET, TARGET - 1),
+        ):  # fmt: skip
+            positions[now] = positions[before] + sign * along(1, by)
+            attitudes[now] = turned(attitudes[before], sign * degrees)
+        made = replace(
+            proof.printing,
+            execution=replace(proof.printing.execution, moves=replace(moves, places=places, turns=turns)),
+        )
+        planned = replace(wanted, tips=tips, quaternions=quaternions)
+        if stands:
+            with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the move goes nowhere"):
+                _verify_targets(made, proof.dry, planned)
+        else:
+            _verify_targets(made, proof.dry, planned)
+
+
+@pytest.mark.parametrize(("verb", "name"), [(1, "MoveC"), (2, "MoveJ"), (3, "MoveAbsJ"), (5, "TriggC"), (6, "TriggJ")])
+def test_a_move_that_is_no_straight_line_is_found(switched: tuple[Proof, Orders], verb: int, name: str) -> None:
+    proof, wanted = switched
+    with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: {name} is no straight move"):
+        _verify_targets(moved(proof.printing, "verbs", lambda v: v * 0 + verb), proof.dry, wanted)
+
+
+def test_of_several_differences_the_first_target_is_named_and_what_matters_most_there(
+    switched: tuple[Proof, Orders],
+) -> None:
+    proof, wanted = switched
+    slower = wanted.speeds.copy()
+    slower[3] *= 0.5
+    made = moved(proof.printing, "places", lambda p: p + 1.0)
+    with pytest.raises(VerificationError, match=r"target 4: the speed"):
+        _verify_targets(made, proof.dry, replace(wanted, speeds=slower))
+    slower[TARGET], slower[3] = 1.0, wanted.speeds[3]
+    with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the position"):
+        _verify_targets(made, proof.dry, replace(wanted, speeds=slower))
+    last = wanted.speeds.copy()
+    last[-1] *= 2.0
+    with pytest.raises(VerificationError, match=r"target 18: the speed"):
+        _verify_targets(proof.printing, proof.dry, replace(wanted, speeds=last))
+
+
+def test_a_target_that_only_the_dry_run_lacks_is_found(switched: tuple[Proof, Orders]) -> None:
+    """What lies behind it was compared with nothing before."""
+    proof, wanted = switched
+    short = replace(proof.dry, rows=proof.dry.rows[:-1], runs=proof.dry.runs[:-1])
+    with pytest.raises(VerificationError, match="there are 17 targets in the dry run, the plan has 18"):
+        _verify_targets(proof.printing, short, wanted)
 
 
 def with_switching(made: Made, which: int, **change: object) -> Made:
@@ -204,6 +275,8 @@ def test_a_flow_keeps_its_value_by_one_percent_and_its_lag_by_a_microsecond(flow
     for change, words in (
         ({"value": 0.05 * 1.0095}, ""), ({"value": 0.05 * 0.9905}, ""), ({"lag": 0.05 + 0.9e-6}, ""),
         ({"value": 0.05 * 1.012}, "the plan has 0.05"), ({"value": 0.05 * 0.988}, "the plan has 0.05"),
+        ({"lag": 0.05 + 1.1e-6}, "the lag of the flow"), ({"lag": 0.05 - 1.1e-6}, "the lag of the flow"),
+        ({"dip_lag": 0.05 - 1.1e-6}, "the lag of the flow"), ({"dip_lag": 0.05 + 0.9e-6}, ""),
         ({"lag": 0.049}, "the lag of the flow"), ({"dip_lag": 0.0}, "the lag of the flow"),
         ({"distance": 0.5}, "a flow changes at the start of a move"),
         ({"from_start": False}, "a flow changes at the start of a move"),
@@ -237,3 +310,93 @@ def test_a_flow_that_ends_before_the_plan_does_is_found(flowing: tuple[Proof, Or
 def test_a_cell_that_only_switches_has_no_flow(flowing: tuple[Proof, Orders], signals: Signals) -> None:
     with pytest.raises(VerificationError, match="aoflow is no output for a flow that follows the speed"):
         verify_flow(flowing[0].printing, flowing[1], signals=signals)
+
+
+def listing(*names: str) -> str:
+    lines = "".join(f"\t<Module>{name}</Module>\n" for name in names)
+    return f'<?xml version="1.0" encoding="ISO-8859-1" ?>\n<Program>\n{lines}</Program>\n'
+
+
+OWN = ("GeoCell.mod", "GeoGuard.mod", "GeoPrint.mod")
+
+
+@pytest.mark.parametrize(
+    ("modules", "listed", "words"),
+    [
+        (OWN, OWN, ""),
+        ((*OWN, "GeoPath1.mod"), OWN, ""),
+        ((*OWN, "GeoPath2.mod", "GeoPath1.mod"), OWN, ""),
+        (OWN, None, "the list of modules is missing"),
+        ((*OWN, "GeoPath2.mod"), OWN, "this module is missing"),
+        ((*OWN, "GeoPath1.mod", "GeoPath3.mod"), OWN, "this module is missing"),
+        ((*OWN, "GeoMore.mod"), OWN, "it must list GeoCell, GeoGuard and GeoPrint"),
+        ((*OWN, "GeoMore.mod"), (*OWN, "GeoMore.mod"), "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN, (*OWN, "GeoPath1.mod"), "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN, OWN[::-1], "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN[::-1], OWN[::-1], "it must list GeoCell, GeoGuard and GeoPrint"),
+        (OWN[:2], OWN, "it must list GeoCell, GeoGuard and GeoPrint"),
+    ],
+)
+def test_the_list_names_what_is_loaded_together_and_paths_count_from_one(
+    modules: tuple[str, ...], listed: tuple[str, ...] | None, words: str
+) -> None:
+    texts = dict.fromkeys(modules, "") | ({} if listed is None else {"GeoPrint.pgf": listing(*listed)})
+    loading = any("GeoPath" in name for name in modules)
+    if not words:
+        _verify_list(texts, loading=loading)
+        return
+    with pytest.raises(VerificationError, match=words) as caught:
+        _verify_list(texts, loading=loading)
+    missing = next((f"GeoPath{k}.mod" for k in (1, 2) if f"GeoPath{k}.mod" not in modules), "")
+    assert caught.value.details["module"] == (missing if "this module" in words else "GeoPrint.pgf")
+    assert caught.value.details["line"] == 1
+
+
+def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switched: tuple[Proof, Orders]) -> None:
+    wanted = switched[1]
+    program = rapid_program(
+        wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
+        spacing=2.0,
+    )  # fmt: skip
+
+    def judged(*changes: tuple[str, str, str]) -> Judged:
+        texts = dict(program.modules)
+        for name, old, new in changes:
+            assert old in texts[name]
+            texts[name] = texts[name].replace(old, new, 1)
+        return judge_program(
+            tuple(texts.items()), wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, events=events()
+        )
+
+    whole = judged()
+    assert whole.findings == ()
+    assert whole.proof is not None
+    pgf = ("GeoPrint.pgf", "GeoGuard.mod", "GeoOther.mod")
+    guard = ("GeoGuard.mod", "far:=TRUE", "far:=FALSE")
+    broken = judged(
+        pgf, guard, ("GeoCell.mod", "geoDryRun:=TRUE;", "geoDryRun:=TRUE"),
+        ("GeoPrint.mod", "    GeoRun2;", "    GeoRun2"),
+    )  # fmt: skip
+    assert broken.proof is None
+    assert [each.details["module"] for each in broken.findings] == [
+        "GeoPrint.pgf", "GeoGuard.mod", "GeoCell.mod", "GeoPrint.mod",
+    ]  # fmt: skip
+    header, data = (
+        ("GeoPrint.mod", "known within 0.21", "known within 0.20"),
+        ("GeoCell.mod", "nGeoBack:=1.0", "nGeoBack:=1.1"),
+    )
+    speed, valve = (
+        ("GeoPrint.mod", "vGeo2,zGeo2", "vGeo3,zGeo2"),
+        ("GeoPrint.mod", "tGeoValveOn,0.0000", "tGeoValveOn,1.0000"),
+    )
+    several = judged(pgf, header, data, speed, valve)
+    assert several.proof is not None
+    words = ["it must list", "the header must say", "nGeoBack is", "the speed", "switches 1 mm away", "lies 1.0000 mm"]
+    assert len(several.findings) == len(words)
+    for finding, said in zip(several.findings, words, strict=True):
+        assert said in str(finding)
+    # What has no meaning is not executed, but everything else is still looked at.
+    unknown = judged(pgf, data, ("GeoPrint.mod", "    GeoRun2;", "    GeoRun3;"))
+    assert unknown.proof is None
+    assert any("GeoRun3 is declared nowhere" in str(each) for each in unknown.findings)
+    assert any("nGeoBack is" in str(each) for each in unknown.findings)

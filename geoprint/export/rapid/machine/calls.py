@@ -99,11 +99,13 @@ def _forwarded(parameter: Parameter, argument: Argument, scope: Scope) -> Callab
     if kept == by_reference(parameter):
         return lambda state: state.local[slot]
 
-    def value(state: State) -> Slot:
+    def other(state: State) -> Slot:
         given = state.local[slot]
-        return given.get(state) if isinstance(given, Reference) else given
+        if given is MISSING:
+            return given
+        return given.get(state) if isinstance(given, Reference) else Reference(len(state.frames) - 1, slot)
 
-    return value
+    return other
 
 
 def positional(arguments: tuple[Argument, ...]) -> list[Expression]:

@@ -26,34 +26,30 @@ class Code:
     Attributes:
         kind: its type in lower case; empty for an aggregate, whose type is that of where it goes.
         run: gives its value.
-        dimensions: how many indices it takes.
     """
 
     kind: str
     run: Evaluate
-    dimensions: int = 0
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Local:
-    """A routine's own datum or parameter: its slot, type, whether the slot holds a reference, and its dimensions."""
+    """A routine's own datum or parameter: its slot, type, and whether the slot holds a reference."""
 
     slot: int
     kind: str
-    by_reference: bool = False
-    dimensions: int = 0
+    by_reference: bool
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Global:
-    """A module's datum: its slot, type, storage, dimensions, module, and whether that is loaded from the start."""
+    """A module's datum: its slot, type, storage, module, and whether that is loaded from the start."""
 
     slot: int
     kind: str
     storage: str
-    dimensions: int
     file: str
     resident: bool
 
@@ -101,7 +97,7 @@ class RoutineCode:
 
     def line_of(self, step: int) -> int:
         """Return where a step stands."""
-        return abs(self.lines[step]) if self.lines else 0
+        return abs(self.lines[step])
 
 
 @final
@@ -140,11 +136,11 @@ class Scope:
         self.locals: dict[str, Local] = {}
         self.size = 0
 
-    def add(self, name: str, kind: str, *, by_reference: bool = False, dimensions: int = 0) -> int:
+    def add(self, name: str, kind: str, *, by_reference: bool = False) -> int:
         """Declare a datum of the routine, or a hidden one under an empty name, and return its slot."""
         slot, self.size = self.size, self.size + 1
         if name:
-            self.locals[name.lower()] = Local(slot, self.kind(kind), by_reference, dimensions)
+            self.locals[name.lower()] = Local(slot, self.kind(kind), by_reference)
         return slot
 
     def kind(self, name: str) -> str:

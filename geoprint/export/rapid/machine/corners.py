@@ -35,11 +35,10 @@ def rounded_lengths(places: FloatArray, zones: FloatArray) -> FloatArray:
     steps = np.diff(places, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     saved = np.zeros(len(places))
-    if len(steps) > 1:
-        along = steps / np.maximum(lengths, ON_THE_SPOT)[:, None]
-        nearer = np.minimum(lengths[1:], lengths[:-1])
-        sizes = np.where(nearer > ON_THE_SPOT, np.minimum(zones[1:-1], nearer / 2.0), 0.0)
-        saved[1:-1] = sizes * _saved_share(along[:-1], along[1:])
+    along = steps / np.maximum(lengths, ON_THE_SPOT)[:, None]
+    nearer = np.minimum(lengths[1:], lengths[:-1])
+    sizes = np.where(nearer > ON_THE_SPOT, np.minimum(zones[1:-1], nearer / 2.0), 0.0)
+    saved[1:-1] = sizes * _saved_share(along[:-1], along[1:])
     return lengths - saved[1:] - saved[:-1]
 
 

@@ -109,7 +109,7 @@ def _name(expression: Name, scope: Scope) -> Code:
     if datum is not None:
         at = datum.slot
         known: Evaluate = lambda state: cast("Value", state.data[at])  # noqa: E731
-        return Code(datum.kind, known if datum.resident else Reference(-1, at).get, datum.dimensions)
+        return Code(datum.kind, known if datum.resident else Reference(-1, at).get)
     if name == "errno":
         return Code("num", lambda state: state.error.number if state.error is not None else 0.0)
     if name in PREDEFINED:
@@ -124,7 +124,7 @@ def _own(local: Local, name: str) -> Code:
     """Return the value of a routine's own datum, or of what was handed over in its place."""
     slot = local.slot
     if local.by_reference:
-        return Code(local.kind, lambda state: _present(state.local[slot], name).get(state), local.dimensions)
+        return Code(local.kind, lambda state: _present(state.local[slot], name).get(state))
 
     def own(state: State) -> Value:
         value = state.local[slot]
@@ -132,7 +132,7 @@ def _own(local: Local, name: str) -> Code:
             fault("ERR_NOTPRES", f"{name} is used, but was left out")
         return cast("Value", value)
 
-    return Code(local.kind, own, local.dimensions)
+    return Code(local.kind, own)
 
 
 def _path(expression: Component | Element, scope: Scope) -> Callable[[State, Reference], tuple[int, ...]]:
@@ -181,7 +181,7 @@ def _part(expression: Component | Element, scope: Scope) -> Code:
             value = cast("tuple[Value, ...]", value)[place]
         return value
 
-    return Code(of.kind, element, of.dimensions - len(indices))
+    return Code(of.kind, element)
 
 
 def _function(expression: FunctionCall, scope: Scope) -> Code:

@@ -18,7 +18,7 @@ def compile_instruction(call: Call, scope: Scope) -> Step:
     """
     instruction = INSTRUCTIONS[call.name.lower()]
     arguments = positional(call.arguments)
-    if not instruction.least <= len(arguments) <= instruction.most:
+    if len(arguments) != instruction.takes:
         unknown(scope.file, call.line, f"{call.name} is given {len(arguments)} arguments")
     makers = [
         reference(argument, scope)

@@ -32,16 +32,14 @@ class Instruction:
 
     Attributes:
         run: does it.
-        least: arguments that it needs besides its options.
-        most: that it takes.
+        takes: so many arguments besides its options.
         references: places of arguments that it is handed itself.
         signals: places of arguments that name a signal.
         options: that it takes, in lower case.
     """
 
     run: Run
-    least: int
-    most: int
+    takes: int
     references: tuple[int, ...] = ()
     signals: tuple[int, ...] = ()
     options: frozenset[str] = frozenset()
@@ -114,13 +112,6 @@ def _wait_signal(state: State, values: list[Any], options: Mapping[str, Value]) 
 
 def _velocity(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
     state.motion.override, state.motion.fastest = float(values[0]), float(values[1])
-
-
-def _keep(name: str) -> Run:
-    def run(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
-        state.motion.settings[name] = (*values, *sorted(options))
-
-    return run
 
 
 def _displace(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
@@ -218,44 +209,42 @@ def _nothing(_: State, __: list[Any], ___: Mapping[str, Value]) -> None:
 
 _TRIGGER = frozenset({"start", "time", *OUTPUTS})
 INSTRUCTIONS: Mapping[str, Instruction] = {
-    "setdo": Instruction(_set_output, 2, 2, signals=(0,)),
-    "setao": Instruction(_set_output, 2, 2, signals=(0,)),
-    "setgo": Instruction(_set_output, 2, 2, signals=(0,)),
-    "set": Instruction(lambda state, values, _: _put(state, values[0], 1.0), 1, 1, signals=(0,)),
-    "reset": Instruction(lambda state, values, _: _put(state, values[0], 0.0), 1, 1, signals=(0,)),
-    "pulsedo": Instruction(_pulse, 1, 1, signals=(0,), options=frozenset({"plength"})),
-    "tperase": Instruction(_nothing, 0, 0),
-    "tpwrite": Instruction(_write, 1, 1, options=frozenset({"num", "bool", "pos", "orient", "dnum"})),
-    "tpreadfk": Instruction(_ask, 7, 7, references=(0,)),
-    "tpreadnum": Instruction(_ask, 2, 2, references=(0,)),
-    "waittime": Instruction(_wait, 1, 1, options=frozenset({"inpos"})),
-    "waitrob": Instruction(
-        lambda state, _, __: _wait(state, [0.0], {"inpos": True}), 0, 0, options=frozenset({"inpos"})
-    ),
-    "waituntil": Instruction(_wait_until, 1, 1, options=frozenset({"maxtime"})),
-    "waitdi": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
-    "waitdo": Instruction(_wait_signal, 2, 2, signals=(0,), options=frozenset({"maxtime"})),
-    "velset": Instruction(_velocity, 2, 2),
-    "accset": Instruction(_keep("AccSet"), 2, 2),
-    "confl": Instruction(_keep("ConfL"), 0, 0, options=frozenset({"on", "off"})),
-    "confj": Instruction(_keep("ConfJ"), 0, 0, options=frozenset({"on", "off"})),
-    "singarea": Instruction(_keep("SingArea"), 0, 0, options=frozenset({"off", "wrist"})),
-    "pdispset": Instruction(_displace, 1, 1),
-    "pdispoff": Instruction(_displace_no_more, 0, 0),
-    "eoffsset": Instruction(_offset_axes, 1, 1),
-    "eoffsoff": Instruction(_nothing, 0, 0),
-    "triggio": Instruction(_trigger, 3, 3, references=(0,), options=_TRIGGER),
-    "triggequip": Instruction(_trigger_equipment, 4, 4, references=(0,), options=_TRIGGER),
+    "setdo": Instruction(_set_output, 2, signals=(0,)),
+    "setao": Instruction(_set_output, 2, signals=(0,)),
+    "setgo": Instruction(_set_output, 2, signals=(0,)),
+    "set": Instruction(lambda state, values, _: _put(state, values[0], 1.0), 1, signals=(0,)),
+    "reset": Instruction(lambda state, values, _: _put(state, values[0], 0.0), 1, signals=(0,)),
+    "pulsedo": Instruction(_pulse, 1, signals=(0,), options=frozenset({"plength"})),
+    "tperase": Instruction(_nothing, 0),
+    "tpwrite": Instruction(_write, 1, options=frozenset({"num", "bool", "pos", "orient", "dnum"})),
+    "tpreadfk": Instruction(_ask, 7, references=(0,)),
+    "tpreadnum": Instruction(_ask, 2, references=(0,)),
+    "waittime": Instruction(_wait, 1, options=frozenset({"inpos"})),
+    "waitrob": Instruction(lambda state, _, __: _wait(state, [0.0], {"inpos": True}), 0, options=frozenset({"inpos"})),
+    "waituntil": Instruction(_wait_until, 1, options=frozenset({"maxtime"})),
+    "waitdi": Instruction(_wait_signal, 2, signals=(0,), options=frozenset({"maxtime"})),
+    "waitdo": Instruction(_wait_signal, 2, signals=(0,), options=frozenset({"maxtime"})),
+    "velset": Instruction(_velocity, 2),
+    "accset": Instruction(_nothing, 2),
+    "confl": Instruction(_nothing, 0, options=frozenset({"on", "off"})),
+    "confj": Instruction(_nothing, 0, options=frozenset({"on", "off"})),
+    "singarea": Instruction(_nothing, 0, options=frozenset({"off", "wrist"})),
+    "pdispset": Instruction(_displace, 1),
+    "pdispoff": Instruction(_displace_no_more, 0),
+    "eoffsset": Instruction(_offset_axes, 1),
+    "eoffsoff": Instruction(_nothing, 0),
+    "triggio": Instruction(_trigger, 3, references=(0,), options=_TRIGGER),
+    "triggequip": Instruction(_trigger_equipment, 4, references=(0,), options=_TRIGGER),
     "triggspeed": Instruction(
-        _trigger_speed, 5, 5, references=(0,), signals=(3,), options=frozenset({"start", "time", "diplag"})
+        _trigger_speed, 5, references=(0,), signals=(3,), options=frozenset({"start", "time", "diplag"})
     ),
-    "startload": Instruction(_start_load, 2, 2, references=(1,), options=frozenset({"dynamic", "file"})),
-    "waitload": Instruction(_wait_load, 1, 1, references=(0,)),
-    "load": Instruction(_load, 1, 1, options=frozenset({"dynamic", "file"})),
-    "unload": Instruction(_unload, 1, 1, options=frozenset({"file", "errifchanged", "save"})),
-    "incr": Instruction(lambda state, values, _: _add(state, [values[0], 1.0], {}), 1, 1, references=(0,)),
-    "decr": Instruction(lambda state, values, _: _add(state, [values[0], -1.0], {}), 1, 1, references=(0,)),
-    "add": Instruction(_add, 2, 2, references=(0,)),
-    "clear": Instruction(lambda state, values, _: values[0].put(state, 0.0), 1, 1, references=(0,)),
-    "stop": Instruction(lambda state, _, __: state.end("stopped", "Stop"), 0, 0, options=frozenset({"noregain"})),
+    "startload": Instruction(_start_load, 2, references=(1,), options=frozenset({"dynamic", "file"})),
+    "waitload": Instruction(_wait_load, 1, references=(0,)),
+    "load": Instruction(_load, 1, options=frozenset({"dynamic", "file"})),
+    "unload": Instruction(_unload, 1, options=frozenset({"file", "errifchanged", "save"})),
+    "incr": Instruction(lambda state, values, _: _add(state, [values[0], 1.0], {}), 1, references=(0,)),
+    "decr": Instruction(lambda state, values, _: _add(state, [values[0], -1.0], {}), 1, references=(0,)),
+    "add": Instruction(_add, 2, references=(0,)),
+    "clear": Instruction(lambda state, values, _: values[0].put(state, 0.0), 1, references=(0,)),
+    "stop": Instruction(lambda state, _, __: state.end("stopped", "Stop"), 0, options=frozenset({"noregain"})),
 }

@@ -47,7 +47,7 @@ class Trigger:
     """What a triggdata holds: a switching whose time and move are yet to come, and whether its place is a time."""
 
     switching: Switching
-    by_time: bool = False
+    by_time: bool
     lead: float = 0.0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 from array import array
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, cast, final
 
 import numpy as np
@@ -118,7 +118,6 @@ class Moving:
         fastest: of the tip, by VelSet [mm/s].
         displacement: of the program.
         legs: the last two moves.
-        settings: words and values of other instructions about motion, as they were given last.
     """
 
     tip: Pose | None
@@ -131,13 +130,12 @@ class Moving:
     fastest: float = 5000.0
     displacement: Pose = IDENTITY
     legs: tuple[Leg, ...] = ()
-    settings: dict[str, object] = field(default_factory=dict[str, object])
 
     def copy(self) -> Moving:
         """Return the same again."""
         return Moving(
             self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.override, self.fastest,
-            self.displacement, self.legs, dict(self.settings),
+            self.displacement, self.legs,
         )  # fmt: skip
 
 
@@ -176,19 +174,12 @@ class Log:
             self.closed.append(np.array(self.open, dtype=np.float64).reshape(-1, ROW))
             self.open = array("d")
 
-    def rows(self, last: int | None = None) -> FloatArray:
-        """Return the rows of all moves, or of the last ones."""
+    def rows(self) -> FloatArray:
+        """Return the rows of all moves, which nothing changes any more."""
         self.close()
-        found: list[FloatArray] = []
-        for block in reversed(self.closed):
-            found.append(block)
-            if last is not None and sum(map(len, found)) >= last:
-                break
-        whole = np.concatenate(found[::-1]) if found else np.empty((0, ROW))
-        if last is not None:
-            return whole[-last:]
-        # Nothing changes it any more, so that it need not be there twice.
+        whole = np.concatenate(self.closed) if self.closed else np.empty((0, ROW))
         whole.setflags(write=False)
+        # They need not be there twice.
         self.closed = [whole]
         return whole
 

@@ -31,7 +31,7 @@ from geoprint.export.rapid.machine.expressions import compiled, operand, referen
 from geoprint.export.rapid.machine.instruction_calls import compile_instruction
 from geoprint.export.rapid.machine.instructions import INSTRUCTIONS
 from geoprint.export.rapid.machine.move_calls import MOVES, compile_move, compile_series, compile_trigger
-from geoprint.export.rapid.machine.state import Reference, State
+from geoprint.export.rapid.machine.state import State
 from geoprint.export.rapid.machine.stepping import enter, leave, raise_on
 from geoprint.export.rapid.machine.values.faults import fault, unknown
 from geoprint.export.rapid.machine.values.records import array_of, initial, stored
@@ -63,12 +63,12 @@ def compile_routine(routine: Routine, code: RoutineCode, task: MachineTask) -> N
     scope = Scope(task.declared, code.file)
     compiler = _Compiler(code, scope, task)
     for parameter in routine.parameters:
-        scope.add(parameter.name, parameter.kind, by_reference=by_reference(parameter), dimensions=parameter.dimensions)
+        scope.add(parameter.name, parameter.kind, by_reference=by_reference(parameter))
     for datum in routine.data:
         sizes = tuple(int(cast("float", compiled(size, scope).run(task.blank))) for size in datum.sizes)
         first = cast("Value", array_of(initial(scope.kind(datum.kind), task.declared.records), sizes))
         run = _constant(first) if datum.value is None else _stored(compiled(datum.value, scope).run)
-        code.setup.append((scope.add(datum.name, datum.kind, dimensions=len(sizes)), run))
+        code.setup.append((scope.add(datum.name, datum.kind), run))
     if routine.undo or routine.backward:
         unknown(code.file, routine.line, f"{routine.name} has an UNDO or BACKWARD clause, which is not executed here")
     compiler.body(routine.body)
@@ -271,14 +271,11 @@ class _Compiler:
 
     def _assignment(self, statement: Assignment) -> None:
         target, run = statement.target, operand(statement.value, self._scope).run
-        if isinstance(target, Component | Element) or target.name.lower() not in self._scope.locals:
+        local = self._scope.locals.get(target.name.lower()) if isinstance(target, Name) else None
+        if local is None or local.by_reference:
             self._assign_far(statement, run)
             return
-        local = self._scope.locals[target.name.lower()]
         slot = local.slot
-        if local.by_reference:
-            self.emit(lambda state: cast("Reference", state.local[slot]).put(state, stored(run(state))), statement.line)
-            return
 
         def assign(state: State) -> None:
             state.local[slot] = stored(run(state))
@@ -286,7 +283,7 @@ class _Compiler:
         self.emit(assign, statement.line)
 
     def _assign_far(self, statement: Assignment, run: Callable[[State], Value]) -> None:
-        """Append an assignment to a part of something, or to a datum of a module."""
+        """Append an assignment to a part of something, to a datum of a module, or to what was handed over."""
         target = statement.target
         find = reference(target, self._scope)
         whole = target

@@ -25,7 +25,7 @@ def advance(state: State, until: float) -> None:
     frames = state.frames
     most = state.scenario.most_steps
     while state.clock <= until and state.ended == "runs" and len(frames) > state.base:
-        if state.pending and state.pending[0][0] <= state.clock:
+        if state.pending:
             state.fire(state.clock)
         frame = frames[-1]
         pc = frame.pc
@@ -67,7 +67,7 @@ def leave(state: State, value: Value | None) -> None:
         state.local = state.frames[-1].data
     elif not state.base:
         state.ended, state.file = "end", frame.routine.file
-        state.line = frame.routine.line_of(max(frame.pc - 1, 0))
+        state.line = frame.routine.line_of(frame.pc - 1)
 
 
 def evaluate_routine(state: State, routine: RoutineCode, arguments: list[Slot]) -> Value | None:

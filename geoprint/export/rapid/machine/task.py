@@ -124,7 +124,7 @@ class MachineTask:
         for datum in module.data:
             name = datum.name.lower()
             found = Global(
-                self.slots, scope.kind(datum.kind), datum.storage, len(datum.sizes), module.file,
+                self.slots, scope.kind(datum.kind), datum.storage, module.file,
                 module.file in self.resident,
             )  # fmt: skip
             self.slots += 1

@@ -80,6 +80,7 @@ def test_targets_lie_in_the_work_object_with_the_displacement_of_the_program() -
     moves = ran(body, declared=DECLARED).moves
     tips = moves.Ts_base_tip(moves.along_path)[:, :3, 3]
     assert tips == pytest.approx(np.array([[100, 10, 310], [100, 10, 340], [95, 10, 310]]), abs=1e-4)
+    assert moves.tips(moves.along_path[1:]) == pytest.approx(tips[1:], abs=1e-4)
     assert moves.lengths[1:] == pytest.approx([30.0, np.hypot(30.0, 5.0)], abs=1e-4)
 
 

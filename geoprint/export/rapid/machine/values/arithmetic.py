@@ -15,7 +15,8 @@ def added(a: Value, b: Value) -> Value:
     """Return the sum of two numbers or places, or two texts one behind the other."""
     if isinstance(a, tuple):
         return tuple(x + y for x, y in zip(cast("Parts", a), cast("Parts", b), strict=True))
-    return a + b if isinstance(a, str) and isinstance(b, str) else cast("float", a) + cast("float", b)
+    # Of two texts as well.
+    return cast("float", a) + cast("float", b)
 
 
 def subtracted(a: Value, b: Value) -> Value:

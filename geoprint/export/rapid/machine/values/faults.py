@@ -20,8 +20,6 @@ _NAMES = (
 _FIRST = 1001
 ERRORS = {name.lower(): float(number) for number, name in enumerate(_NAMES, start=_FIRST)}
 _NAME_OF = {number: name.upper() for name, number in ERRORS.items()}
-# RAISE takes these numbers from a program.
-LARGEST_RAISED = 90.0
 
 
 @final

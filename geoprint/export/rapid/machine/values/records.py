@@ -38,7 +38,8 @@ RECORDS: Mapping[str, Components] = {
 }  # fmt: skip
 # Types that are a number by another name.
 _NUMBERS = frozenset({"num", "errnum", "intnum", "dionum", "byte", "triggios", "tpnum", "opnum", "symnum"})
-_SINGLE = struct.Struct("f")
+# Only of a fixed order of bytes a number that is too large is refused.
+_SINGLE = struct.Struct("<f")
 _WHOLE = 16777216.0
 
 
