@@ -1,4 +1,4 @@
-"""The check of the arm, one pair at a time: whatever moves past something else within a step is found by its pair alone.
+"""The check of the arm, one pair at a time: what passes something within a step is found by its pair alone.
 
 The links are made up: seven upright cylinders far from one another, of which one passes another or a post. At both
 placements it is farther than has to be kept; between them it is nearer.

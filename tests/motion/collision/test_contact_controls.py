@@ -1,4 +1,4 @@
-"""What the collision check asks of its library and its models before it trusts them, and the shapes that it measures."""
+"""What the collision check asks of its library and its models before it trusts them, and what it measures."""
 
 from __future__ import annotations
 
