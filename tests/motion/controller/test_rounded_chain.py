@@ -1,0 +1,69 @@
+"""Parts of the chain with targets beside the path: times of patterns, and stretches that leave the tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geoprint.model import FloatArray, IntArray
+from geoprint.motion.controller.rounded_chain import (
+    Course,
+    _leaves,  # pyright: ignore[reportPrivateUsage]
+    _nearest,  # pyright: ignore[reportPrivateUsage]
+    _run_of,  # pyright: ignore[reportPrivateUsage]
+)
+from tests.motion.joint_paths import DOWN
+
+NONE = np.empty(0, dtype=np.int64)
+
+
+def course(tips: FloatArray, times: FloatArray, *, rests: tuple[int, ...] = ()) -> Course:
+    count = len(tips)
+    resting = np.zeros(count, dtype=np.bool_)
+    resting[[0, -1, *rests]] = True
+    return Course(
+        tips=tips, quaternions=np.tile(DOWN, (count, 1)), times=times, required=np.flatnonzero(resting),
+        runs=np.zeros(count, dtype=np.int64), rests=resting, laid=np.full(count - 1, fill_value=True), tolerance=0.01,
+        turn=0.01, periods=(0.012, 0.024),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("height", "off"), [(0.009, False), (0.011, True), (0.019, True)])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_stretch_leaves_where_a_straight_move_is_wider_than_the_tolerance(
+    height: float, *, off: bool, moved: bool
+) -> None:
+    x = np.arange(31.0)
+    tips = np.column_stack([x, np.zeros(31), np.zeros(31)])
+    tips[15, 1] = height
+    flags = np.zeros(31, dtype=np.bool_)
+    flags[5] = moved
+    parts = NONE, np.array([0, 5, 10, 20, 30]), NONE
+    assert _leaves(course(tips, 0.1 * x), parts, flags) == off
+
+
+def test_a_stretch_is_not_judged_by_what_is_far_beside_it() -> None:
+    x = np.arange(101.0)
+    tips = np.column_stack([x, np.zeros(101), np.zeros(101)])
+    tips[5, 1] = 0.5
+    rows = np.arange(0, 101, 10)
+    made, flags = course(tips, 0.1 * x), np.zeros(101, dtype=np.bool_)
+    assert not _leaves(made, (rows[:4], rows[4:8], rows[8:]), flags)
+    assert _leaves(made, (NONE, rows[:8], rows[8:]), flags)
+    back = replace(made, tips=tips[::-1].copy())
+    assert not _leaves(back, (rows[:4], rows[4:8], rows[8:]), flags)
+    assert _leaves(back, (rows[:4], rows[4:], NONE), flags)
+
+
+@pytest.mark.parametrize(
+    ("flags", "count"), [([], 0), ([True], 1), ([False], 0), ([True, True, False, True], 2), ([True] * 3, 3)]
+)
+def test_flags_are_counted_up_to_the_first_that_is_not_set(flags: list[bool], count: int) -> None:
+    assert _run_of(np.array(flags, dtype=np.bool_)) == count
+
+
+def test_the_nearest_time_is_taken_on_either_side_and_at_both_ends() -> None:
+    found: IntArray = _nearest(np.array([0.0, 1.0, 3.0]), np.array([-5.0, 0.4, 0.6, 1.9, 2.1, 9.0]))
+    assert found.tolist() == [0, 0, 1, 1, 2, 2]

@@ -1,0 +1,82 @@
+"""The length of a path that is timed: what is one place, how turns count, and where the tip alone is the length."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geoprint.errors import LimitError
+from geoprint.model import FloatArray, JointPath
+from geoprint.motion.timing.knots import Knots, path_knots
+from geoprint.motion.timing.spacing import _laid_length  # pyright: ignore[reportPrivateUsage]
+from tests.motion.cells import bent_cell
+from tests.motion.joint_paths import line, stream, tilted, two_runs
+
+PROCESS = replace(bent_cell().process, speed=20.0, travel_speed=60.0)
+
+
+def path_of(tips: FloatArray, angles: FloatArray, *, laid: bool, joints: FloatArray | None = None) -> JointPath:
+    count = len(tips)
+    return JointPath(
+        poses=stream(tips, quaternions=tilted(angles), deposit=np.full(count, laid)),
+        joints=np.zeros((count, 6)) if joints is None else joints, configuration=np.zeros((count, 4), dtype=np.int64),
+        branch=0, rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
+    )  # fmt: skip
+
+
+def knots_of(step: float, turn: float, *, laid: bool) -> Knots:
+    """Return the knots of three poses a step [mm] and a turn [rad] apart."""
+    tips = line((0.0, 0.0, 0.0), (2.0 * step, 0.0, 0.0), count=3)
+    return path_knots(path_of(tips, turn * np.arange(3.0), laid=laid), process=PROCESS)
+
+
+def test_on_travel_a_radian_counts_as_10_mm_beside_the_way_of_the_tip() -> None:
+    found = knots_of(4.0, 0.3, laid=False)
+    np.testing.assert_allclose(found.lengths, [0.0, 0.005, 0.010])
+    np.testing.assert_allclose(found.tip_shares, 0.8)
+    np.testing.assert_allclose(found.ceilings, 0.06 / 0.8)
+
+
+def test_a_tool_that_turns_on_the_spot_moves_on_and_its_tip_sets_no_ceiling() -> None:
+    found = knots_of(0.0, 0.3, laid=False)
+    np.testing.assert_allclose(found.lengths, [0.0, 0.003, 0.006])
+    assert np.isinf(found.ceilings).all()
+
+
+@pytest.mark.parametrize(("step", "alone"), [(0.0303, True), (0.0297, False)])
+def test_where_material_is_laid_the_tip_alone_is_the_length_down_to_a_hundredth(step: float, *, alone: bool) -> None:
+    """A turn of 0.3 rad is as long as 3 mm, a hundredth of which is 0.03 mm."""
+    found = knots_of(step, 0.3, laid=True)
+    np.testing.assert_allclose(np.diff(found.lengths), 1e-3 * (step if alone else np.hypot(step, 3.0)))
+    assert (found.tip_shares == 1.0).all() == alone
+
+
+def test_one_step_that_all_but_turns_on_the_spot_takes_its_whole_leg_with_it() -> None:
+    tips = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.001, 0.0, 0.0]])
+    found = path_knots(path_of(tips, np.array([0.0, 0.3, 0.6]), laid=True), process=PROCESS)
+    np.testing.assert_allclose(np.diff(found.lengths), [0.005, 0.003], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("jump", "refused"), [(0.9e-8, False), (1.1e-8, True)])
+def test_joints_may_differ_by_a_hundred_millionth_of_a_radian_at_one_place(jump: float, *, refused: bool) -> None:
+    joints = np.zeros((3, 6))
+    joints[1:, 3] = jump
+    path = path_of(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.zeros(3), laid=True, joints=joints)
+    if refused:
+        with pytest.raises(LimitError, match=r"run 1, pose 1: joint 4 jumps by 1\.1e-08 rad"):
+            path_knots(path, process=PROCESS)
+    else:
+        assert path_knots(path, process=PROCESS).places.tolist() == [0, 0, 1]
+
+
+def test_the_laid_length_of_a_run_leaves_out_its_travel_and_other_runs() -> None:
+    """Half circles of 20 and 16 mm with chords of half a millimetre, between travel."""
+    poses = two_runs()
+    path = JointPath(
+        poses=poses, joints=np.zeros((poses.count, 6)), configuration=np.zeros((poses.count, 4), dtype=np.int64),
+        branch=0, rotations=np.zeros(poses.count), leans=np.zeros((poses.count, 2)), T_base_work=np.eye(4),
+    )  # fmt: skip
+    assert _laid_length(path, 0) == pytest.approx(20.0 * np.pi, abs=0.01)
+    assert _laid_length(path, 1) == pytest.approx(16.0 * np.pi, abs=0.01)
