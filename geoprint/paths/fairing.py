@@ -12,9 +12,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.model import FloatArray, Surface, SurfacePoints
-from geoprint.surfaces import arc_lengths, closest, edge_lengths, positions
+from geoprint.surfaces import arc_lengths, closest, positions
 
-# Standard deviation of the window in mean edges, as long as a wave is at most, and its bound as a share of the spacing.
+# Standard deviation of the window in mean edges of the triangles passed, and its bound as a share of the spacing.
 WINDOW_EDGES = 1.0
 LARGEST_SHARE = 0.2
 # No place is moved by more than this share of the spacing: a corner stays one, and is rounded later.
@@ -41,15 +41,25 @@ def faired(surface: Surface, runs: list[SurfacePoints], *, closed: list[bool], s
     """
     if not runs:
         return []
-    window = min(WINDOW_EDGES * float(edge_lengths(surface).mean()), LARGEST_SHARE * spacing)
     drawn = [
-        _without_tremor(positions(surface, points), closed=ring, window=window, most=MOST_MOVED_SHARE * spacing)
+        _without_tremor(
+            positions(surface, points),
+            closed=ring,
+            window=min(WINDOW_EDGES * _mean_edge(surface, points), LARGEST_SHARE * spacing),
+            most=MOST_MOVED_SHARE * spacing,
+        )
         for points, ring in zip(runs, closed, strict=True)
     ]
     landed, _ = closest(surface, np.concatenate(drawn))
     ends = np.cumsum([len(places) for places in drawn])[:-1]
     parts = map(SurfacePoints, np.split(landed.faces, ends), np.split(landed.weights, ends))
     return [_with_ends(part, run, closed=ring) for part, run, ring in zip(parts, runs, closed, strict=True)]
+
+
+def _mean_edge(surface: Surface, points: SurfacePoints) -> float:
+    """Return the mean edge of the triangles that points lie on [mm]."""
+    corners = surface.vertices[surface.faces[points.faces]]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
 
 
 def _without_tremor(places: FloatArray, *, closed: bool, window: float, most: float) -> FloatArray:

@@ -29,6 +29,11 @@ LINE_LENGTH = 250
 MODULE_LINES = 15000
 # A number that has lost its point.
 _LEADING_ZERO = re.compile(r"[\[,(=-]0\d")
+# Where a routine begins, where it defines a trigger, and which triggers a move pulls.
+_ROUTINE = re.compile(r"\s*PROC ")
+_DEFINED = re.compile(r"\s*Trigg(?:IO|Speed) (\w+),")
+_PULLED = re.compile(r"\s*TriggL \[.*\],\w+,(\w+)[,\\]")
+_FURTHER = re.compile(r"\\T\d:=(\w+)")
 # Kinds of data that are a module's own word: what a controller makes of them no program reads.
 _OPAQUE = frozenset({"triggdata", "loadsession"})
 
@@ -80,6 +85,21 @@ def check_form(name: str, text: str) -> None:
         number = text.count("\n", 0, match.start()) + 1
         if not lines[number - 1].lstrip().startswith("!"):
             refuse(Place(name, number), f"{match[0][1:]}... is no number as geoprint writes it")
+    _check_triggers(name, lines)
+
+
+def _check_triggers(name: str, lines: list[str]) -> None:
+    """Check that each routine defines the triggers that it pulls: whoever resumes there has executed none before."""
+    defined: set[str] = set()
+    for number, line in enumerate(lines, start=1):
+        if _ROUTINE.match(line):
+            defined.clear()
+        if match := _DEFINED.match(line):
+            defined.add(match[1])
+        elif match := _PULLED.match(line):
+            missing = [pulled for pulled in (match[1], *_FURTHER.findall(line)) if pulled not in defined]
+            if missing:
+                refuse(Place(name, number), f"{missing[0]} is pulled, but this routine has not defined it before")
 
 
 def check_line(line: str, place: Place) -> None:
