@@ -83,7 +83,7 @@ DAMAGES = {
                                              "quaternion", r"\[0\.08645827,0\.99500417"),
     "moved by half a micrometre": Damage(P, r"8\.6603", "8.6608", "position", "8.6608"),
     "valve never opened": Damage(
-        P, r"    TriggIO tGeoValveOn.*\n", "", "is pulled, but this routine has not defined it", r"TriggL.*tGeoValveOn"),
+        P, r"    TriggIO tGeoValveOn.*\n", "", "is pulled, but this routine has not", r"TriggL.*tGeoValveOn"),
     "valve not pulled": Damage(P,
         r"tGeoValveOn\\T2:=", "", "1 outputs switch in the move here, the plan switches 2", r"TriggL.*tGeoLampOn"),
     "valve and lamp not pulled": Damage(
