@@ -17,7 +17,7 @@ from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.evidence import STAGES
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
 from geoprint.account.records.rounding import as_json
-from geoprint.account.replaying import machine, replay
+from geoprint.account.replaying import machine, motion_shades, replay
 from geoprint.backends import backend, predicted_spacing
 from geoprint.model import IntArray
 from geoprint.report import (
@@ -131,6 +131,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         ratios=panel.ratios,
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
         replay=replay(plan, plan.robot[0]) if plan.robot else None,
+        shades=motion_shades(plan, plan.robot[0], vertices) if plan.robot else None,
     )
 
 

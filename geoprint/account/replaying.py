@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from geoprint import transforms
 from geoprint.model import FloatArray, Robot, Surface
-from geoprint.motion.arm import JOINTS, Arm
+from geoprint.motion.arm import JOINTS, Arm, tilts
 from geoprint.motion.collision import box_target, link_solids, polytope, tool_solids
-from geoprint.report import MOST_FRAMES, Body, Machine, Replay, shading_normals, view_surface
+from geoprint.report import MOST_FRAMES, Body, Machine, MotionShades, Replay, shading_normals, view_surface
 from geoprint.results import Plan, RobotPlan, Workpiece
 
 # Faces of the body that the part lies on, and of a link, as they are drawn.
@@ -41,6 +42,18 @@ def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -
         bodies=tuple(bodies),
         note=" ".join(notes),
     )
+
+
+def motion_shades(plan: Plan, robot: RobotPlan, vertices: FloatArray) -> MotionShades:
+    """Return lean and speed at the piece of deposit that lies nearest to each of (n, 3) vertices [mm]."""
+    poses, times = plan.poses, robot.trajectory.pose_times
+    lengths, durations = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), np.diff(times)
+    rows = np.flatnonzero(poses.laid & (lengths > 0.0) & (durations > 0.0))
+    places = poses.surface_points
+    _, nearest = KDTree((places[rows] + places[rows + 1]) / 2.0).query(vertices)
+    pieces = rows[np.asarray(nearest)]
+    speeds = lengths[pieces] / durations[pieces]
+    return MotionShades(np.degrees(tilts(poses)[pieces]), speeds / plan.workpiece.cell.process.speed)
 
 
 def replay(plan: Plan, robot: RobotPlan) -> Replay:

@@ -21,6 +21,7 @@ from geoprint.account.records.robot import (
     QuadrantRecord,
     RobotRecord,
     RotationRecord,
+    RunLeanRecord,
     RunSwitchingRecord,
     SlowdownRecord,
     SlowedRecord,
@@ -252,6 +253,10 @@ def _lean(path: JointPath, lengths: FloatArray) -> LeanRecord:
     peaks = [int(rows[leans[rows].argmax()]) for rows in _stretches(leans)]
     return LeanRecord(
         deposit_share=float(lengths[leans > NOTABLE_LEAN].sum()) / _total(lengths),
+        runs=tuple(
+            _run_lean(path, run, leans=leans, lengths=lengths)
+            for run in np.unique(path.poses.runs[(leans > NOTABLE_LEAN) & (lengths > 0.0)]).tolist()
+        ),
         places=tuple(
             LeanPlaceRecord(
                 run=int(path.poses.runs[row]),
@@ -261,6 +266,19 @@ def _lean(path: JointPath, lengths: FloatArray) -> LeanRecord:
             )
             for row in sorted(peaks, key=lambda row: -leans[row])[:LISTED_PLACES]
         ),
+    )
+
+
+def _run_lean(path: JointPath, run: int, *, leans: FloatArray, lengths: FloatArray) -> RunLeanRecord:
+    rows = np.flatnonzero((path.poses.runs == run) & (lengths > 0.0))
+    eased = [each for each in path.eased if each.run == run]
+    return RunLeanRecord(
+        run=run,
+        mean_deg=_degrees(float(leans[rows] @ lengths[rows]) / _total(lengths[rows])),
+        largest_deg=_degrees(leans[rows].max()),
+        eased_mm=sum(each.length for each in eased),
+        lacking_mm=sum(each.lacking for each in eased),
+        left_mm=sum(each.left for each in eased),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Literal, final
 
 import numpy as np
@@ -11,6 +11,26 @@ from geoprint.errors import InputError
 from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from geoprint.model.path import PoseStream
 from geoprint.model.values import comparable, frozen
+
+
+@final
+@comparable
+class Eased:
+    """A stretch of deposit in which the tool was turned, so that its joints hold the set speed of the tip.
+
+    Attributes:
+        run: run of the pose stream.
+        arc: of its start, from the start of the run [mm].
+        length: of the stretch [mm].
+        lacking: length of it whose joints did not hold the speed, as the attitudes were [mm].
+        left: length of it whose joints still do not [mm].
+    """
+
+    run: int
+    arc: float
+    length: float
+    lacking: float
+    left: float
 
 
 @final
@@ -26,6 +46,7 @@ class JointPath:
         rotations: (p,) turn about the nozzle's axis that was added to each pose [rad], continuous from pose to pose.
         leans: (p, 2) lean that was added before that, about the tool's x and y axes [rad].
         T_base_work: (4, 4) where the part stands.
+        eased: stretches that were turned for the speed of the tip, in the order of printing.
     """
 
     poses: PoseStream
@@ -35,6 +56,7 @@ class JointPath:
     rotations: FloatArray
     leans: FloatArray
     T_base_work: FloatArray
+    eased: tuple[Eased, ...] = ()
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
@@ -43,6 +65,14 @@ class JointPath:
         )  # fmt: skip
         if sizes["p"] != self.poses.count:
             raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
+
+    def between(self, first: int, behind: int) -> JointPath:
+        """Return the poses from row `first` to before row `behind`."""
+        rows = slice(first, behind)
+        return replace(
+            self, poses=self.poses.between(first, behind), joints=self.joints[rows],
+            configuration=self.configuration[rows], rotations=self.rotations[rows], leans=self.leans[rows],
+        )  # fmt: skip
 
     @property
     def smallest_wrist_angle(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -112,3 +113,12 @@ class PoseStream:
     def surface_points(self) -> FloatArray:
         """(p, 3) point of the surface below each depositing tip; the tip itself on travel [mm]."""
         return self.tips - np.where(self.deposit, self.standoff, 0.0)[:, None] * self.normals
+
+    def between(self, first: int, behind: int) -> PoseStream:
+        """Return the poses from row `first` to before row `behind`."""
+        rows = slice(first, behind)
+        return replace(
+            self, tips=self.tips[rows], quaternions=self.quaternions[rows], normals=self.normals[rows],
+            runs=self.runs[rows], levels=self.levels[rows], layers=self.layers[rows], deposit=self.deposit[rows],
+            stops=self.stops[rows], arcs=self.arcs[rows], flow=self.flow[rows],
+        )  # fmt: skip

@@ -83,13 +83,9 @@ def _windowed(line: FloatArray, deviation: float, *, closed: bool) -> FloatArray
         around = gaussian_filter1d(line[:-1], deviation, axis=0, mode="wrap", truncate=WINDOW_END)
         return np.vstack([around, around[:1]])
     reach = min(int(np.ceil(WINDOW_END * deviation)), len(line) - 1)
-    longer = _longer(line, reach)
+    # Beyond its ends the line goes on as it came, turned half about them.
+    longer = np.vstack([2.0 * line[0] - line[reach:0:-1], line, 2.0 * line[-1] - line[-2 : -2 - reach : -1]])
     return gaussian_filter1d(longer, deviation, axis=0, truncate=WINDOW_END)[reach : reach + len(line)]
-
-
-def _longer(line: FloatArray, reach: int) -> FloatArray:
-    """Return an open line (n, 3) that goes on beyond its ends as it came, by so many places, turned half about them."""
-    return np.vstack([2.0 * line[0] - line[reach:0:-1], line, 2.0 * line[-1] - line[-2 : -2 - reach : -1]])
 
 
 def _with_ends(points: SurfacePoints, run: SurfacePoints, *, closed: bool) -> SurfacePoints:

@@ -19,6 +19,7 @@ from geoprint.report.values import (
     BackendView as BackendView,
     Body as Body,
     Machine as Machine,
+    MotionShades as MotionShades,
     PartReport as PartReport,
     PathDistances as PathDistances,
     Picture as Picture,

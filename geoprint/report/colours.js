@@ -4,6 +4,10 @@
 const DISTANCE = ["#fff7d6", "#d3ebb9", "#8fd0bd", "#4aa6c3", "#2f76b5"];
 // Red: too close, blue: too far; the same scale as in the still pictures.
 const SPACING = ["#b2182b", "#ef8a62", "#fddbc7", "#f4f4f2", "#d1e5f0", "#67a9cf", "#2166ac"];
+const LEAN = ["#f7f4f9", "#d4b9da", "#df65b0", "#ce1256", "#67001f"];
+const PACE = ["#67001f", "#b2182b", "#d6604d", "#f4a582", "#fddbc7", "#f4f4f2"];
+// The scale of leans reaches so far at least [degrees].
+const LEAST_LEAN = 1;
 const UNMEASURED = "#9a9a9a";
 const COVERAGE = ["#dde2e6", "#d55e00", "#0072b2"];
 const COVERAGE_WORDS = ["covered", "gap", "overlap"];
@@ -31,6 +35,13 @@ function middle(faces, values) {
     const x = values[corner], y = values[b[face]], z = values[c[face]];
     return Math.max(Math.min(x, y), Math.min(Math.max(x, y), z));
   });
+}
+
+// What a motion does at the vertices; where none was planned the surface is grey.
+function ofMotion(backend, values, high) {
+  return values
+    ? { intensity: values, intensitymode: "vertex", cmin: 0, cmax: high }
+    : { intensity: backend.distance, intensitymode: "vertex", colorscale: [[0, UNMEASURED], [1, UNMEASURED]] };
 }
 
 // Colour scale and values of the surface for plotly.js, what is said of a vertex, and the scale: [place from 0 to 1, words].
@@ -67,6 +78,22 @@ const COLOURINGS = {
     title: "coverage of the surface",
     ticks: COVERAGE_WORDS.map((word, place) => [(place + 0.5) / 3, word]),
     legend: "Orange: farther than 0.55 spacings from every path. Blue: within 0.45 spacings of two stretches of path.",
+  }),
+  lean: (part, backend) => ({
+    colorscale: evenly(LEAN),
+    values: () => ofMotion(backend, backend.lean, Math.max(part.leaning, LEAST_LEAN)),
+    said: (at) => backend.lean ? `nozzle ${backend.lean[at].toFixed(1)} degrees from the surface normal` : "not printable",
+    title: "nozzle from the surface normal [degrees]",
+    ticks: [0, 0.5, 1].map((share) => [share, (share * Math.max(part.leaning, LEAST_LEAN)).toFixed(1)]),
+    legend: "Light: the nozzle stands upright on the surface, dark: it leans, for room or so that the joints hold the speed. Grey: no motion.",
+  }),
+  speed: (part, backend) => ({
+    colorscale: evenly(PACE),
+    values: () => ofMotion(backend, backend.speed, 1),
+    said: (at) => backend.speed ? `tip at ${(100 * backend.speed[at]).toFixed(0)}% of the set speed` : "not printable",
+    title: "speed of the tip / set speed [1]",
+    ticks: [[0, "0"], [0.5, "0.5"], [1, "1"]],
+    legend: "Light: as set, dark red: slower, at the ends of runs and where joints or targets hold the tip back. Grey: no motion.",
   }),
 };
 

@@ -28,6 +28,8 @@ function unpack(data) {
       spacing: decoded(backend.ratios),
       coverage: decoded(backend.coverage),
       path: rows(backend.path),
+      lean: backend.lean && decoded(backend.lean),
+      speed: backend.speed && decoded(backend.speed),
       replay: backend.replay && {
         times: decoded(backend.replay.times),
         joints: decoded(backend.replay.joints),

@@ -56,6 +56,7 @@ def scene_data(part: PartReport) -> Json:
         "winner": part.winner,
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
         "ratios": list(COLOUR_RANGE),
+        "leaning": max((float(backend.shades.lean.max()) for backend in part.backends if backend.shades), default=0.0),
         "machine": None if part.machine is None else _machine(part.machine, upright, R_view_work=part.R_view_work),
         "backends": [
             {
@@ -75,6 +76,8 @@ def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:
         "ratios": _numbers(backend.spacing_ratios),
         "coverage": _encoded(backend.coverage, "u1"),
         "path": _numbers(_with_breaks(places[kept], offsets).T),
+        "lean": None if backend.shades is None else _numbers(backend.shades.lean),
+        "speed": None if backend.shades is None else _numbers(backend.shades.speed),
     }
 
 

@@ -19,6 +19,7 @@ COLOURS = (
     ("coverage", "Gaps and overlaps"),
     ("distance", "Distance from border or seed"),
 )
+MOTION_COLOURS = (("lean", "Lean of the nozzle"), ("speed", "Speed of the tip"))
 SPEEDS = (1, 5, 20, 50)
 SLIDER_STEPS = 1000
 BEST = "what is shown where there is room for one"
@@ -132,7 +133,7 @@ def _scene(part: PartReport, key: str) -> Markup:
     shown.append(element("button", "Reset view", type="button", class_="reset"))
     controls = [
         _choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
-        _choice(key, "colour", "Colour", COLOURS),
+        _choice(key, "colour", "Colour", (*COLOURS, *MOTION_COLOURS) if replayed else COLOURS),
         *([_choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]

@@ -111,6 +111,23 @@ class Replay:
 
 @final
 @frozen
+class MotionShades:
+    """What the motion does about each of the n vertices of the view surface: on the path that lies nearest.
+
+    Attributes:
+        lean: (n,) of the nozzle from the surface normal [degrees].
+        speed: (n,) of the tip over the set one.
+    """
+
+    lean: FloatArray
+    speed: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, lean="float: n", speed="float: n")
+
+
+@final
+@frozen
 class BackendView:
     """What one backend planned, to be drawn on the view surface of its part (n vertices).
 
@@ -125,6 +142,7 @@ class BackendView:
         ratios: (k,) distance to the neighbouring path over the wanted spacing; NaN for the outermost.
         still: its paths, coloured by local spacing; stands in where no 3D is drawn, and in print.
         replay: the robot's motion, or None where there is none to show.
+        shades: lean and speed of that motion, or None.
     """
 
     name: str
@@ -137,6 +155,7 @@ class BackendView:
     ratios: FloatArray
     still: Picture
     replay: Replay | None
+    shades: MotionShades | None
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(

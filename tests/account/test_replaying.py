@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -10,13 +11,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.replaying import machine
+from geoprint.account.replaying import machine, motion_shades
 from geoprint.config import load_cell
 from geoprint.model import FloatArray, Surface
 from geoprint.motion.arm import Arm
 from geoprint.report import Machine
-from geoprint.results import RobotPlan, Workpiece
+from geoprint.results import Plan, RobotPlan, Workpiece
 from tests.meshes import plate
+from tests.motion.joint_paths import line, stream, tilted
 
 JOINTS = np.radians([[30.0, 20.0, -10.0, 40.0, 60.0, -70.0]])
 T_BASE_WORK = transforms.rigid(Rotation.from_euler("xyz", [0.2, 0.1, 0.7]).as_matrix(), np.array([300.0, 40.0, 80.0]))
@@ -79,3 +81,18 @@ def test_all_that_stands_in_the_cell_is_drawn_and_the_body_a_little_below_its_su
     np.testing.assert_allclose(in_base.max(axis=0), [700.0, 600.0, 0.0], atol=1e-9)
     body = next(body.surface for body in shown.bodies if body.kind == "body")
     np.testing.assert_allclose(body.vertices[:, 2], -0.006 * 50.0, atol=1e-9)
+
+
+def test_each_vertex_has_lean_and_speed_of_the_deposit_that_lies_nearest() -> None:
+    # 10 mm in 1 s upright, then 10 mm in 2 s leaned by 8 degrees; the set speed is 10 mm/s.
+    tips = line((0.0, 0.0, 0.3), (20.0, 0.0, 0.3), count=21)
+    leaned = stream(tips, quaternions=tilted(np.where(tips[:, 0] > 10.0, np.radians(8.0), 0.0)))
+    poses = replace(leaned, normals=np.tile([0.0, 0.0, 1.0], (21, 1)))
+    times = np.concatenate([np.linspace(0.0, 1.0, 11), np.linspace(1.0, 3.0, 11)[1:]])
+    process = SimpleNamespace(process=SimpleNamespace(speed=10.0))
+    planned = SimpleNamespace(poses=poses, workpiece=SimpleNamespace(cell=process))
+    robot = SimpleNamespace(trajectory=SimpleNamespace(pose_times=times))
+    vertices = np.array([[5.3, 1.0, 0.0], [15.3, -1.0, 0.0]])
+    shades = motion_shades(cast("Plan", planned), cast("RobotPlan", robot), vertices)
+    np.testing.assert_allclose(shades.lean, [0.0, 8.0], atol=1e-9)
+    np.testing.assert_allclose(shades.speed, [1.0, 0.5])

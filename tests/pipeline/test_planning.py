@@ -16,9 +16,10 @@ from geoprint.account.records.comparison import PartRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
-from geoprint.model import Slowdown, Surface
+from geoprint.model import JointPath, Slowdown, Surface
 from geoprint.motion.arm import Arm
-from geoprint.pipeline import compare, plan, save_comparisons, save_plan
+from geoprint.motion.reach import Easing
+from geoprint.pipeline import compare, plan, planning, save_comparisons, save_plan
 from geoprint.pipeline.saving import verify_files
 from geoprint.results import Plan, Planned, RobotPlan
 from geoprint.surfaces import edge_lengths
@@ -224,6 +225,27 @@ def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_a
     part, body = plate_beside_a_wall(tmp_path)
     with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the \w+ reaches \d+\.\d\d mm into the body"):
         plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo", max_tilt=0.0))
+
+
+@pytest.mark.parametrize(
+    ("spacing", "max_tilt", "cap"),
+    # Leaning by 8.85 degrees lowers the rim of a needle 1.3 mm wide by 0.1 mm, by 26.3 degrees 0.288 mm.
+    [(1.0, 15.0, 8.850), (1.0, 5.0, 5.0), (2.88, 30.0, 26.30), (1.0, 0.0, None)],
+)
+def test_the_joints_are_eased_within_a_tenth_of_the_spacing_under_the_rim(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spacing: float, max_tilt: float, cap: float | None
+) -> None:
+    asked: list[float | None] = []
+
+    def stopping(*_: object, easing: Easing | None, **__: object) -> JointPath:
+        asked.append(None if easing is None else float(np.degrees(easing.largest_lean)))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(planning, "reach", stopping)
+    part = saved(tmp_path, plate((12.0, 9.0), (8, 6)))
+    with pytest.raises(KeyboardInterrupt):
+        plan(job_of(surface=part, unit="mm", spacing=spacing, place="demo", max_tilt=max_tilt))
+    assert asked == [None if cap is None else pytest.approx(cap, abs=0.005)]
 
 
 def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Path) -> None:

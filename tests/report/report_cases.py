@@ -13,6 +13,7 @@ from geoprint.report import (
     BackendView,
     Body,
     Machine,
+    MotionShades,
     PartReport,
     PathDistances,
     Picture,
@@ -123,6 +124,7 @@ def backend(name: str, *, surface: Surface, error: float, moving: bool = True, s
         ratios=ratios,
         still=Picture(f"Paths of {name}", "png", PIXEL),
         replay=replay(seconds=seconds) if moving else None,
+        shades=MotionShades(8.0 * radii / RADIUS, 1.0 - 0.5 * radii / RADIUS) if moving else None,
     )
 
 

@@ -173,6 +173,12 @@ def test_colours_and_backends_switch_by_mouse(page: Page) -> None:
     assert "Orange" in str(page.run("document.querySelector('.legend').textContent"))
     page.click("[name=part0-colour][value=distance]")
     assert difference(changed(page, coverage), spacing) > CHANGED
+    spaced = settled(page)
+    page.click("[name=part0-colour][value=lean]")
+    leaning = changed(page, spaced)
+    assert "8.0" in str(page.run("document.querySelector('.ticks').textContent"))
+    page.click("[name=part0-colour][value=speed]")
+    changed(page, leaning)
     page.click("[name=part0-backend][value='1']")
     assert page.run("document.querySelectorAll('.view:not([hidden])').length") == 1
     page.click("[name=part0-paths]")

@@ -34,10 +34,22 @@ class LeanPlaceRecord(Record):
     deposit: bool = Field(description="whether material is laid there")
 
 
+class RunLeanRecord(Record):
+    """A run on which the nozzle leans from the attitude of the path, and what turning it for the speed bought."""
+
+    run: int = Field(description="from 0")
+    mean_deg: Thousandths = Field(description="along the run [degrees]")
+    largest_deg: Thousandths = Field(description="[degrees]")
+    eased_mm: Rounded = Field(description="length in which the tool was turned for the speed of the tip [mm]")
+    lacking_mm: Rounded = Field(description="length whose joints would not hold the set speed without that [mm]")
+    left_mm: Rounded = Field(description="length of it whose joints still do not [mm]")
+
+
 class LeanRecord(Record):
     """Where the nozzle leans from the attitude of the path."""
 
     deposit_share: Thousandths = Field(description="of the deposited length")
+    runs: tuple[RunLeanRecord, ...] = Field(default=(), description="that lean, in the order of printing")
     places: tuple[LeanPlaceRecord, ...] = Field(description="at most 20, the largest leans first")
 
 

@@ -16,12 +16,13 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, frozen
+from geoprint.model import BoolArray, Eased, FloatArray, IntArray, JointPath, PoseStream, frozen
 from geoprint.motion.arm import Arm, configuration_data, tilts, wrist_angles
 from geoprint.motion.reach.ease_step import Stretch, eased_turns
 from geoprint.motion.reach.following import LARGEST_JUMP
 from geoprint.motion.reach.lean_room import CONE_MARGIN, NozzleRoom
 from geoprint.motion.reach.pose_samples import tool_poses
+from geoprint.surfaces import arc_lengths
 
 # Joints that use up more than this share of a limit are eased ...
 BUSY_SHARE = 0.98
@@ -59,6 +60,24 @@ class Easing:
     room: NozzleRoom
 
 
+@final
+@frozen
+class _Window:
+    """Poses of one run that are turned together: k places.
+
+    Attributes:
+        rows: of the path.
+        places: (k,) rising, the first of the rows at each place, counted from the first row.
+        arcs: (k,) rising from 0 [mm].
+        counted: (k,) whether a place is to keep the limits of the joints.
+    """
+
+    rows: slice
+    places: IntArray
+    arcs: FloatArray
+    counted: BoolArray
+
+
 def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: float) -> JointPath:
     """Return a joint path whose joints hold the speed of the tip along more of its deposits.
 
@@ -72,9 +91,12 @@ def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: flo
         The same poses, turned where that helps; stretches in which it does not, or in which the nozzle would lack room
         that it had, are as they were.
     """
-    for rows in _stretches(path, arm, easing=easing):
-        path = _eased_stretch(path, arm, rows, easing=easing, minimum_wrist_angle=minimum_wrist_angle)
-    return path
+    parts = [
+        (window, part)
+        for window in _windows(path, arm, easing=easing)
+        if (part := _eased_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)) is not None
+    ]
+    return _joined(path, parts, arm, speed=easing.speed) if parts else path
 
 
 def demands(arcs: FloatArray, joints: FloatArray, *, speed: float, arm: Arm) -> FloatArray:
@@ -88,17 +110,23 @@ def demands(arcs: FloatArray, joints: FloatArray, *, speed: float, arm: Arm) -> 
     return np.asarray(np.maximum(rates, bends).max(axis=1))
 
 
-def _stretches(path: JointPath, arm: Arm, *, easing: Easing) -> list[IntArray]:
-    """Return the rows of the stretches that are eased: places in which joints are busy, and the path about them."""
-    found: list[IntArray] = []
+def _windows(path: JointPath, arm: Arm, *, easing: Easing) -> list[_Window]:
+    """Return the stretches that are eased: places in which joints are busy, and the path about them."""
+    found: list[_Window] = []
     for run in np.unique(path.poses.runs).tolist():
         rows, arcs = _places(path.poses, run)
         if rows.size < 4 or arcs[-1] < SHORTEST:
             continue
+        bent = _bent(path, arm, rows, arcs, speed=easing.speed)
         busy = demands(arcs, path.joints[rows], speed=easing.speed, arm=arm) > BUSY_SHARE
-        busy &= ~_bent(path, arm, rows, arcs, speed=easing.speed)
-        for first, last in _windows(arcs, busy):
-            found.append(rows[first : last + 1])
+        for first, last in _around(arcs, busy & ~bent):
+            span = slice(first, last + 1)
+            begin = int(rows[first])
+            found.append(
+                _Window(
+                    slice(begin, int(rows[last]) + 1), rows[span] - begin, arcs[span] - arcs[first], counted=~bent[span]
+                )
+            )
     return found
 
 
@@ -118,57 +146,83 @@ def _places(poses: PoseStream, run: int) -> tuple[IntArray, FloatArray]:
     rows = np.flatnonzero((poses.runs == run) & poses.deposit)
     if rows.size == 0:
         return rows, np.empty(0)
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(poses.tips[rows], axis=0), axis=1))])
+    arcs = arc_lengths(poses.tips[rows])
     apart = np.concatenate([[True], np.diff(arcs) > COINCIDENT])
     return rows[apart], arcs[apart]
 
 
-def _windows(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
+def _around(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
     """Return first and last place of the stretches about busy places; those that touch are one."""
-    windows: list[tuple[int, int]] = []
+    found: list[tuple[int, int]] = []
     firsts = np.searchsorted(arcs, arcs[busy] - AHEAD).tolist()
     lasts = np.minimum(np.searchsorted(arcs, arcs[busy] + AHEAD), arcs.size - 1).tolist()
     for first, last in zip(firsts, lasts, strict=True):
-        if windows and first <= windows[-1][1]:
-            windows[-1] = (windows[-1][0], last)
+        if found and first <= found[-1][1]:
+            found[-1] = (found[-1][0], last)
         else:
-            windows.append((first, last))
-    return windows
+            found.append((first, last))
+    return found
 
 
-def _eased_stretch(
-    path: JointPath, arm: Arm, rows: IntArray, *, easing: Easing, minimum_wrist_angle: float
-) -> JointPath:
-    """Return a path with one stretch eased, or as it was."""
-    arcs = _arcs(path.poses, rows)
-    counted = ~_bent(path, arm, rows, arcs, speed=easing.speed)
-    best, before = path, (1.0 - LEAST_GAIN) * _excess(path, arm, rows, arcs, counted=counted, speed=easing.speed)
-    now = path
+def _eased_part(
+    path: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
+) -> JointPath | None:
+    """Return the poses of a window eased, all but their configuration data; None where it gains too little."""
+    before = now = path.between(window.rows.start, window.rows.stop)
+    best, least = None, (1.0 - LEAST_GAIN) * _excess(before, arm, window, speed=easing.speed)
     for _ in range(STEPS):
-        turns = eased_turns(_stretch(now, arm, rows, arcs, counted=counted, easing=easing))
-        turned = None if turns is None else _turned(now, arm, rows, turns, minimum_wrist_angle=minimum_wrist_angle)
+        turns = eased_turns(_stretch(now, arm, window, easing=easing))
+        turned = None if turns is None else _turned(now, arm, window, turns, minimum_wrist_angle=minimum_wrist_angle)
         if turned is None:
             break
         now = turned
-        found = _excess(now, arm, rows, arcs, counted=counted, speed=easing.speed)
-        if found < before and _permitted(now, path, rows, easing=easing):
-            best, before = now, found
+        found = _excess(now, arm, window, speed=easing.speed)
+        if found < least and _permitted(now, before, window, easing=easing):
+            best, least = now, found
     return best
 
 
-def _arcs(poses: PoseStream, rows: IntArray) -> FloatArray:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(poses.tips[rows], axis=0), axis=1))])
+def _joined(path: JointPath, parts: list[tuple[_Window, JointPath]], arm: Arm, *, speed: float) -> JointPath:
+    """Return a path with the poses of some windows replaced."""
+    quaternions, joints, leans, rotations = (
+        array.copy() for array in (path.poses.quaternions, path.joints, path.leans, path.rotations)
+    )
+    for window, part in parts:
+        quaternions[window.rows] = part.poses.quaternions
+        joints[window.rows], leans[window.rows], rotations[window.rows] = part.joints, part.leans, part.rotations
+    return replace(
+        path,
+        poses=replace(path.poses, quaternions=transforms.same_sign(quaternions)),
+        joints=joints,
+        configuration=configuration_data(joints, arm=arm),
+        leans=leans,
+        rotations=rotations,
+        eased=tuple(_told(path, window, part, arm, speed=speed) for window, part in parts),
+    )
 
 
-def _excess(path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, counted: BoolArray, speed: float) -> float:
-    """Return the length of a stretch by what its joints demand above their limits, at the poses that count [mm]."""
-    demand = demands(arcs, path.joints[rows], speed=speed, arm=arm)
-    return float(np.gradient(arcs)[counted] @ np.maximum(demand[counted] - 1.0, 0.0))
+def _told(path: JointPath, window: _Window, part: JointPath, arm: Arm, *, speed: float) -> Eased:
+    """Return what easing the poses of a window bought."""
+    first = window.rows.start
+    before, after = (_lacking(joints, arm, window, speed=speed) for joints in (path.joints[window.rows], part.joints))
+    length = float(window.arcs[-1])
+    return Eased(int(path.poses.runs[first]), float(path.poses.arcs[first]), length, lacking=before, left=after)
 
 
-def _stretch(
-    path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, counted: BoolArray, easing: Easing
-) -> Stretch:
+def _lacking(joints: FloatArray, arm: Arm, window: _Window, *, speed: float) -> float:
+    """Return the length of a window on which joints (n, 6) do not hold the speed of the tip [mm]."""
+    demand = demands(window.arcs, joints[window.places], speed=speed, arm=arm)
+    return float(np.gradient(window.arcs)[demand > 1.0].sum())
+
+
+def _excess(path: JointPath, arm: Arm, window: _Window, *, speed: float) -> float:
+    """Return the length of a window by what its joints demand above their limits, at the places that count [mm]."""
+    demand = demands(window.arcs, path.joints[window.places], speed=speed, arm=arm)
+    return float(np.gradient(window.arcs)[window.counted] @ np.maximum(demand[window.counted] - 1.0, 0.0))
+
+
+def _stretch(path: JointPath, arm: Arm, window: _Window, *, easing: Easing) -> Stretch:
+    rows = window.places
     joints, attitudes = path.joints[rows], transforms.rotation_of(path.poses.quaternions[rows])
     in_base = path.T_base_work[:3, :3] @ attitudes
     twists = np.concatenate([np.zeros_like(in_base), in_base], axis=1)
@@ -179,72 +233,61 @@ def _stretch(
     angle = np.arctan2(sine[:, 0], np.einsum("ij,ij->i", axes, normals))
     leans = across * (angle[:, None] / np.maximum(sine, np.finfo(np.float64).tiny))
     return Stretch(
-        arcs=arcs,
+        arcs=window.arcs,
         joints=joints,
         moved=moved,
         leans=np.einsum("kji,kj->ki", attitudes, leans)[:, :2],
         largest=np.maximum(easing.largest_lean - CONE_MARGIN, angle),
-        counted=counted,
+        counted=window.counted,
         rates=WANTED_SHARE * arm.robot.speeds / easing.speed,
         bends=WANTED_SHARE**2 * arm.robot.accelerations / easing.speed**2,
     )
 
 
 def _turned(
-    path: JointPath, arm: Arm, rows: IntArray, turns: FloatArray, *, minimum_wrist_angle: float
+    path: JointPath, arm: Arm, window: _Window, turns: FloatArray, *, minimum_wrist_angle: float
 ) -> JointPath | None:
-    """Return a path with some poses turned in the tool's frame; None where the arm does not follow on its branch."""
-    changed: IntArray = np.arange(int(rows[0]), int(rows[-1]) + 1)
-    # Rows in one place turn together.
-    every = np.searchsorted(rows, changed, side="right") - 1
-    attitudes = Rotation.from_quat(path.poses.quaternions[changed], scalar_first=True)
-    quaternions = path.poses.quaternions.copy()
-    quaternions[changed] = (attitudes * Rotation.from_rotvec(turns[every])).as_quat(scalar_first=True)
-    poses = replace(path.poses, quaternions=transforms.same_sign(quaternions))
-    commanded = path.T_base_work @ transforms.rigid(
-        transforms.rotation_of(poses.quaternions[changed]), poses.tips[changed]
-    )
-    found = arm.solutions(commanded)[:, path.branch]
-    joints = path.joints.copy()
-    joints[changed] += transforms.wrapped(found - joints[changed])
+    """Return the poses of a window turned in the tool's frame; None where the arm does not follow on its branch."""
+    # Poses in one place turn together.
+    every = turns[np.searchsorted(window.places, np.arange(path.poses.count), side="right") - 1]
+    attitudes = Rotation.from_quat(path.poses.quaternions, scalar_first=True)
+    poses = replace(path.poses, quaternions=(attitudes * Rotation.from_rotvec(every)).as_quat(scalar_first=True))
+    found = arm.solutions(tool_poses(poses, T_base_work=path.T_base_work))[:, path.branch]
+    joints = path.joints + transforms.wrapped(found - path.joints)
     low, high = arm.robot.limits.T
     follows = (
         np.isfinite(found).all()
-        and (joints[changed] >= low).all()
-        and (joints[changed] <= high).all()
-        and np.abs(np.diff(joints[changed], axis=0)).max() <= LARGEST_JUMP
-        and wrist_angles(joints[changed], arm=arm).min() >= minimum_wrist_angle
+        and (joints >= low).all()
+        and (joints <= high).all()
+        and np.abs(np.diff(joints, axis=0)).max() <= LARGEST_JUMP
+        and wrist_angles(joints, arm=arm).min() >= minimum_wrist_angle
     )
     if not follows:
         return None
-    leans, rotations = _told(path, changed, turns[every])
-    return replace(
-        path, poses=poses, joints=joints, configuration=configuration_data(joints, arm=arm), leans=leans,
-        rotations=rotations,
-    )  # fmt: skip
+    leans, rotations = _as_added(path, every)
+    return replace(path, poses=poses, joints=joints, leans=leans, rotations=rotations)
 
 
-def _told(path: JointPath, changed: IntArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return leans and turns about the nozzle of all poses, where some are turned in the tool's frame."""
-    lean = np.column_stack([path.leans[changed], np.zeros(changed.size)])
-    about = np.column_stack([np.zeros((changed.size, 2)), path.rotations[changed]])
+def _as_added(path: JointPath, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return leans and turns about the nozzle of poses that are turned in the tool's frame."""
+    lean = np.column_stack([path.leans, np.zeros(path.poses.count)])
+    about = np.column_stack([np.zeros((path.poses.count, 2)), path.rotations])
     whole = Rotation.from_rotvec(lean) * Rotation.from_rotvec(about) * Rotation.from_rotvec(turns)
     leaned = Rotation.from_matrix(transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), whole.as_matrix()[:, :, 2]))
     left = (leaned.inv() * whole).as_rotvec()[:, 2]
-    leans, rotations = path.leans.copy(), path.rotations.copy()
-    leans[changed] = leaned.as_rotvec()[:, :2]
-    rotations[changed] += transforms.wrapped(left - rotations[changed])
-    return leans, rotations
+    return leaned.as_rotvec()[:, :2], path.rotations + transforms.wrapped(left - path.rotations)
 
 
-def _permitted(path: JointPath, before: JointPath, rows: IntArray, *, easing: Easing) -> bool:
+def _permitted(path: JointPath, before: JointPath, window: _Window, *, easing: Easing) -> bool:
     """Say whether the nozzle leans no more than it may or did, and lacks no room that it had."""
-    leaning = tilts(path.poses)[rows] > np.maximum(easing.largest_lean, tilts(before.poses)[rows])
-    if leaning.any():
+    leaning = tilts(path.poses) > np.maximum(easing.largest_lean, tilts(before.poses))
+    if leaning[window.places].any():
         return False
-    deposit = np.ones(rows.size, dtype=np.bool_)
     now, then = (
-        easing.room.lacking(tool_poses(each.poses, T_base_work=each.T_base_work)[rows], deposit=deposit)
+        easing.room.lacking(
+            tool_poses(each.poses, T_base_work=each.T_base_work)[window.places],
+            deposit=np.ones(window.places.size, dtype=np.bool_),
+        )
         for each in (path, before)
     )
     return not bool((now & ~then).any())

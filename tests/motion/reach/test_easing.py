@@ -71,6 +71,16 @@ def test_lean_stays_in_its_cone_and_the_tip_and_the_ends_where_they_were() -> No
     assert found.branch == path.branch
 
 
+def test_what_easing_bought_is_told_with_its_run_and_place() -> None:
+    (told,) = eased_path(nodding()).eased
+    assert (told.run, told.left) == (0, 0.0)
+    # The nod bends most in its middle, 30 mm from the start, and within 3 mm to either side.
+    assert 0.5 < told.lacking < 6.0
+    assert told.arc == pytest.approx(30.0 - 12.0, abs=4.0)
+    assert told.arc + told.length == pytest.approx(30.0 + 12.0, abs=4.0)
+    assert nodding().eased == ()
+
+
 def test_joints_lead_to_the_poses_that_the_path_tells() -> None:
     found = eased_path(nodding())
     commanded = WORK @ transforms.rigid(transforms.rotation_of(found.poses.quaternions), found.poses.tips)
