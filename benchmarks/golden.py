@@ -49,7 +49,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "paper": ("plan", "data/heart_flat_patch.ply", *DEMO, "--cell", "data/paper_case_a.toml"),
     "seed-lscm": (
         "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm",
-        "--seed", "41.7", "4.6", "-5.9",
+        "--from", "point:41.7,4.6,-5.9",
     ),
     "two-patches": ("compare", "tests/golden/two_patches.toml"),
     "paths": (

@@ -48,13 +48,13 @@ def your_part(data: Path) -> bytes:
     """Draw a heart with a patch, and that patch covered from its rim and from a point."""
     patch = {"at": TIP, "radius": 10.0}
     job = job_of(surface=data / "heart.ply", unit="mm", spacing=1.5, robot=False, patch=patch)
-    plans = [plan(job), plan(job_of(**{**dict(job), "seed": TIP}))]
+    plans = [plan(job), plan(job_of(**{**dict(job), "source": {"point": TIP}}))]
     figure, axes = panels(3)
     heart = load(data / "heart.ply", unit="mm")
     _draw_body(axes[0], heart, SIDE)
     _draw_patch(axes[0], plans[0], SIDE)
     axes[0].set_title("the patch on its body", fontsize=10)
-    for axis, planned, title in zip(axes[1:], plans, ("from its rim", "from a point: --seed"), strict=True):
+    for axis, planned, title in zip(axes[1:], plans, ("from its rim", "from a point: --from point"), strict=True):
         view = view_from(mean_normal(planned.workpiece.surface), up=np.array([0.0, 1.0, 0.0]))
         _draw_paths(axis, planned, view, colour=BLUE)
         axis.set_title(title, fontsize=10)

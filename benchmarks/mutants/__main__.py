@@ -36,14 +36,14 @@ from benchmarks.parts.tables import row, table
 ROOT = Path(__file__).parents[2]
 SAFETY = (
     "geoprint/motion/collision", "geoprint/motion/controller", "geoprint/motion/timing", "geoprint/export/rapid",
-    "geoprint/config/cell_file.py", "geoprint/pipeline/workpiece.py",
+    "geoprint/config/cell_file.py", "geoprint/pipeline/workpiece/preparing.py",
 )  # fmt: skip
 # Tests of other rooms that hold a module besides those of its own.
 BESIDES = {
     "geoprint/motion": ("tests/benchmarks/test_collisions.py",),
     "geoprint/export": ("tests/pipeline/test_checking.py", "tests/benchmarks/test_destruction.py"),
     "geoprint/config": ("tests/cli", "tests/pipeline/test_cell_writer.py"),
-    "geoprint/pipeline/workpiece.py": ("tests/motion/test_other_arms.py",),
+    "geoprint/pipeline/workpiece/preparing.py": ("tests/motion/test_other_arms.py",),
     "geoprint/account": ("tests/pipeline/test_comparison.py",),
     "geoprint/paths": ("tests/pipeline/test_travel.py",),
 }

@@ -17,7 +17,7 @@ from geoprint.motion.reach import reach
 from geoprint.motion.timing import retime
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
-from geoprint.pipeline.planning import cover
+from geoprint.pipeline.covering import cover
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.results import Plan

@@ -54,6 +54,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
         *_inside(told.patches),
         *_repairs(plan.workpiece),
+        *_sources(told),
         *_paths(told),
         *_creases(plan),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
@@ -192,6 +193,19 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
             f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
             "touch next."
         )
+
+
+def _sources(told: PlanRecord) -> Iterator[str]:
+    """Say which source was taken, and how the others would cover, patch by patch."""
+    for number in dict.fromkeys(source.patch for source in told.sources):
+        tried = [source for source in told.sources if source.patch == number]
+        each = (
+            f"{source.source} {source.gap:.1%} + {source.overlap:.1%} in {source.runs} runs"
+            for source in sorted(tried, key=lambda source: not source.taken)
+        )
+        of = f" of patch {number}" if told.sources[-1].patch > 1 else ""
+        (taken,) = (source.source for source in tried if source.taken)
+        yield f"measured from {taken}, which covers best{of}; area missed + laid twice: {', '.join(each)}."
 
 
 def _paths(told: PlanRecord) -> Iterator[str]:

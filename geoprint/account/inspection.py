@@ -189,7 +189,11 @@ def _border_line(record: InspectionRecord) -> str:
     rims = record.border
     if not rims:
         return "border: none, the surface is closed"
-    shown = "; ".join(f"{rim.length_mm:.4g} mm at {in_words(rim.place_mm)}" for rim in rims[:MOST_RIMS])
+    numbered = enumerate(rims[:MOST_RIMS], start=1)
+    shown = "; ".join(
+        f"{f'loop {number}, ' if len(rims) > 1 else ''}{rim.length_mm:.4g} mm at {in_words(rim.place_mm)}"
+        for number, rim in numbered
+    )
     more = f"; and {len(rims) - MOST_RIMS} more" if len(rims) > MOST_RIMS else ""
     what = "outer border and holes" if len(record.components) == 1 and len(rims) > 1 else "border"
     return f"{what}: {len(rims)}, {shown}{more}"

@@ -19,6 +19,7 @@ from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRec
 from geoprint.account.records.rounding import as_json
 from geoprint.account.replaying import machine, motion_shades, replay
 from geoprint.backends import backend, predicted_spacing
+from geoprint.config import Source
 from geoprint.model import IntArray
 from geoprint.report import (
     COVERED,
@@ -164,10 +165,12 @@ def _settings(told: SettingsRecord) -> tuple[tuple[str, str], ...]:
             return "yes" if value else "no"
         return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    settings = {name: value for name, value in as_json(told).items() if name != "patches"}
+    settings = {name: value for name, value in as_json(told).items() if name not in {"patches", "source"}}
+    source = as_json(told).get("source")
     regions = [region.model_dump(exclude_none=True).items() for region in told.patches]
     return (
         *((_with_unit(name), text(value)) for name, value in settings.items()),
+        ("source", "border" if source is None else str(Source.model_validate(source))),
         *(
             (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))
             for i, each in enumerate(regions, start=1)

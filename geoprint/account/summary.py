@@ -32,6 +32,7 @@ from geoprint.account.records.plan import (
     RefinementRecord,
     SettingsRecord,
     SideRecord,
+    SourceRecord,
     SpacingRecord,
     StraightRecord,
     SurfaceRecord,
@@ -46,12 +47,12 @@ from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.quality import Thickness, Uniformity
-from geoprint.results import Laid, Layer, Plan
+from geoprint.results import Laid, Layer, Plan, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 4
+PLAN_SCHEMA = 5
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
@@ -72,6 +73,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         patches=_patches(plan),
         chart=_chart(plan) if plan.flattenings else None,
         uniformity=None if plan.uniformity is None else record_evenness(plan.uniformity),
+        sources=tuple(_source(tried) for tried in plan.workpiece.tried),
         deposition=None if plan.laid is None else _deposition(plan.laid),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
         not_printable=plan.not_printable,
@@ -173,6 +175,18 @@ def _surface(plan: Plan) -> SurfaceRecord:
         refined=_mesh(plan.workpiece.surface),
         preparation=record_preparation(preparations[0]) if len(preparations) == 1 else None,
         side=SideRecord(**asdict(plan.workpiece.side)),
+    )
+
+
+def _source(tried: TriedSource) -> SourceRecord:
+    return SourceRecord(
+        patch=tried.patch,
+        source=tried.source,
+        gap=tried.gap,
+        overlap=tried.overlap,
+        cv=tried.cv if np.isfinite(tried.cv) else None,
+        runs=tried.runs,
+        taken=tried.taken,
     )
 
 

@@ -9,19 +9,10 @@ from collections.abc import Sequence
 
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.account.records.plan import EvennessRecord
+from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_SPACING, Covering, ranked as ranking
 
-# Spacing that varies by less than this is even enough for any bead: its width varies by no more.
-EVEN_ENOUGH = 0.02
-# Backends whose variation of spacing differs by less than this are equally even.
-SAME_SPACING = 0.002
-# Backends that miss or lay twice shares of the area that differ by less than this cover a part alike.
-SAME_COVERAGE = 0.005
 # Uncovered or overlapped area below this share is not worth a word.
 NOTABLE = 0.001
-# Where more of the area than this is missed, or laid twice, that is no cover; seams where fronts meet make up to about
-# as much.
-MOST_MISSED = 0.02
-MOST_TWICE = 0.05
 # So many runs that are shorter than five spacings are worth a word.
 NOTABLE_FRAGMENTS = 3
 
@@ -49,14 +40,9 @@ def verdict(part: str, rows: Sequence[PlannedRecord | RefusedRecord]) -> tuple[s
 
 
 def ranked(rows: Sequence[PlannedRecord | RefusedRecord]) -> list[PlannedRecord]:
-    """Return the backends that planned, the best first.
-
-    Those that cover the part come before those that do not. Of those that cover it alike (uncovered and overlapped area
-    together), the one with the most even spacing is the best.
-    """
-    planned = sorted((row for row in rows if isinstance(row, PlannedRecord)), key=_rank)
-    alike = sum(_is_alike(row, planned[0]) for row in planned)
-    return [*sorted(planned[:alike], key=_cv), *planned[alike:]]
+    """Return the backends that planned, the best first, as coverings are ranked."""
+    planned = [row for row in rows if isinstance(row, PlannedRecord)]
+    return [planned[index] for index in ranking([_covering(row) for row in planned])]
 
 
 def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
@@ -69,27 +55,20 @@ def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
     if covers(measured):
         return []
     what = f"a smaller spacing, such as `--spacing {spacing / 2.0:.3g}`, reaches into narrower places"
-    return [f"What to do: {what}, and `--seed X Y Z` measures from a point instead of the rim."]
+    return [f"What to do: {what}, and `--from best` looks for a source that covers more."]
 
 
 def covers(measured: EvennessRecord) -> bool:
     """Return whether paths leave no holes and lay little twice."""
-    return measured.gap <= MOST_MISSED and measured.overlap <= MOST_TWICE
+    return Covering(measured.gap, measured.overlap, 0.0).covers
+
+
+def _covering(row: PlannedRecord) -> Covering:
+    return Covering(row.uniformity.gap, row.uniformity.overlap, _cv(row))
 
 
 def _fault(row: PlannedRecord) -> float:
-    """Return the share of the area that is not covered once."""
-    return row.uniformity.gap + row.uniformity.overlap
-
-
-def _rank(row: PlannedRecord) -> tuple[bool, float]:
-    return not covers(row.uniformity), _fault(row)
-
-
-def _is_alike(one: PlannedRecord, other: PlannedRecord) -> bool:
-    """Return whether two backends cover a part alike."""
-    near = abs(_fault(one) - _fault(other)) <= SAME_COVERAGE
-    return near and covers(one.uniformity) == covers(other.uniformity)
+    return _covering(row).fault
 
 
 def _cv(row: PlannedRecord) -> float:
@@ -108,8 +87,8 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
     if not others:
         # Alone, no other was asked.
         return f"{'' if alone else 'Only '}{best.backend} covers {part}; {_spacing(best)}."
-    leader = min(order, key=_rank)
-    worse = [row for row in others if not _is_alike(row, leader)]
+    leader = min((_covering(row) for row in order), key=lambda each: (not each.covers, each.fault))
+    worse = [row for row in others if not _covering(row).is_alike(leader)]
     if worse:
         holes = {row.backend: " and leaves holes" for row in worse if row.uniformity.gap > MOST_MISSED}
         more = _listed([f"{row.backend} {_fault(row):.1%}{holes.get(row.backend, '')}" for row in worse])

@@ -16,6 +16,7 @@ from pydantic.fields import FieldInfo
 from geoprint.config.job import Job
 from geoprint.config.job_file import job_named
 from geoprint.config.key import Key, keys_of, option_type, table_of
+from geoprint.config.source import SHAPES, Source, source_named
 from geoprint.config.strict import Place, key_at
 from geoprint.errors import UsageError
 
@@ -97,6 +98,11 @@ def takes(*names: str, but: Sequence[str] = (), model: type[BaseModel] = Job) ->
 
 def job_asked(surface: Path, keys: Mapping[str, object]) -> Job:
     """Return the job that options ask for; an error names the option that was typed, not the key of a job file."""
+    if isinstance(folder := keys.get("source"), Path):
+        raise UsageError(
+            f"`--from {folder}` is a folder: `geoprint plan --from` one, without a part, plans its bundle again; here "
+            f"give one of {SHAPES}."
+        )
     return job_named({"surface": surface, **keys}, named=_typed)
 
 
@@ -138,6 +144,8 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
         read, shape = list[float], " ".join(["X", "Y", "Z"] * (len(get_args(kind)) // 3))
     elif get_origin(kind) is dict:
         kind, read, default, shape = list[str], _options_by_owner, "", "NAME.KEY=VALUE"
+    elif kind is Source:
+        kind, read, shape, default = str, _source, "SOURCE", "border"
     elif get_origin(kind) is list:
         kind, read, default = Path, _curve, ""
     return _Option(flag, cast("type", kind), key.help, read, default, shape)
@@ -158,6 +166,11 @@ def _said(key: str, options: Mapping[str, _Option], values: Mapping[str, object]
 
 def _as_given(value: object) -> object:
     return value
+
+
+def _source(text: str) -> Path | dict[str, object]:
+    """Return the keys of a source; a folder as it stands, because `geoprint plan` takes bundles by this option too."""
+    return Path(text) if Path(text).is_dir() else source_named(text)
 
 
 def _curve(path: Path) -> list[list[float]]:

@@ -31,14 +31,6 @@ def plan(
     surface: PartOrJobOrNone = None,
     *,
     out: Out,
-    again: Annotated[
-        Path | None,
-        typer.Option(
-            "--from",
-            metavar="BUNDLE",
-            help="Plan this bundle again, instead of a part; options change its job.",
-        ),
-    ] = None,
     keys: Keys,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
@@ -50,10 +42,13 @@ def plan(
     from geoprint.export import check_writable
     from geoprint.pipeline import job_file_of, plan as run, save_plan, written_bundle
 
+    source = keys.get("source")
+    again = source if isinstance(source, Path) else None
     if (surface is None) is (again is None):
         raise UsageError("give a part or a job file, or `--from` a bundle that shall be planned again: one of them.")
-    source = None if again is None else written_bundle(again)
-    job = job_asked(surface or job_file_of(again or Path()), keys)
+    bundle = None if again is None else written_bundle(again)
+    changed = keys if again is None else {name: value for name, value in keys.items() if name != "source"}
+    job = job_asked(surface or job_file_of(again or Path()), changed)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     with watch() as observe:
@@ -63,9 +58,9 @@ def plan(
     if as_json:
         tell_json(json_of(told) | json_of(record_timings(planned)))
     say(f"{outcome_text(told, verbose=verbose)}\nwritten and verified: {out}")
-    if source is not None:
-        differing = source.differing(out)
-        say(again_text(str(source.folder), written_by=source.version, differing=differing, changed=[*keys]))
+    if bundle is not None:
+        differing = bundle.differing(out)
+        say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=[*changed]))
 
 
 @takes(but=("backend",))

@@ -22,3 +22,4 @@ from geoprint.config.job_file import (
     job_of as job_of,
     job_text as job_text,
 )
+from geoprint.config.source import Source as Source, source_named as source_named

@@ -12,6 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, PositiveFloat, PositiveInt, model_validator
 
 from geoprint.config.key import Key, keys_of
+from geoprint.config.source import SHAPES, Source
 from geoprint.config.strict import Rounds, Table, Triple
 from geoprint.model import OnSlowdown
 
@@ -34,6 +35,7 @@ GROUPS = {
     "spacing": "How closely the paths lie: one of",
     "paths": "",
     "robot": "",
+    "source": "What distance is measured from: one of these; without any, the whole border.",
     "options": "What one backend or pattern alone takes, a table each.",
     "patches": "The patches to print, one table each, one after another; without any, the whole surface is the part. "
     "Of one patch\neverything that is given holds together.",
@@ -88,6 +90,9 @@ class PatchRegion(Table):
             "Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them.",
             '"anterior" # name that the file gives to some of its faces; `geoprint inspect` lists them',
         ),
+    ] = None
+    source: Annotated[
+        Source | None, Key("", "{ best = true } # what its distance is measured from, as in [source]", option="")
     ] = None
 
     @model_validator(mode="after")
@@ -157,12 +162,14 @@ class Job(Table):
             group="spacing",
         ),
     ] = None
-    seed: Annotated[
-        Triple | None,
+    source: Annotated[
+        Source | None,
         Key(
-            "Point X Y Z (mm) from which distance is measured (source), instead of the border.",
-            "[0.0, 0.0, 0.0] # point from which distance is measured, instead of the border",
-            group="paths",
+            f"What distance is measured from (source): {SHAPES}; by default the border. `geoprint plan --from BUNDLE` "
+            "without a part plans a bundle again.",
+            "[source]",
+            group="source",
+            option="from",
         ),
     ] = None
     options: Annotated[
@@ -253,10 +260,12 @@ class Job(Table):
         return self
 
     @model_validator(mode="after")
-    def _no_seed_for_several_patches(self) -> Self:
-        if self.seed is not None and len(self.patches) > 1:
+    def _a_source_for_each_patch(self) -> Self:
+        source = self.source
+        if len(self.patches) > 1 and source is not None and not (source.border or source.best):
             raise ValueError(
-                "a seed lies on one patch; several patches are each covered from their border: leave it out"
+                f"the source {source} lies on one patch, but there are {len(self.patches)}: give each its own, as "
+                "`source` in its table, or take border or best for all"
             )
         return self
 

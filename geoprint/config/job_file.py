@@ -5,14 +5,14 @@ A job file has the keys of `Job` in TOML; the files that it names are found from
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import cast
 
 from pydantic import ValidationError
 
 from geoprint.config.job import GROUPS, Job
-from geoprint.config.key import keys_of, option_type, table_of
+from geoprint.config.key import keys_of, option_type, part_of, table_of
 from geoprint.config.strict import Place, Table, describe, key_at, line_of, parsed_toml, text_of
 from geoprint.errors import UsageError
 
@@ -35,8 +35,8 @@ def job_of(**values: object) -> Job:
     Where the surface is a job file (.toml), its keys are taken first; whatever else is given counts more than them.
 
     Args:
-        **values: attributes of `Job`, None for those that are not given; files as text or paths, the seed as any
-            sequence of three numbers; `patch` stands for a single one of `patches`.
+        **values: attributes of `Job`, None for those that are not given; files as text or paths, the source as
+            a text too, such as "best" or "loops:2"; `patch` stands for a single one of `patches`.
 
     Raises:
         UsageError: a value is unknown, missing or meaningless; the sentence names it, and its line in a job file.
@@ -57,8 +57,6 @@ def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) ->
     given = {name: value for name, value in values.items() if value is not None}
     if "patch" in given:
         given["patches"] = [given.pop("patch")]
-    if isinstance(given.get("seed"), Sequence):
-        given["seed"] = [*cast("Sequence[object]", given["seed"])]
     given = _with_paths(given)
     surface = given.get("surface")
     if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
@@ -81,7 +79,7 @@ def job_file_text(model: type[Table] = Job) -> str:
         for name, key, field in keys_of(model):
             if key.group == group:
                 lines += key.lines(name, field)
-                if (table := table_of(field)) is not None:
+                if (table := table_of(field) or part_of(field)) is not None:
                     lines += [line for within, one, inner in keys_of(table) for line in one.lines(within, inner)]
         parts.append("".join(f"{line}\n" for line in lines))
     return "\n".join(parts)

@@ -66,9 +66,15 @@ def keys_of(model: type[BaseModel]) -> Iterator[tuple[str, Key, FieldInfo]]:
 def table_of(field: FieldInfo) -> type[BaseModel] | None:
     """Return the table of which a key has a list, or None where it has none."""
     for inner in get_args(field.annotation):
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
+        if get_origin(field.annotation) is list and isinstance(inner, type) and issubclass(inner, BaseModel):
             return inner
     return None
+
+
+def part_of(field: FieldInfo) -> type[BaseModel] | None:
+    """Return the table that a key is, or None where it is none."""
+    kind = option_type(field)
+    return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None
 
 
 def option_type(field: FieldInfo) -> object:

@@ -26,11 +26,11 @@ from geoprint.pipeline.mesh_files import (
     inspect_file as inspect_file,
     remesh_file as remesh_file,
 )
-from geoprint.pipeline.patches import (
-    PatchChoice as PatchChoice,
-    cut_patch as cut_patch,
-)
 from geoprint.pipeline.placing import propose_placement as propose_placement
 from geoprint.pipeline.planning import plan as plan
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
-from geoprint.pipeline.several_patches import patches_of as patches_of
+from geoprint.pipeline.workpiece.patches import (
+    PatchChoice as PatchChoice,
+    cut_patch as cut_patch,
+)
+from geoprint.pipeline.workpiece.several_patches import patches_of as patches_of

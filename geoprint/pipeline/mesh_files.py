@@ -137,7 +137,9 @@ def _trial(name: str, found: Inspection) -> str:
         backend.contours(seed, spacing=backend.distance(seed).maximum / TRIAL_LEVELS)
     except GeoprintError as error:
         return f"no: {error}"
-    return POSSIBLE if boundary_half_edges(surface.faces).size else f"{POSSIBLE}, with `--seed X Y Z`: it is closed"
+    return (
+        POSSIBLE if boundary_half_edges(surface.faces).size else f"{POSSIBLE}, with `--from point:X,Y,Z`: it is closed"
+    )
 
 
 def _seed(surface: Surface) -> Seed:

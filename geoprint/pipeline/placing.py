@@ -14,7 +14,8 @@ from geoprint.model import FloatArray
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import reach_map, reach_margin
 from geoprint.pipeline.choice import check_part
-from geoprint.pipeline.planning import cover, with_robot
+from geoprint.pipeline.covering import cover
+from geoprint.pipeline.planning import with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import UPRIGHT, arm_of, room_of, stand_placement, stood
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds

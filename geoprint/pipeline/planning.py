@@ -16,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from geoprint.backends import Piecewise
 from geoprint.config import Job
 from geoprint.deposition import exposure, following_flow
 from geoprint.errors import ClearanceError, PlanError, ReachError, naming
@@ -24,7 +23,6 @@ from geoprint.export import Orders, TipsAt, orders_of
 from geoprint.export.rapid import Proof, check_timeline, proven_program, timeline
 from geoprint.model import (
     Clearance,
-    Contours,
     ControllerPath,
     FloatArray,
     JointPath,
@@ -44,13 +42,13 @@ from geoprint.motion.controller import (
 )
 from geoprint.motion.reach import Easing, Leaning, NozzleRoom, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
-from geoprint.paths import arrange
-from geoprint.pipeline.choice import backend_of, check_options, check_part, pattern_of, with_backend
+from geoprint.pipeline.choice import check_options, check_part, with_backend
+from geoprint.pipeline.covering import cover
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import placed, pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
-from geoprint.results import Laid, Layer, Plan, RobotPlan, Workpiece
+from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 
 # Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
 RIM_SHARE = 0.1
@@ -131,23 +129,6 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     with stage("layer"):
         stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=spacing)
     return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
-
-
-def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with strokes and turn them into poses; evenness and the robot are left out."""
-    surface = workpiece.surface
-    with stage("contours"):
-        backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
-        spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
-        strokes = pattern_of(job).strokes(surface, seed, backend=backend, spacing=spacing)
-        contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
-        flattenings = backend.shown(spacing=spacing)
-    with stage("path"):
-        process = workpiece.cell.process
-        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff)
-        stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    layers = (Layer(surface, 0, process.layer_height),)
-    return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:

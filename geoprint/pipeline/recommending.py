@@ -19,8 +19,8 @@ from geoprint.deposition.fitting import (
 )
 from geoprint.errors import UsageError
 from geoprint.model import PASCAL_PER_KPA, Cell, Material
-from geoprint.pipeline.several_patches import prepared_part
 from geoprint.pipeline.workpiece import largest_distance
+from geoprint.pipeline.workpiece.several_patches import prepared_part
 from geoprint.surfaces import face_areas
 from geoprint.surfaces.files import load_file
 

@@ -7,6 +7,15 @@ from geoprint.quality.agreement import (
     Agreement as Agreement,
     agreement as agreement,
 )
+from geoprint.quality.ranking import (
+    EVEN_ENOUGH as EVEN_ENOUGH,
+    MOST_MISSED as MOST_MISSED,
+    MOST_TWICE as MOST_TWICE,
+    SAME_COVERAGE as SAME_COVERAGE,
+    SAME_SPACING as SAME_SPACING,
+    Covering as Covering,
+    ranked as ranked,
+)
 from geoprint.quality.thickness import (
     LevelledLayer as LevelledLayer,
     Thickness as Thickness,

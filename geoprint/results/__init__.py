@@ -29,5 +29,6 @@ from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,
     Side as Side,
+    TriedSource as TriedSource,
     Workpiece as Workpiece,
 )

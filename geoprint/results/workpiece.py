@@ -81,6 +81,30 @@ class Orientation:
 
 
 @final
+@comparable
+class TriedSource:
+    """What distance may be measured from on a patch, and how its paths cover it.
+
+    Attributes:
+        patch: number of the patch, from 1.
+        source: in words, as `--from` takes it.
+        gap: share of the area that is missed.
+        overlap: share of it that is laid twice.
+        cv: variation of the spacing; not a number where there is one level.
+        runs: how many.
+        taken: whether it is the one.
+    """
+
+    patch: int
+    source: str
+    gap: float
+    overlap: float
+    cv: float
+    runs: int
+    taken: bool
+
+
+@final
 @frozen
 class Workpiece:
     """What every backend of a job starts from.
@@ -102,6 +126,7 @@ class Workpiece:
             stated the part's place on the fixture, or the robot is left out.
         turnable: whether a demonstration that cannot be printed as it stands may be turned.
         orientation: how it was turned, or None where it stands as it did.
+        tried: sources of patches whose best one was sought, in the order of the patches.
     """
 
     cell: Cell
@@ -119,6 +144,7 @@ class Workpiece:
     uncertainty: Uncertainty | None
     turnable: bool = False
     orientation: Orientation | None = None
+    tried: tuple[TriedSource, ...] = ()
 
     @property
     def name(self) -> str:

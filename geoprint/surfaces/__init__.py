@@ -57,6 +57,9 @@ from geoprint.surfaces.polylines import (
 )
 from geoprint.surfaces.seeds import (
     boundary_seed as boundary_seed,
+    loop_seed as loop_seed,
+    nearest_loop as nearest_loop,
+    part_seed as part_seed,
     point_seed as point_seed,
 )
 from geoprint.surfaces.topology import (

@@ -139,8 +139,8 @@ def test_the_spacing_advised_is_half_of_the_best_backends(told: PlannedRecord) -
     said = verdict("part", [rows[0].model_copy(update={"uniformity": uncovered}), rows[1]])
     assert said[0] == ("No backend covers part: at best, with a, 30.0% of the area is missed and 0.0% laid twice.")
     assert said[1] == (
-        "What to do: a smaller spacing, such as `--spacing 1.5`, reaches into narrower places, and `--seed X Y Z` "
-        "measures from a point instead of the rim."
+        "What to do: a smaller spacing, such as `--spacing 1.5`, reaches into narrower places, and `--from best` "
+        "looks for a source that covers more."
     )
 
 

@@ -110,7 +110,7 @@ def test_compare_adds_samples_and_figures_when_asked(run: Run, part: Path, tmp_p
         (["--spacing", "2", "--backend", "lscm", "--resolution", "20"], 3, "leave `--resolution` out"),
         (["--spacing", "2", "--place", "moon"], 2, "place"),
         (["--spacing", "2", "--cell", "nowhere.toml"], 2, "geoprint init"),
-        (["--spacing", "2", "--seed", "0", "0", "99"], 3, "99"),
+        (["--spacing", "2", "--from", "point:0,0,99"], 3, "99"),
         (["--spacing", "2", "--body", "nowhere.stl"], 3, "nowhere.stl"),
         (["--spacing", "0.001"], 6, "spacing|edge"),
     ],
@@ -205,14 +205,14 @@ def test_doctor_shows_versions_and_passes_its_controls(run: Run) -> None:
 
 def test_place_takes_a_patch_and_a_label_as_plan_does(run: Run, part: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def told(job: Job, **_: object) -> None:
-        raise UsageError(f"label {job.label}, patch {job.patches[0]}")
+        raise UsageError(f"label {job.label}, patch {job.patches[0].model_dump(exclude_none=True)}")
 
     monkeypatch.setattr("geoprint.pipeline.propose_placement", told)
     patch = ("--at", 1, 2, 3, "--radius", 4, "--cone", 5, "--box", 0, 0, 0, 9, 9, 9, "--region", "wall")
     status, _, stderr = run("place", part, "--unit", "mm", "--label", 7, *patch)
     assert status == 2
-    assert "label 7, patch PatchRegion(at=[1, 2, 3], radius=4, cone_deg=5, box=[0, 0, 0, 9, 9, 9]" in stderr
-    assert "region='wall'" in stderr
+    given = {"at": [1.0, 2.0, 3.0], "radius": 4.0, "cone_deg": 5.0, "box": [0.0, 0.0, 0.0, 9.0, 9.0, 9.0]}
+    assert f"label 7, patch {given | {'region': 'wall'}}" in stderr
 
 
 def test_an_interrupt_and_a_defect_end_with_their_own_status(

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.cli.application import app
-from geoprint.config import Job, PatchRegion, job_file_text, job_of, load_cell
+from geoprint.config import Job, PatchRegion, Source, job_file_text, job_of, load_cell
 from geoprint.errors import UsageError
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
@@ -29,10 +29,11 @@ def written(folder: Path, text: str, *, name: str = "job.toml") -> Path:
 def test_a_file_holds_what_a_job_holds(tmp_path: Path) -> None:
     text = (
         SMALL
-        + 'backend = "lscm"\nmax_tilt = 5\nrobot = false\nseed = [1, 2, 3]\n[[patches]]\nbox = [0, 0, 0, 1, 1, 1]\n'
+        + 'backend = "lscm"\nmax_tilt = 5\nrobot = false\nsource = { point = [1, 2, 3] }\n'
+        + "[[patches]]\nbox = [0, 0, 0, 1, 1, 1]\n"
     )
     job = job_of(surface=written(tmp_path, text))
-    assert (job.backend, job.max_tilt, job.robot, job.seed) == ("lscm", 5.0, False, [1.0, 2.0, 3.0])
+    assert (job.backend, job.max_tilt, job.robot, str(job.source)) == ("lscm", 5.0, False, "point:1,2,3")
     assert job.patches == [PatchRegion(box=[0.0, 0.0, 0.0, 1.0, 1.0, 1.0])]
 
 
@@ -85,8 +86,8 @@ def test_rounds_that_are_given_replace_the_spacing_of_the_file_and_the_other_way
         (SMALL + "[[patches]]\nradius = 2\nat = [0, 0]\n", "line 6: patches.1.at: list should have at least 3"),
         (SMALL + "[patches]\nradius = 2\n", "line 4: patches: input should be a valid list"),
         (
-            SMALL + "seed = [0, 0, 0]\n" + 2 * "[[patches]]\nat = [0, 0, 0]\nradius = 1\n",
-            "job.toml: a seed lies on one patch",
+            SMALL + "source = { loops = [1] }\n" + 2 * "[[patches]]\nat = [0, 0, 0]\nradius = 1\n",
+            "job.toml: the source loops:1 lies on one patch, but there are 2",
         ),
         ('surface = "other.toml"\n', "job.toml: surface: other.toml is a job file too"),
         ("a = " + 5000 * "[", "job.toml: its lists are nested too deeply"),
@@ -113,15 +114,21 @@ def test_the_cell_of_a_hostile_job_is_refused_in_a_sentence(tmp_path: Path) -> N
 
 def test_the_file_that_geoprint_brings_names_every_key_and_each_of_its_lines_is_valid(tmp_path: Path) -> None:
     text = job_file_text()
-    head, patches = text.split("# [[patches]]")
+    whole, patches = text.split("# [[patches]]")
+    head, source = whole.split("# [source]")
+    source, options = source.split("# [options.")
     job_of(surface=written(tmp_path, text))
     named = {match[1] for match in re.finditer(r"^(?:# )?(\w+) = ", head, re.MULTILINE)}
-    assert named | {"patches", "options"} == set(Job.model_fields)
+    assert named | {"patches", "options", "source"} == set(Job.model_fields)
+    lines = re.findall(r"^# (\w+ = .*)$", source, re.MULTILINE)
+    assert {line.split()[0] for line in lines} == set(Source.model_fields)
+    for line in lines:
+        assert job_of(surface=written(tmp_path, f"{head}[source]\n{line}\n")).source is not None
     region = "[[patches]]" + re.sub(r"^# ", "", patches, flags=re.MULTILINE)
     assert set(tomllib.loads(region)["patches"][0]) == set(PatchRegion.model_fields)
     job_of(surface=written(tmp_path, head + region))
-    options = re.sub(r"^# ", "", head[head.index("# [options.") :].split("\n\n")[0], flags=re.MULTILINE)
-    assert tomllib.loads(options) == {"options": {"lscm": {"resolution": 500}}}
+    shown = "[options." + re.sub(r"^# ", "", options.split("\n\n")[0], flags=re.MULTILINE)
+    assert tomllib.loads(shown) == {"options": {"lscm": {"resolution": 500}}}
     defaults = {name: field.default for name, field in Job.model_fields.items()}
     for match in re.finditer(r"^# (\w+) = .*$", head, re.MULTILINE):
         shown = job_of(surface=written(tmp_path, 'surface = "a.ply"\n' + match[0].removeprefix("# ")))

@@ -22,7 +22,7 @@ TWO_SOURCES = """\
 surface = "data/heart.ply"
 unit = "mm"
 spacing = 2.0
-seed = [1.5, 0.0, -57.5]
+source = { point = [1.5, 0.0, -57.5] }
 robot = false
 
 [[patches]]
@@ -74,7 +74,7 @@ def nothing(_folder: Path) -> None: ...
 # What is typed, what it needs before, and what the sentence has to say of the next step.
 MISTAKES: dict[str, tuple[Callable[[Path], None], str, str]] = {
     "wrong unit": (nothing, "plan data/plate.ply --unit m --spacing 1 --no-robot --out out", r"`--unit mm`"),
-    "without a rim": (nothing, "plan data/heart.ply --unit mm --spacing 5 --no-robot --out out", r"--seed X Y Z"),
+    "without a rim": (nothing, "plan data/heart.ply --unit mm --spacing 5 --no-robot --out out", r"--from point:X,Y,Z"),
     "spacing too large": (nothing, f"plan {PLATE} --spacing 50 --no-robot --out out", r"choose a spacing below 30 mm"),
     "out of reach": (far_cell, f"plan {PLATE} --spacing 8 --cell far.toml --place demo --out out", r"`geoprint place`"),
     "`part_mm`": (cell_without_part, f"plan {PLATE} --spacing 10 --cell touched.toml --out out", r"part_mm"),
@@ -84,7 +84,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], None], str, str]] = {
         f"plan {PLATE} --spacing 8 --cell lacking.toml --place demo --out out",
         r"standoff_mm.*`geoprint init`",
     ),
-    "two sources": (two_sources, "plan two.toml --out out", r"leave it out"),
+    "two sources": (two_sources, "plan two.toml --out out", r"give each its own"),
     "older version": (older_bundle, "check old", r"`geoprint plan`"),
     "extra is not installed": (labels, "inspect labels.nii --label 2", r"pip install '.*\[medical\]'"),
 }
@@ -121,8 +121,8 @@ def test_a_mistake_ends_in_a_sentence_that_names_the_next_step(
 
 
 def test_an_option_that_holds_once_is_refused_where_it_is_given_twice(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(f"plan {PLATE} --seed 0 0 0 --spacing 5 --seed 5 0 0 --no-robot --out out") == 2
-    assert "`--seed` is given 2 times" in capsys.readouterr().err
+    assert run(f"plan {PLATE} --from point:0,0,0 --spacing 5 --from point:5,0,0 --no-robot --out out") == 2
+    assert "`--from` is given 2 times" in capsys.readouterr().err
     assert run("plan missing.ply --option lscm.resolution=500 --option heat.time_factor=1 --out out") != 0
     assert "times" not in capsys.readouterr().err
 

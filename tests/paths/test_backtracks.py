@@ -16,7 +16,7 @@ from geoprint.paths import creases
 from geoprint.paths.backtracks import unfolded, without_backtracks
 from geoprint.paths.corners import round_corners
 from geoprint.paths.lifting import advances
-from geoprint.pipeline.planning import cover
+from geoprint.pipeline.covering import cover
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces import PolylineDistance, closest, normals, positions

@@ -12,7 +12,7 @@ from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.pipeline import PatchChoice, cut_patch
-from geoprint.pipeline.patches import choice_of
+from geoprint.pipeline.workpiece.patches import choice_of
 from geoprint.results import Patch
 from geoprint.surfaces import boundary_loops, face_areas, face_normals, signed_volume, united
 from geoprint.surfaces.files import MeshFile

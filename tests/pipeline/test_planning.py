@@ -208,7 +208,7 @@ def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> No
 
 def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
     path = saved(tmp_path, sphere(radius=15.0, subdivisions=3))
-    planned = plan(job_of(surface=path, unit="mm", spacing=3.0, seed=[0.0, 0.0, 15.0], robot=False))
+    planned = plan(job_of(surface=path, unit="mm", spacing=3.0, source="point:0,0,15", robot=False))
     lowest = planned.poses.surface_points[planned.poses.deposit][0]
     assert np.linalg.norm(lowest - [0.0, 0.0, 15.0]) == pytest.approx(1.5, abs=0.3)
 

@@ -11,7 +11,7 @@ import pytest
 
 from geoprint.errors import InputError
 from geoprint.model import Surface
-from geoprint.pipeline.several_patches import (
+from geoprint.pipeline.workpiece.several_patches import (
     _common_body,  # pyright: ignore[reportPrivateUsage]
     _deepest,  # pyright: ignore[reportPrivateUsage]
     _refuse_overlaps,  # pyright: ignore[reportPrivateUsage]

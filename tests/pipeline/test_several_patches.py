@@ -21,7 +21,7 @@ from geoprint.paths import arrange
 from geoprint.patterns import PATTERNS
 from geoprint.pipeline import check_bundle, compare, patches_of, plan, save_plan
 from geoprint.pipeline.saving import plan_files
-from geoprint.pipeline.several_patches import prepared_part
+from geoprint.pipeline.workpiece.several_patches import prepared_part
 from geoprint.results import Plan
 from geoprint.surfaces import boundary_seed, united
 from geoprint.surfaces.files import MeshFile, load, load_file, save_ply

@@ -15,7 +15,7 @@ from geoprint.errors import ClearanceError, LimitError, PlanError, ReachError
 from geoprint.model import Placement
 from geoprint.motion.placing import OrientationSearch, Oriented, Stand, demo_placement
 from geoprint.pipeline import plan, standing
-from geoprint.pipeline.planning import cover
+from geoprint.pipeline.covering import cover
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import Chain, placed
 from geoprint.pipeline.workpiece import prepare_workpiece

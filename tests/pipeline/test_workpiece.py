@@ -63,10 +63,10 @@ def test_a_flipped_job_prints_the_other_side(part: Path, up: float) -> None:
 
 
 def test_a_seed_may_miss_the_surface_by_a_millimetre(part: Path) -> None:
-    (place,) = prepared(part, seed=[20.0, 15.0, 0.98]).seed.curves.points.weights
+    (place,) = prepared(part, source="point:20,15,0.98").seed.curves.points.weights
     assert place.sum() == pytest.approx(1.0)
     with pytest.raises(InputError, match=r"1\.02 mm"):
-        prepared(part, seed=[20.0, 15.0, 1.02])
+        prepared(part, source="point:20,15,1.02")
 
 
 def beside(gap: float) -> Surface:
@@ -192,7 +192,7 @@ def rotation_about(axis: int, angle: float) -> FloatArray:
 
 def test_a_closed_part_stands_on_its_own_axis_whatever_rounding_says_of_its_mean_normal(tmp_path: Path) -> None:
     ball = meshes.sphere(radius=15.0, subdivisions=3, jitter_seed=1)
-    whole = prepared(saved(tmp_path, ball), seed=[0.0, 0.0, 15.0])
+    whole = prepared(saved(tmp_path, ball), source="point:0,0,15")
     np.testing.assert_array_equal(whole.upright, np.eye(3))
 
 

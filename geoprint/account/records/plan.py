@@ -83,6 +83,18 @@ class PreparationRecord(create_model("PreparedRecord", __base__=Record, **_prepa
     """What preparing the mesh changed, and what it found."""
 
 
+class SourceRecord(Record):
+    """A source that was tried, because the best one was asked for."""
+
+    patch: int = Field(description="from 1")
+    source: str = Field(description="as `--from` takes it")
+    gap: Rounded = Field(description="share of the area that is missed")
+    overlap: Rounded = Field(description="share of the area that is laid twice")
+    cv: Rounded | None = Field(description="of the spacing; null where there is one level")
+    runs: Count = Field(description="how many")
+    taken: bool = Field(description="whether it is the one that covers best")
+
+
 class SideRecord(Record):
     """Which side is printed on."""
 
@@ -311,7 +323,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[4] = Field(alias="schema", description="version of this layout")
+    layout: Literal[5] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")
@@ -320,6 +332,7 @@ class PlanRecord(Record):
     layers: tuple[LayerRecord, ...] = Field(description="from the part outwards")
     field: FieldRecord = Field(description="of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
+    sources: tuple[SourceRecord, ...] = Field(default=(), description="that were tried, where the best was asked for")
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")

@@ -48,7 +48,7 @@ class Line(NamedTuple):
     c: float
 
 
-class Source(NamedTuple):
+class Origin(NamedTuple):
     """Where straight lines start.
 
     Attributes:
@@ -89,7 +89,7 @@ def see_from_vertices(mesh: MarchingMesh, front: Front, vertices: IntArray) -> N
             last = previous_half(half)
             see_along(mesh, front, last, mesh.lengths[last], mesh.bearings[last], 0.0)
             here, right, apex = triangle(mesh, half)
-            source = Source(here, Point(0.0, 0.0))
+            source = Origin(here, Point(0.0, 0.0))
             window = Window(opposite, right, apex, line_from(source, right), line_from(source, apex))
             follow(mesh, front, source, window, REACH * longest_side(mesh, half))
             half = int(mesh.twins[last])
@@ -189,7 +189,7 @@ def leave_point(
     mesh: MarchingMesh, front: Front, half: int, corners: tuple[Point, Point, Point], place: Point, longest: float
 ) -> None:
     """Follow all straight lines from a point of a triangle, in it or on one of its sides."""
-    source = Source(place, Point(0.0, 0.0))
+    source = Origin(place, Point(0.0, 0.0))
     for i in range(3):
         start, end = corners[i], corners[(i + 1) % 3]
         nearest = min(separation(start, place), separation(end, place))
@@ -211,7 +211,7 @@ def leave_segment(
     """Follow the straight lines that leave a segment of a triangle squarely, to its left."""
     length = separation(first, last)
     x, y = (last.x - first.x) / length, (last.y - first.y) / length
-    source = Source(first, Point(-y, x))
+    source = Origin(first, Point(-y, x))
     for i in range(3):
         start, end = corners[i], corners[(i + 1) % 3]
         # Places along the segment, from its last point on the right of the lines to its first on their left.
@@ -224,7 +224,7 @@ def leave_segment(
 
 
 @njit(cache=True, error_model="numpy")
-def follow(mesh: MarchingMesh, front: Front, source: Source, window: Window, reach: float) -> None:
+def follow(mesh: MarchingMesh, front: Front, source: Origin, window: Window, reach: float) -> None:
     """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees.
 
     It ends where all corners of a triangle are nearer to other pieces of the seed.
@@ -260,14 +260,14 @@ def follow(mesh: MarchingMesh, front: Front, source: Source, window: Window, rea
 
 
 @njit(cache=True, error_model="numpy")
-def is_nearer(front: Front, vertex: int, source: Source, place: Point, tie: float) -> bool:
+def is_nearer(front: Front, vertex: int, source: Origin, place: Point, tie: float) -> bool:
     """Tell whether a vertex, unfolded to a place, is nearer to another piece of the seed."""
     back = travelled(source, place)
     return front.distances[vertex] < sqrt(back.x * back.x + back.y * back.y) - tie
 
 
 @njit(cache=True, error_model="numpy")
-def travelled(source: Source, place: Point) -> Point:
+def travelled(source: Origin, place: Point) -> Point:
     """Return the vector that a straight line from the source has covered at a place."""
     x, y = place.x - source.place.x, place.y - source.place.y
     if source.normal.x == 0.0 and source.normal.y == 0.0:
@@ -277,7 +277,7 @@ def travelled(source: Source, place: Point) -> Point:
 
 
 @njit(cache=True, error_model="numpy")
-def line_from(source: Source, place: Point) -> Line:
+def line_from(source: Origin, place: Point) -> Line:
     """Return the straight line from the source through a place."""
     x, y = source.normal.x, source.normal.y
     if x == 0.0 and y == 0.0:
@@ -292,7 +292,7 @@ def side(line: Line, place: Point) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def gap(source: Source, start: Point, end: Point) -> float:
+def gap(source: Origin, start: Point, end: Point) -> float:
     """Return how far the nearest point of an edge is from the source, along the lines that leave it [mm]."""
     first, last = travelled(source, start), travelled(source, end)
     x, y = last.x - first.x, last.y - first.y

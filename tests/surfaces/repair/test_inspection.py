@@ -90,7 +90,7 @@ def test_a_file_is_told_with_its_unit_and_what_each_backend_says(tmp_path: Path)
 def test_a_closed_surface_is_planned_from_a_point_by_all_but_lscm(tmp_path: Path) -> None:
     save_ply(meshes.sphere(), tmp_path / "ball.ply")
     answers = dict(inspect_file(tmp_path / "ball.ply", unit="mm").backends)
-    assert answers["heat"] == answers["fast-marching"] == "yes, with `--seed X Y Z`: it is closed"
+    assert answers["heat"] == answers["fast-marching"] == "yes, with `--from point:X,Y,Z`: it is closed"
     assert answers["lscm"].startswith("no: ball.ply (closed, genus 0) cannot be flattened")
 
 

@@ -11,7 +11,7 @@ from geoprint.backends.marching import FastMarching
 from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
-from geoprint.pipeline.drawn_curve import Enclosed, enclosed
+from geoprint.pipeline.workpiece.drawn_curve import Enclosed, enclosed
 from geoprint.results import Patch
 from geoprint.surfaces import (
     boundary_half_edges,

@@ -15,7 +15,7 @@ from geoprint.backends import BackendFactory, Piecewise, backend
 from geoprint.config import Job, cell_text, load_cell
 from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.export.rapid import check_cell
-from geoprint.model import Cell, Placement, Seed, Surface, TouchedPoints, frozen
+from geoprint.model import Cell, Placement, Surface, TouchedPoints, frozen
 from geoprint.motion.arm import Arm, check_load, require_abb_conventions
 from geoprint.motion.placing import (
     LEAST_MEAN_NORMAL,
@@ -28,17 +28,17 @@ from geoprint.motion.placing import (
     refuse_uncertain,
 )
 from geoprint.pipeline.choice import backend_of
-from geoprint.pipeline.several_patches import PreparedPart, prepared_part
 from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece.best_source import with_best_sources
+from geoprint.pipeline.workpiece.several_patches import PreparedPart, prepared_part
+from geoprint.pipeline.workpiece.sources import seed_of
 from geoprint.results import Side, Workpiece
 from geoprint.surfaces import (
     boundary_half_edges,
-    boundary_seed,
     closest,
     face_areas,
     face_normals,
     pieces,
-    point_seed,
     signed_volume,
     turned_over,
     united,
@@ -51,8 +51,6 @@ from geoprint.transforms import apply
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
-# A seed point may miss the surface by this [mm]: what is read off a screen is rounded.
-SEED_TOLERANCE = 1.0
 # A patch bulges, or is hollow, where the volume of the cone from its middle is beyond this share of area times size: a
 # cap of a ball that is as high as a fiftieth of its width.
 LEAST_BULGE = 0.004
@@ -91,8 +89,8 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     with stage("refining"):
         wanted, factories = _wanted_spacing(job, sided.part), [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=wanted)
-        seed = _seed(job, surface)
-    return Workpiece(
+        seed = seed_of(job, surface)
+    workpiece = Workpiece(
         cell=cell,
         part=sided.part,
         side=sided.side,
@@ -108,6 +106,8 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         uncertainty=uncertainty,
         turnable=turnable,
     )
+    with stage("source"):
+        return with_best_sources(job, workpiece, backends=backends)
 
 
 @final
@@ -222,17 +222,11 @@ def _refined(part: Surface, factories: Sequence[BackendFactory], *, spacing: flo
     return united(refined), min(wanted)
 
 
-def _seed(job: Job, surface: Surface) -> Seed:
-    if job.seed is None:
-        return boundary_seed(surface)
-    return point_seed(surface, np.array(job.seed), tolerance=SEED_TOLERANCE)
-
-
 def largest_distance(job: Job, part: Surface) -> float:
     """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
     alone = [piece.surface for piece in pieces(part)]
     coarse = united([refine(piece, edge_length=_size(piece) / TRIANGLES_ACROSS) for piece in alone])
-    return Piecewise(coarse, backend_of(job)).distance(_seed(job, coarse)).maximum
+    return Piecewise(coarse, backend_of(job)).distance(seed_of(job, coarse)).maximum
 
 
 def with_rounds(job: Job, cell: Cell) -> Job:

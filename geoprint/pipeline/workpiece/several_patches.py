@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.errors import InputError, naming
 from geoprint.model import FloatArray, Surface, frozen
-from geoprint.pipeline.patches import choice_of, cut_patch
+from geoprint.pipeline.workpiece.patches import choice_of, cut_patch
 from geoprint.results import Patch
 from geoprint.surfaces import PolylineDistance, boundary_loops, closest, edge_lengths, face_areas, in_words, united
 from geoprint.surfaces.files import MeshFile

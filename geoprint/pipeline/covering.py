@@ -1,0 +1,29 @@
+"""A workpiece covered with strokes, and these turned into poses; the robot does not count yet."""
+
+from __future__ import annotations
+
+from geoprint.backends import Piecewise
+from geoprint.config import Job
+from geoprint.model import Contours
+from geoprint.paths import arrange
+from geoprint.pipeline.choice import backend_of, pattern_of
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.standing import pose_stream
+from geoprint.results import Layer, Plan, Workpiece
+
+
+def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
+    """Cover the workpiece with strokes and turn them into poses; evenness and the robot are left out."""
+    surface = workpiece.surface
+    with stage("contours"):
+        backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
+        spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
+        strokes = pattern_of(job).strokes(surface, seed, backend=backend, spacing=spacing)
+        contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
+        flattenings = backend.shown(spacing=spacing)
+    with stage("path"):
+        process = workpiece.cell.process
+        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff)
+        stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
+    layers = (Layer(surface, 0, process.layer_height),)
+    return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)
