@@ -57,12 +57,16 @@ def main() -> None:
     parser.add_argument("--on-slowdown", nargs="*", default=["follow", "lower"], choices=["follow", "lower"])
     parser.add_argument("--discs", type=int, default=0, metavar="N", help="cut from whole hearts")
     parser.add_argument("--accelerations", type=float, default=1.0, metavar="SHARE", help="of the joints")
-    parser.add_argument("--smoke", action="store_true", help="the flat patch of data/ at 4 mm, one cell")
+    parser.add_argument("--smoke", action="store_true", help="the flat patch of data/ and a disc at 4 mm, one cell")
     arguments = parser.parse_args()
     if not (arguments.smoke or arguments.parts):
         parser.error("state --parts FOLDER, or --smoke")
     if arguments.smoke:
-        cases = [Case("heart_flat_patch", {"surface": DATA / "heart_flat_patch.ply", "spacing": 4.0})]
+        disc = {"surface": DATA / "heart.ply", "spacing": 4.0, "patch": {"at": [1.5, 0.0, -57.5], "radius": 10.0}}
+        cases = [
+            Case("heart_flat_patch", {"surface": DATA / "heart_flat_patch.ply", "spacing": 4.0}),
+            Case("disc about the apex", disc),
+        ]
         cells, slowdowns = list(PACKAGED_CELLS[:1]), ["follow"]
     else:
         cases = list(_patches(arguments.parts, arguments.spacing))
@@ -94,9 +98,8 @@ def _discs(folder: Path, spacing: float, count: int) -> Iterator[Case]:
         vertices = load_file(heart, unit="mm").surface.vertices
         at = vertices[random.integers(len(vertices))]
         radius = float(np.round(random.uniform(*RADII), 1))
-        options: dict[str, object] = {"surface": heart, "spacing": spacing, "radius": radius}
-        options["at"] = tuple(float(value) for value in at)
-        yield Case(f"{heart.stem} disc {number} r{radius:g}", options)
+        patch = {"at": [float(value) for value in at], "radius": radius}
+        yield Case(f"{heart.stem} disc {number} r{radius:g}", {"surface": heart, "spacing": spacing, "patch": patch})
 
 
 def _row(case: Case, cell: str, slowdown: str, *, accelerations: float) -> list[str]:
