@@ -7,6 +7,15 @@ from geoprint.quality.agreement import (
     Agreement as Agreement,
     agreement as agreement,
 )
+from geoprint.quality.measuring import (
+    OFF_SURFACE_SHARE as OFF_SURFACE_SHARE,
+    PathMeasure as PathMeasure,
+    measure_paths as measure_paths,
+)
+from geoprint.quality.sides import (
+    SideFigures as SideFigures,
+    SideSpacing as SideSpacing,
+)
 from geoprint.quality.thickness import (
     LevelledLayer as LevelledLayer,
     Thickness as Thickness,
