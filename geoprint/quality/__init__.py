@@ -12,6 +12,7 @@ from geoprint.quality.measuring import (
     PathMeasure as PathMeasure,
     measure_paths as measure_paths,
 )
+from geoprint.quality.rigid_fit import RigidFit as RigidFit, moved as moved, rigid_fit as rigid_fit
 from geoprint.quality.sides import (
     SideFigures as SideFigures,
     SideSpacing as SideSpacing,

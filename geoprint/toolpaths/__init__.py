@@ -1,0 +1,7 @@
+"""Toolpaths of any program, read from files: tables, G-code, APT, RAPID, bundles. A format is one file and one entry."""
+
+from geoprint.toolpaths.path_file import (
+    MOST_POINTS as MOST_POINTS,
+    PathFile as PathFile,
+)
+from geoprint.toolpaths.reading import FORMATS as FORMATS, read_paths as read_paths
