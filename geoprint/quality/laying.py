@@ -106,6 +106,8 @@ def laid_path(
 def _moved(flat: Places, curves: Polylines) -> FloatArray:
     """Return about how long each run is on the surface: 0 where all of its points fall on one [mm]."""
     same = flat.faces[1:] == flat.faces[:-1]
-    steps = np.where(same, np.abs(flat.flat[1:] - flat.flat[:-1]), np.linalg.norm(np.diff(curves.points, axis=0), axis=1))
+    steps = np.where(
+        same, np.abs(flat.flat[1:] - flat.flat[:-1]), np.linalg.norm(np.diff(curves.points, axis=0), axis=1)
+    )
     inner = curves.runs[1:] == curves.runs[:-1]
     return np.bincount(curves.runs[1:][inner], steps[inner], minlength=curves.count).astype(np.float64)

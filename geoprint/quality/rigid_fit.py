@@ -64,11 +64,14 @@ def rigid_fit(surface: Surface, curves: Polylines) -> RigidFit:
     samples, normals = _samples(surface)
     tree = KDTree(samples)
     starts = [np.eye(4), *_starts(points, samples)]
-    ended = [_settled(T, few, rounds=COARSE_ROUNDS, nearest=lambda p: _sampled(tree, samples, normals, p)) for T in starts]
+    ended = [
+        _settled(T, few, rounds=COARSE_ROUNDS, nearest=lambda p: _sampled(tree, samples, normals, p)) for T in starts
+    ]
     order = np.argsort([rms for _, rms in ended], kind="stable")[:FOLLOWED].tolist()
     chosen = [0, *(start for start in order if start != 0)]
     followed = [
-        _settled(ended[start][0], points, rounds=FINE_ROUNDS, nearest=lambda p: _exactly(surface, p)) for start in chosen
+        _settled(ended[start][0], points, rounds=FINE_ROUNDS, nearest=lambda p: _exactly(surface, p))
+        for start in chosen
     ]
     best = min(followed, key=lambda each: each[1])
     if followed[0][1] * CLEARLY_BETTER <= best[1]:
@@ -116,7 +119,9 @@ def _starts(points: FloatArray, samples: FloatArray) -> list[FloatArray]:
     return found
 
 
-def _sampled(tree: KDTree, samples: FloatArray, normals: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _sampled(
+    tree: KDTree, samples: FloatArray, normals: FloatArray, points: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     _, nearest = tree.query(points)
     return samples[nearest], normals[nearest]
 
@@ -135,7 +140,9 @@ def _settled(T: FloatArray, points: FloatArray, *, rounds: int, nearest: _Neares
         away = np.einsum("kx,kx->k", onto - here, normals)
         # Beyond a rim the closest place is not straight below: pull there, too.
         aside = np.linalg.norm(onto - here, axis=1)
-        directions = np.where((aside > 2.0 * np.abs(away))[:, None], (onto - here) / np.maximum(aside, 1e-30)[:, None], normals)
+        directions = np.where(
+            (aside > 2.0 * np.abs(away))[:, None], (onto - here) / np.maximum(aside, 1e-30)[:, None], normals
+        )
         away = np.einsum("kx,kx->k", onto - here, directions)
         columns = np.column_stack([np.cross(here - middle, directions), directions])
         step = np.linalg.lstsq(columns, away, rcond=1e-9)[0]

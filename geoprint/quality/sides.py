@@ -15,8 +15,19 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
-from geoprint.quality.oracle import FOUND, NONE, OBLIQUE, UNKNOWN, WINDOWS_IN_ALL, ComplexArray, FlatMesh, Places
-from geoprint.quality.oracle import SurfacePath, neighbours, spatial
+from geoprint.quality.oracle import (
+    FOUND,
+    NONE,
+    OBLIQUE,
+    UNKNOWN,
+    WINDOWS_IN_ALL,
+    ComplexArray,
+    FlatMesh,
+    Places,
+    SurfacePath,
+    neighbours,
+    spatial,
+)
 from geoprint.quality.spacing import APART
 from geoprint.quality.stretches import joined
 

@@ -132,7 +132,8 @@ def _scene(part: PartReport, key: str) -> Markup:
     shown.append(element("button", "Reset view", type="button", class_="reset"))
     controls = [
         _choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
-        _choice(key, "colour", "Colour", COLOURS),
+        # Measured paths of others have no distance from anywhere.
+        _choice(key, "colour", "Colour", COLOURS if _distant(part) else COLOURS[:-1]),
         *([_choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]
@@ -150,6 +151,10 @@ def _scene(part: PartReport, key: str) -> Markup:
         ),
         class_="scene", data_part=key,
     )  # fmt: skip
+
+
+def _distant(part: PartReport) -> bool:
+    return any(bool(backend.distance.any()) for backend in part.backends)
 
 
 def _view(part: PartReport, place: int, key: str) -> Markup:

@@ -1,4 +1,4 @@
-"""Toolpaths of any program, read from files: tables, G-code, APT, RAPID, bundles. A format is one file and one entry."""
+"""Toolpaths of any program, read from files: tables, G-code, APT, RAPID, bundles; a format is one file."""
 
 from geoprint.toolpaths.path_file import (
     MOST_POINTS as MOST_POINTS,

@@ -17,9 +17,7 @@ from geoprint.toolpaths.path_file import refuse
 STEP = np.radians(1.0)
 
 
-def through_places(
-    name: str, ran: Execution, modules: Sequence[Module], rows: Sequence[int]
-) -> dict[int, FloatArray]:
+def through_places(name: str, ran: Execution, modules: Sequence[Module], rows: Sequence[int]) -> dict[int, FloatArray]:
     """Return the place that each of some moves leads through, in the coordinates of its target [mm].
 
     Args:

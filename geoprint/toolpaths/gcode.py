@@ -7,6 +7,7 @@ Whatever else a slicer writes is stepped over.
 
 from __future__ import annotations
 
+import math
 import re
 from array import array
 from pathlib import Path
@@ -184,11 +185,11 @@ class _Head:
             if not flags & bit:
                 continue
             numbers = self._moves[6 * i : 6 * i + 6]
-            if numbers[3] != numbers[3] or numbers[4] != numbers[4] or numbers[5] != numbers[5]:
+            if any(math.isnan(value) for value in numbers[3:]):
                 refuse(self._name, self._lines[i], "it deposits before all of X, Y and Z have a value")
             start: Point = (numbers[0], numbers[1], numbers[2])
             # The first move comes from nobody knows where.
-            if any(value != value for value in start):
+            if any(math.isnan(value) for value in start):
                 continue
             moves.line(self._lines[i], start, (numbers[3], numbers[4], numbers[5]))
         moves.read = self._recorder.read

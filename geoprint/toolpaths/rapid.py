@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,9 @@ MOST_TEXT = 50_000_000
 # Steps of a program that comes to an end.
 MOST_STEPS = 20_000_000
 _LOOKS = re.compile(r"^\s*(?:%%%|MODULE\s+[A-Za-z]\w*)", re.IGNORECASE | re.MULTILINE)
-_SET = re.compile(r"\b(Set(?:DO|AO|GO)|PulseDO|Set|Reset)\b((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", re.IGNORECASE)
+_SET = re.compile(
+    r"\b(Set(?:DO|AO|GO)|PulseDO|Set|Reset)\b((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", re.IGNORECASE
+)
 _TRIGGERED = re.compile(r"\\(DOp|GOp|AOp)\s*:=\s*(\w+)", re.IGNORECASE)
 _WAITED = re.compile(r"\bWait(DI|DO)\s+(\w+)", re.IGNORECASE)
 _CURVED = frozenset({VERBS.index("MoveC"), VERBS.index("TriggC")})
@@ -72,7 +75,9 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
         reason = str(error.details.get("reason") or error)
         refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
     if ran.ended not in {"end", "exit"}:
-        refuse(ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}")
+        refuse(
+            ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}"
+        )
     return _runs(path.name, ran, modules, deposit)
 
 
@@ -185,5 +190,5 @@ def _deposit(recorder: Recorder, line: int, way: FloatArray, on: list[tuple[floa
         stations = np.concatenate([[low], arcs[(arcs > low) & (arcs < high)], [high]])
         points = np.column_stack([np.interp(stations, arcs, way[:, axis]) for axis in range(3)]).tolist()
         places: list[Point] = [(x, y, z) for x, y, z in points]
-        for start, end in zip(places, places[1:], strict=False):
+        for start, end in pairwise(places):
             recorder.line(line, start, end)

@@ -81,6 +81,6 @@ def read_paths(path: Path | str, *, deposit: str | None = None) -> PathFile:
         if known.tells(head):
             return known.read(path, deposit=deposit)
     raise InputError(
-        f"{path.name}, line 1: this is no known format of toolpaths; known are tables whose first row names x, y and z, "
-        "G-code, APT or CLS (GOTO/), RAPID modules and bundles of geoprint."
+        f"{path.name}, line 1: this is no known format of toolpaths; known are tables whose first row names x, y "
+        "and z, G-code, APT or CLS (GOTO/), RAPID modules and bundles of geoprint."
     )

@@ -29,6 +29,8 @@ EDGE_TOLERANCE = 1e-6
 SQUARE_COSINE = 0.1
 # Where a way ends within this share of a segment's end, it ends at that.
 END_SHARE = 1e-9
+# A way starts from the path itself: nearer than this share of what counts as the same stretch it crosses none.
+NEAR_SHARE = 0.01
 # Windows of one search: a cone that is three spacings long takes some hundreds.
 WINDOWS_PER_PLACE = 100_000
 # Pieces of a way that are looked through; longer ones are not known.
@@ -140,23 +142,30 @@ def search_sides(
                 kinds[k, side] = NONE
                 continue
             found[k, side], distances[k, side] = horizon.found[0], horizon.best[0]
-            needed = steps_back(horizon)
-            if needed > MOST_PIECES:
-                continue
-            if turns_at_rim(mesh, horizon):
-                kinds[k, side] = NONE
-                continue
-            kinds[k, side] = OBLIQUE
-            if abs(phase(first_turn(horizon) / middle)) > HALF_CONE - EDGE_TOLERANCE:
-                continue
-            segment = int(horizon.found[0])
-            last = segments.starts[segment] + horizon.best[1] * segments.along[segment]
-            unwind(mesh, horizon, face, place, complex(last), way_faces, starts, ends)
-            if ends_at_end(horizon, segments, open_starts, open_ends, ends[0] - starts[0]):
-                continue
-            if not crosses_itself(segments, goal, way_faces, starts, ends, needed, clear):
-                kinds[k, side] = FOUND
+            kinds[k, side] = UNKNOWN
+            if steps_back(horizon) <= MOST_PIECES:
+                kinds[k, side] = kind_found(
+                    mesh, horizon, segments, open_starts, open_ends, goal, face, place, middle, way_faces, starts, ends
+                )
     return distances, kinds, found
+
+
+@njit(cache=True, error_model="numpy")
+def kind_found(
+    mesh: FlatMesh, horizon: Horizon, segments: Segments, open_starts: BoolArray, open_ends: BoolArray, goal: Goal,
+    face: int, place: complex, middle: complex, faces: IntArray, starts: ComplexArray, ends: ComplexArray,
+) -> int:  # fmt: skip
+    """Return what the segment that a search has found is; the last three arrays are room for the way to it."""
+    if turns_at_rim(mesh, horizon):
+        return NONE
+    if abs(phase(first_turn(horizon) / middle)) > HALF_CONE - EDGE_TOLERANCE:
+        return OBLIQUE
+    segment = int(horizon.found[0])
+    last = segments.starts[segment] + horizon.best[1] * segments.along[segment]
+    unwind(mesh, horizon, face, place, complex(last), faces, starts, ends)
+    if ends_at_end(horizon, segments, open_starts, open_ends, ends[0] - starts[0]):
+        return OBLIQUE
+    return OBLIQUE if crosses_itself(segments, goal, faces, starts, ends, steps_back(horizon)) else FOUND
 
 
 @njit(cache=True, error_model="numpy")
@@ -220,11 +229,11 @@ def ends_at_end(
 
 @njit(cache=True, error_model="numpy")
 def crosses_itself(
-    segments: Segments, goal: Goal, faces: IntArray, starts: ComplexArray, ends: ComplexArray, count: int, clear: float
+    segments: Segments, goal: Goal, faces: IntArray, starts: ComplexArray, ends: ComplexArray, count: int
 ) -> bool:
     """Return whether a way crosses its own stretch where that does not count as another: behind is no neighbour."""
     # Nearer to the place the way starts from the path itself.
-    near = 0.01 * clear
+    near = NEAR_SHARE * goal.clear
     gone = 0.0
     for piece in range(count - 1, -1, -1):
         start, along = starts[piece], ends[piece] - starts[piece]
