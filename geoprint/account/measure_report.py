@@ -79,7 +79,14 @@ def measure_report(found: Measurement, told: MeasurementRecord) -> bytes:
 def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]], *, title: str) -> bytes:
     # Beads of half the width, since two of them make a path.
     panels = [_panel(each, row) for each, row in files]
-    return coverage_figure(found.surface, panels, R_view_work=found.upright, spacing=0.5 * found.spacing, title=title)
+    return coverage_figure(
+        found.surface,
+        panels,
+        R_view_work=found.upright,
+        spacing=0.5 * found.spacing,
+        title=title,
+        unmeasured="no neighbour there",
+    )
 
 
 def _panel(each: MeasuredFile, row: MeasuredRecord) -> CoveragePanel:

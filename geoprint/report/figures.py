@@ -69,7 +69,13 @@ class CoveragePanel:
 
 
 def coverage_figure(
-    surface: Surface, panels: Sequence[CoveragePanel], *, R_view_work: FloatArray, spacing: float, title: str
+    surface: Surface,
+    panels: Sequence[CoveragePanel],
+    *,
+    R_view_work: FloatArray,
+    spacing: float,
+    title: str,
+    unmeasured: str = "outermost",
 ) -> bytes:
     """Draw toolpaths side by side, coloured by local spacing: as beads of one width, on a part seen from enough sides.
 
@@ -79,6 +85,7 @@ def coverage_figure(
         R_view_work: (3, 3) rotation to the first side: x to the right, y up, z towards the reader.
         spacing: wanted spacing [mm].
         title: above everything.
+        unmeasured: which paths are grey.
 
     Returns:
         The PNG's bytes; the same for the same input.
@@ -99,7 +106,7 @@ def coverage_figure(
     for above, below, panel in zip(axes[0], axes[-1], panels, strict=True):
         above.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
         below.set_xlabel(panel.caption, fontsize=10, parse_math=False)
-    _add_scale(figure, axes.ravel().tolist(), uncovered=any(len(panel.gaps) for panel in panels))
+    _add_scale(figure, axes.ravel().tolist(), unmeasured=unmeasured, uncovered=any(len(panel.gaps) for panel in panels))
     add_title(figure, title)
     return png_bytes(figure)
 
@@ -229,7 +236,7 @@ def _rgba(colour: str) -> FloatArray:
     return np.array(to_rgba(colour))
 
 
-def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None:
+def _add_scale(figure: Figure, axes: Sequence[Axes], *, unmeasured: str, uncovered: bool) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -238,7 +245,7 @@ def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None
     )
     scale.set_label(
         "distance to the neighbouring path / wanted spacing\n"
-        f"(red: too close, blue: too far, grey: outermost{', yellow: uncovered' if uncovered else ''})",
+        f"(red: too close, blue: too far, grey: {unmeasured}{', yellow: uncovered' if uncovered else ''})",
         fontsize=9,
     )
 

@@ -9,7 +9,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from geoprint.errors import UsageError
 from geoprint.toolpaths.path_file import PathFile, Point, Recorder, lines_of, number_of, refuse
 
 TITLE = "APT"
@@ -34,14 +33,12 @@ def read_apt(path: Path, *, deposit: str | None) -> PathFile:
 
     Args:
         path: of the file.
-        deposit: must be None: RAPID tells.
+        deposit: not used: RAPID tells.
 
     Raises:
-        UsageError: what deposits is named.
         InputError: it cannot be read, or moves as is not known here; names its line.
     """
-    if deposit is not None:
-        raise UsageError("`--deposit` is for G-code and RAPID: in APT, what RAPID does not lead to deposits.")
+    del deposit
     recorder, scale = Recorder(path.name), 1.0
     place: Point | None = None
     travels = False

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from geoprint.errors import UsageError
 from geoprint.toolpaths.path_file import PathFile
 from geoprint.toolpaths.tables import read_table
 
@@ -18,12 +17,10 @@ def read_bundle(path: Path, *, deposit: str | None) -> PathFile:
 
     Args:
         path: of its folder.
-        deposit: must be None: the bundle says itself what deposits.
+        deposit: not used: the bundle says itself what deposits.
 
     Raises:
-        UsageError: what deposits is named.
         InputError: its poses.csv cannot be read; names the line.
     """
-    if deposit is not None:
-        raise UsageError("`--deposit` is for G-code and RAPID: a bundle says itself what deposits.")
+    del deposit
     return replace(read_table(path / POSES, deposit=None), name=path.name, format=TITLE)

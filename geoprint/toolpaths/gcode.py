@@ -25,7 +25,9 @@ _SWITCHES = {"M3": True, "M4": True, "M5": False, "M101": True, "M103": False}
 _MM_PER_INCH = 25.4
 _COMMENT = re.compile(r"\([^)]*\)|;.*")
 _WORD = re.compile(r"\s*([A-Za-z])\s*([-+]?(?:\d+\.?\d*|\.\d+)?)")
-_FIRST = re.compile(r"(?:N\s*\d+\s*)?([A-Za-z])\s*0*(\d*)(?![\w.])", re.IGNORECASE)
+_FIRST = re.compile(r"(?:N\s*\d+\s*)?([A-Za-z])\s*0*(\d*)(?!\.?\d)", re.IGNORECASE)
+# Coordinates alone go on as the last move did.
+_MODAL = re.compile(r"(?:N\s*\d+\s*)?[XYZ]\s*[-+.\d]", re.IGNORECASE)
 _LOOKS = re.compile(r"^\s*(?:N\d+\s*)?G0*(?:[0-3]|2[018]|9[0-2])(?=\s|$|[XYZEF;(])", re.IGNORECASE | re.MULTILINE)
 _NAMED = re.compile(r"(M\d+)/(M\d+)", re.IGNORECASE)
 _BITS = {"E": 1, "M": 2, "G1": 4}
@@ -77,7 +79,7 @@ class _Head:
         """Execute a line."""
         first = _FIRST.match(text)
         code = f"{first[1].upper()}{first[2] or '0'}" if first else ""
-        if code[:1] in {"X", "Y", "Z"} and self._modal:
+        if self._modal and _MODAL.match(text):
             code = self._modal
         elif code in _ARCS:
             refuse(self._name, number, f"{code} is an arc, and only straight moves are read; export lines (G1)")

@@ -68,7 +68,7 @@ def read_paths(path: Path | str, *, deposit: str | None = None) -> PathFile:
             return rapid.read_rapid(path, deposit=deposit)
         raise InputError(f"`{path}` holds neither a {bundles.POSES} nor modules (.mod); give a bundle or a file.")
     if not path.exists():
-        raise InputError(f"there is no file `{path}`.")
+        raise InputError(f"`{path}` does not exist; check the name and the folder.")
     # Reading a pipe or a device might never end.
     if not path.is_file():
         raise InputError(f"`{path}` is no plain file; give a file of toolpaths.")

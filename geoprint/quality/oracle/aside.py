@@ -27,6 +27,8 @@ HALF_CONE = pi / 3.0
 EDGE_TOLERANCE = 1e-6
 # A way that ends at an open end of a run at less than this cosine from square still ends squarely.
 SQUARE_COSINE = 0.1
+# Pieces of a way that are shorter than this [mm] have no direction.
+SHORTEST_PIECE = 1e-9
 # Where a way ends within this share of a segment's end, it ends at that.
 END_SHARE = 1e-9
 # A way starts from the path itself: nearer than this share of what counts as the same stretch it crosses none.
@@ -163,9 +165,11 @@ def kind_found(
     segment = int(horizon.found[0])
     last = segments.starts[segment] + horizon.best[1] * segments.along[segment]
     unwind(mesh, horizon, face, place, complex(last), faces, starts, ends)
-    if ends_at_end(horizon, segments, open_starts, open_ends, ends[0] - starts[0]):
+    share, count = horizon.best[1], steps_back(horizon)
+    at_end = (open_starts[segment] and share <= END_SHARE) or (open_ends[segment] and share >= 1.0 - END_SHARE)
+    if at_end and not ends_squarely(mesh, segments, segment, faces, starts, ends, count):
         return OBLIQUE
-    return OBLIQUE if crosses_itself(segments, goal, faces, starts, ends, steps_back(horizon)) else FOUND
+    return OBLIQUE if crosses_itself(segments, goal, faces, starts, ends, count) else FOUND
 
 
 @njit(cache=True, error_model="numpy")
@@ -215,16 +219,23 @@ def turns_at_rim(mesh: FlatMesh, horizon: Horizon) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def ends_at_end(
-    horizon: Horizon, segments: Segments, open_starts: BoolArray, open_ends: BoolArray, way: complex
-) -> bool:
-    """Return whether the way found leads to an open end of a stretch, and not squarely."""
-    segment, share = horizon.found[0], horizon.best[1]
-    if not (open_starts[segment] and share <= END_SHARE) and not (open_ends[segment] and share >= 1.0 - END_SHARE):
-        return False
-    along = segments.along[segment]
-    lengths = abs(way) * abs(along)
-    return abs(way.real * along.real + way.imag * along.imag) > SQUARE_COSINE * lengths
+def ends_squarely(
+    mesh: FlatMesh, segments: Segments, segment: int, faces: IntArray, starts: ComplexArray, ends: ComplexArray,
+    count: int,
+) -> bool:  # fmt: skip
+    """Return whether the way found meets its segment at about a right angle."""
+    piece = 0
+    # Through a vertex or along an edge the last pieces have no length.
+    while piece < count - 1 and abs(ends[piece] - starts[piece]) < SHORTEST_PIECE:
+        piece += 1
+    way, along = ends[piece] - starts[piece], segments.along[segment]
+    # The end of the path lies in the face of the last piece.
+    here, there = mesh.axes[faces[piece]], mesh.axes[faces[0]]
+    product = 0.0
+    for x in range(3):
+        one = way.real * here[0, x] + way.imag * here[1, x]
+        product += one * (along.real * there[0, x] + along.imag * there[1, x])
+    return abs(product) <= SQUARE_COSINE * abs(way) * abs(along)
 
 
 @njit(cache=True, error_model="numpy")
