@@ -12,7 +12,7 @@ from geoprint.account.comparison_summary import (
     tell_comparison as tell_comparison,
 )
 from geoprint.account.inspection import inspection_summary as inspection_summary, inspection_text as inspection_text
-from geoprint.account.measuring import (
+from geoprint.account.measured.figures import (
     record_measure_timings as record_measure_timings,
     record_measurement as record_measurement,
 )

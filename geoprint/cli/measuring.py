@@ -12,41 +12,50 @@ from geoprint.cli.keys import Keys, job_asked, takes
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
 from geoprint.cli.terminal import columns, say, tell_json
 
+Paths = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="PATHS",
+        help="Files of toolpaths: CSV (x, y, z, run), G-code, APT or CLS, RAPID modules, or bundles of geoprint; "
+        "several stand side by side.",
+        show_default=False,
+    ),
+]
+CoveredPart = Annotated[
+    Path, typer.Option(metavar="FILE", help="Mesh of the part that they cover.", show_default=False)
+]
+OffsetUpTo = Annotated[
+    float | None,
+    typer.Option(
+        metavar="MM",
+        help="Allow paths up to so far off the part; they are measured where they are nearest to it.",
+        show_default="a tenth of the spacing",
+    ),
+]
+Fit = Annotated[bool, typer.Option("--fit", help="First lay the paths onto the part by a rigid motion.")]
+Deposit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What deposits, where a file does not tell: an output's name in RAPID, M-codes in G-code as M3/M5.",
+    ),
+]
+OutOrNone = Annotated[
+    Path | None,
+    typer.Option(metavar="FOLDER", help="Also write report.html, figures and tables there.", show_default=False),
+]
+
 
 @takes("unit", "label", "spacing", "patches")
 def measure(
-    paths: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="PATHS",
-            help="Files of toolpaths: CSV (x, y, z, run), G-code, APT or CLS, RAPID modules, or bundles of geoprint; "
-            "several stand side by side.",
-            show_default=False,
-        ),
-    ],
+    paths: Paths,
     *,
-    part: Annotated[Path, typer.Option(metavar="FILE", help="Mesh of the part that they cover.", show_default=False)],
+    part: CoveredPart,
     keys: Keys,
-    offset_up_to: Annotated[
-        float | None,
-        typer.Option(
-            metavar="MM",
-            help="Allow paths up to so far off the part; they are measured where they are nearest to it.",
-            show_default="a tenth of the spacing",
-        ),
-    ] = None,
-    fit: Annotated[bool, typer.Option("--fit", help="First lay the paths onto the part by a rigid motion.")] = False,
-    deposit: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="What deposits, where a file does not tell: an output's name in RAPID, M-codes in G-code as M3/M5.",
-        ),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Also write report.html, figures and tables there.", show_default=False),
-    ] = None,
+    offset_up_to: OffsetUpTo = None,
+    fit: Fit = False,
+    deposit: Deposit = None,
+    out: OutOrNone = None,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.model import FloatArray, Polylines, Surface, SurfacePoints
+from geoprint.model import FloatArray, Polylines, SurfacePoints
 from geoprint.quality.oracle import FlatMesh, Places, SurfacePath, flat_places, trace
-from geoprint.surfaces import closest
 
 # Lines between points are cut into pieces of at most this share of the spacing, so that they follow the surface.
 PIECE_SHARE = 0.5
@@ -50,11 +49,6 @@ def finely(curves: Polylines, *, spacing: float) -> Polylines:
     counts = np.bincount(curves.runs[owner], minlength=curves.count)
     kept = counts > 1
     return Polylines(points[kept[curves.runs[owner]]], np.concatenate([[0], np.cumsum(counts[kept])]))
-
-
-def laid(surface: Surface, curves: Polylines) -> tuple[SurfacePoints, FloatArray]:
-    """Return the closest places of a surface to the points of polylines, and their (k,) distances [mm]."""
-    return closest(surface, curves.points)
 
 
 def laid_path(

@@ -12,10 +12,11 @@ from geoprint.model import BoolArray, FloatArray, Polylines, Surface, freeze_arr
 from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import sampled
 from geoprint.quality.holes import largest_hole
-from geoprint.quality.laying import finely, laid, laid_path
-from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial
+from geoprint.quality.laying import finely, laid_path
+from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
 from geoprint.quality.sides import SideSpacing, side_spacing
 from geoprint.quality.uniformity import LARGEST_TRIANGLE, SAMPLES_PER_SPACING
+from geoprint.surfaces import closest
 from geoprint.surfaces.remesh import refine
 
 # Paths farther from the surface than this share of the spacing are refused, unless more is allowed.
@@ -98,25 +99,21 @@ def measure_paths(
     begun = time.process_time()
     fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
     mesh = flat_mesh(fine)
-    cut = finely(curves, spacing=spacing)
-    places, off = laid(fine, cut)
-    allowed = OFF_SURFACE_SHARE * spacing if offset_up_to is None else offset_up_to
-    path = laid_path(mesh, places, cut, off, spacing=spacing, allowed=allowed)
+    path, off = _laid(fine, mesh, curves, spacing=spacing, offset_up_to=offset_up_to)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
     distance = GeodesicDistance(mesh, path, windows=windows)
     covered = coverage(mesh, path, distance, samples, spacing=spacing)
     sides = side_spacing(mesh, path, samples, spacing=spacing, windows=windows)
-    length = float(path.lengths.sum())
     return PathMeasure(
         sides=sides,
         runs=int(path.lengths.size),
-        length=length,
+        length=float(path.lengths.sum()),
         area=covered.area,
         gap=covered.gap,
         overlap=covered.overlap,
         unknown=covered.unknown,
         hole=largest_hole(mesh, covered, spacing=spacing),
-        fill=length * spacing / covered.area,
+        fill=float(path.lengths.sum()) * spacing / covered.area,
         off_mean=float(off.mean()),
         off_max=float(off.max()),
         judged_places=spatial(mesh, covered.places),
@@ -124,3 +121,13 @@ def measure_paths(
         overlaps=covered.overlaps,
         seconds=time.process_time() - begun,
     )
+
+
+def _laid(
+    fine: Surface, mesh: FlatMesh, curves: Polylines, *, spacing: float, offset_up_to: float | None
+) -> tuple[SurfacePath, FloatArray]:
+    """Return curves laid onto a surface, and how far their points were off [mm]."""
+    cut = finely(curves, spacing=spacing)
+    places, off = closest(fine, cut.points)
+    allowed = OFF_SURFACE_SHARE * spacing if offset_up_to is None else offset_up_to
+    return laid_path(mesh, places, cut, off, spacing=spacing, allowed=allowed), off

@@ -53,8 +53,9 @@ class RigidFit:
 def rigid_fit(surface: Surface, curves: Polylines) -> RigidFit:
     """Return the rigid motion that brings paths nearest to a surface.
 
-    Starts are the paths as they are, and with their main axes along those of the surface in all 24 right-handed ways.
-    Where a part is alike from several sides, any of the motions that fit equally is right as far as distances tell.
+    Starts are the paths as they are, and with their main axes along those of the surface, turned in all
+    24 right-handed orders. Where a part is alike from several sides, any of the motions that fit equally is right as
+    far as distances tell.
 
     Args:
         surface: that they cover.
@@ -92,7 +93,7 @@ def _spread(curves: Polylines, count: int) -> FloatArray:
     firsts = curves.offsets[1:-1]
     jumps[firsts] = arcs[firsts] - arcs[firsts - 1]
     arcs = arcs - np.cumsum(jumps)
-    stations = np.linspace(0.0, arcs[-1], count)
+    stations: FloatArray = np.linspace(0.0, float(arcs[-1]), count)
     return np.column_stack([np.interp(stations, arcs, curves.points[:, axis]) for axis in range(3)])
 
 
@@ -131,10 +132,11 @@ def _exactly(surface: Surface, points: FloatArray) -> tuple[FloatArray, FloatArr
     return places.xyz(surface), face_normals(surface)[places.faces]
 
 
-def _settled(T: FloatArray, points: FloatArray, *, rounds: int, nearest: _Nearest) -> tuple[FloatArray, float]:
+def _settled(start: FloatArray, points: FloatArray, *, rounds: int, nearest: _Nearest) -> tuple[FloatArray, float]:
     """Return where a motion ends up when it is bettered round by round, and the distance left, root mean square."""
+    T_part_paths = start
     for _ in range(rounds):
-        here = transforms.apply(T, points)
+        here = transforms.apply(T_part_paths, points)
         onto, normals = nearest(here)
         middle = here.mean(axis=0)
         away = np.einsum("kx,kx->k", onto - here, normals)
@@ -145,12 +147,12 @@ def _settled(T: FloatArray, points: FloatArray, *, rounds: int, nearest: _Neares
         )
         away = np.einsum("kx,kx->k", onto - here, directions)
         columns = np.column_stack([np.cross(here - middle, directions), directions])
-        step = np.linalg.lstsq(columns, away, rcond=1e-9)[0]
+        step: FloatArray = np.linalg.pinv(columns, rcond=1e-9) @ away
         turn = Rotation.from_rotvec(step[:3]).as_matrix()
         change = transforms.rigid(turn, middle + step[3:] - turn @ middle)
-        T = change @ T
+        T_part_paths = change @ T_part_paths
         if np.abs(transforms.apply(change, here) - here).max() < SETTLED:
             break
-    here = transforms.apply(T, points)
+    here = transforms.apply(T_part_paths, points)
     onto, _ = nearest(here)
-    return T, float(np.sqrt(np.mean(np.sum((onto - here) ** 2, axis=1))))
+    return T_part_paths, float(np.sqrt(np.mean(np.sum((onto - here) ** 2, axis=1))))

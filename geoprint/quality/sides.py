@@ -35,7 +35,7 @@ from geoprint.quality.stretches import joined
 REACH = 3.0
 # The direction of a path is that of its chord over so many spacings to both sides.
 CHORD_SHARE = 0.05
-# Samples are moved off edges and vertices by this share of the way to the middle of their face: they look from within.
+# Samples are moved off edges and vertices by this share of the line to the middle of their face: they look from within.
 INWARDS = 1e-7
 # A sample within this share of the spacing is even.
 EVEN = 0.05

@@ -13,7 +13,7 @@ TOUCHING_SHARE = 0.05
 
 
 @frozen
-class Joined:
+class JoinedRuns:
     """The runs of a path as stretches.
 
     Attributes:
@@ -33,7 +33,7 @@ class Joined:
         return self.firsts[runs] + self.signs[runs] * arcs
 
 
-def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> Joined:
+def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> JoinedRuns:
     """Join the runs of a path that touch end to end.
 
     Args:
@@ -60,7 +60,7 @@ def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> Joined:
             end = partners.get(end ^ 1, -1)
         lengths.append(total)
         closed.append(end >= 0)
-    return Joined(of, firsts, signs, _segments(path, of, firsts, signs, partners, lengths=lengths, closed=closed))
+    return JoinedRuns(of, firsts, signs, _segments(path, of, firsts, signs, partners, lengths=lengths, closed=closed))
 
 
 def _partners(mesh: FlatMesh, path: SurfacePath, *, reach: float) -> dict[int, int]:

@@ -182,13 +182,13 @@ def _when_on(ran: Execution, signal: str | None, begin: float, end: float) -> li
     return found
 
 
-def _deposit(recorder: Recorder, line: int, way: FloatArray, on: list[tuple[float, float]]) -> None:
+def _deposit(recorder: Recorder, line: int, corners: FloatArray, on: list[tuple[float, float]]) -> None:
     """Deposit along shares of a move."""
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     for first, last in on:
         low, high = first * arcs[-1], last * arcs[-1]
         stations = np.concatenate([[low], arcs[(arcs > low) & (arcs < high)], [high]])
-        points = np.column_stack([np.interp(stations, arcs, way[:, axis]) for axis in range(3)]).tolist()
+        points = np.column_stack([np.interp(stations, arcs, corners[:, axis]) for axis in range(3)]).tolist()
         places: list[Point] = [(x, y, z) for x, y, z in points]
         for start, end in pairwise(places):
             recorder.line(line, start, end)

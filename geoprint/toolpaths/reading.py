@@ -16,7 +16,7 @@ from geoprint.toolpaths.path_file import PathFile
 HEAD = 400_000
 
 
-class Reader(Protocol):
+class PathReader(Protocol):
     """Reads a file of one format."""
 
     def __call__(self, path: Path, *, deposit: str | None) -> PathFile:
@@ -35,7 +35,7 @@ class Format:
     """
 
     tells: Callable[[str], bool]
-    read: Reader
+    read: PathReader
 
 
 # In the order in which they are asked; a module of RAPID may hold in a comment what looks like another.

@@ -13,7 +13,7 @@ from geoprint.account.records.plan import FileRecord, SpacingRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 
-class SideRecord(Record):
+class SpacingSideRecord(Record):
     """The spacing to the left, to the right or to both sides of the paths, as seen from outside along them."""
 
     spacing: SpacingRecord | None = Field(description="over the wanted one; null where no path has a neighbour there")
@@ -23,7 +23,7 @@ class SideRecord(Record):
     unknown: Rounded = Field(description="share for which the budget of work did not suffice")
 
 
-class FitRecord(Record):
+class MotionFitRecord(Record):
     """The rigid motion that laid the paths onto the part."""
 
     rotation_deg: Rounded = Field(description="angle that it turns by [degrees]")
@@ -45,10 +45,10 @@ class MeasuredRecord(Record):
     length_mm: Rounded = Field(description="of the deposited paths on the part [mm]")
     off_mean_mm: Rounded = Field(description="mean distance of the paths' points from the part [mm]")
     off_max_mm: Rounded = Field(description="largest [mm]")
-    fit: FitRecord | None = Field(description="null where the paths were taken as they are")
-    left: SideRecord = Field(description="to the left of the paths")
-    right: SideRecord = Field(description="to the right")
-    both: SideRecord = Field(description="all samples of both sides")
+    fit: MotionFitRecord | None = Field(description="null where the paths were taken as they are")
+    left: SpacingSideRecord = Field(description="to the left of the paths")
+    right: SpacingSideRecord = Field(description="to the right")
+    both: SpacingSideRecord = Field(description="all samples of both sides")
     gap: Rounded = Field(description="share of the area farther than 0.55 spacings from every path")
     overlap: Rounded = Field(description="share of the area within 0.45 spacings of two stretches")
     area_unknown: Rounded = Field(description="share of the area for which the budget of work did not suffice")

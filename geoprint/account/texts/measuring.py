@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Callable, Mapping, Sequence
 
-from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord, SideRecord
+from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord, SpacingSideRecord
 from geoprint.account.records.plan import SpacingRecord
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
@@ -104,15 +104,15 @@ def _row(row: MeasuredRecord) -> dict[str, str]:
     }
 
 
-def _of(side: SideRecord, figure: Callable[[SpacingRecord], str]) -> str:
+def _of(side: SpacingSideRecord, figure: Callable[[SpacingRecord], str]) -> str:
     return _NONE if side.spacing is None else figure(side.spacing)
 
 
-def _cv(side: SideRecord) -> float:
+def _cv(side: SpacingSideRecord) -> float:
     return float("inf") if side.spacing is None else side.spacing.cv
 
 
-def _percent(side: SideRecord) -> str:
+def _percent(side: SpacingSideRecord) -> str:
     return _of(side, lambda s: f"{s.cv:.2%}")
 
 

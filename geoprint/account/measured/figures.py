@@ -8,12 +8,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint.account.records.measure import (
-    FitRecord,
     MeasuredRecord,
     MeasurementRecord,
     MeasureSecondsRecord,
     MeasureTimingsRecord,
-    SideRecord,
+    MotionFitRecord,
+    SpacingSideRecord,
 )
 from geoprint.account.records.plan import FileRecord, SpacingRecord
 from geoprint.account.records.rounding import place_of
@@ -75,7 +75,7 @@ def _file(each: MeasuredFile) -> MeasuredRecord:
     )
 
 
-def _side(figures: SideFigures) -> SideRecord:
+def _side(figures: SideFigures) -> SpacingSideRecord:
     spacing = None
     if figures.measured:
         p1, p5, p50, p95, p99, largest = (figures.percentile(share) for share in (1, 5, 50, 95, 99, 100))
@@ -83,7 +83,7 @@ def _side(figures: SideFigures) -> SideRecord:
             mean=figures.mean, cv=figures.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
             within_5_percent=figures.within_5_percent,
         )  # fmt: skip
-    return SideRecord(
+    return SpacingSideRecord(
         spacing=spacing,
         samples=figures.ratios.size,
         none=figures.none,
@@ -92,11 +92,11 @@ def _side(figures: SideFigures) -> SideRecord:
     )
 
 
-def _fit(fit: RigidFit) -> FitRecord:
+def _fit(fit: RigidFit) -> MotionFitRecord:
     turn = Rotation.from_matrix(fit.T_part_paths[:3, :3]).as_rotvec()
     angle = float(np.linalg.norm(turn))
     axis = turn / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])
-    return FitRecord(
+    return MotionFitRecord(
         rotation_deg=float(np.degrees(angle)),
         axis=place_of(axis),
         translation_mm=place_of(fit.T_part_paths[:3, 3]),

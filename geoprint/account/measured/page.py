@@ -12,7 +12,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, SideRecord
+from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, SpacingSideRecord
 from geoprint.account.records.plan import SpacingRecord
 from geoprint.account.texts.measuring import measure_verdict
 from geoprint.model import FloatArray, IntArray
@@ -140,7 +140,7 @@ def _view(found: Measurement, each: MeasuredFile, row: MeasuredRecord, view: Vie
 
 
 def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
-    sides: tuple[tuple[str, Callable[[MeasuredRecord], SideRecord]], ...] = (
+    sides: tuple[tuple[str, Callable[[MeasuredRecord], SpacingSideRecord]], ...] = (
         ("left", lambda r: r.left),
         ("right", lambda r: r.right),
         ("both sides", lambda r: r.both),
@@ -161,7 +161,7 @@ def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
     )  # fmt: skip
 
 
-def _side_rows(name: str, sides: Sequence[SideRecord]) -> tuple[Row, ...]:
+def _side_rows(name: str, sides: Sequence[SpacingSideRecord]) -> tuple[Row, ...]:
     """Return the rows of one side, or of both."""
     group = "Spacing"
     return (
@@ -181,7 +181,7 @@ def _row(group: str, quantity: str, meaning: str, values: Sequence[str], *, deci
     return Row(group, quantity, meaning, tuple(values), decides=decides)
 
 
-def _of(side: SideRecord, figure: Callable[[SpacingRecord], str]) -> str:
+def _of(side: SpacingSideRecord, figure: Callable[[SpacingRecord], str]) -> str:
     return _NONE if side.spacing is None else figure(side.spacing)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.account.measure_report import measure_picture, measure_report
-from geoprint.account.measuring import record_measurement
+from geoprint.account.measured.figures import record_measurement
+from geoprint.account.measured.page import measure_picture, measure_report
 from geoprint.account.records.measure import MeasurementRecord
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.texts.measuring import measure_csv
