@@ -6,7 +6,8 @@ On a dome: contours of ours, the same with every second one shifted aside by a t
 slicer makes of it (`benchmarks.parts.slicer`), by its G-code. On each part: contours of ours, and isolines of
 potpourri3d's heat distance (`pip install potpourri3d`; left out where it is missing). All of them are judged by
 `geoprint.measure_paths`; beside it, for ours, the outward figure of `compare`, which needs levels, and what either
-costs in processor time per metre of path.
+costs in processor time per metre of path: the outward one on the surface that was refined for planning, as `compare`
+does, the other on the part as it is, as `geoprint measure` does.
 """
 
 from __future__ import annotations
@@ -98,18 +99,19 @@ def _ours(part: Path, name: str, spacing: float) -> Iterator[str]:
     begun = time.process_time()
     outwards = uniformity(planned.poses, surface, spacing=spacing)
     took = (time.process_time() - begun) / (outwards.length / 1000.0)
-    _measured(surface, curves, spacing)
+    part_surface = planned.workpiece.part
+    _measured(part_surface, curves, spacing)
     yield _row(
-        name, "contours, fast-marching", _measured(surface, curves, spacing), f"{outwards.cv:.3%}", f"{took:.1f}"
+        name, "contours, fast-marching", _measured(part_surface, curves, spacing), f"{outwards.cv:.3%}", f"{took:.1f}"
     )
     if importlib.util.find_spec(METHODS[PEER].library) is None:
         yield f"| {name} | {PEER}: not installed and left out | | | | | | | |"
         return
-    fine = refine(planned.workpiece.part, edge_length=0.5 * spacing)
+    fine = refine(part_surface, edge_length=0.5 * spacing)
     lines, _ = METHODS[PEER].isolines(fine, spacing)
     lines = [line for line in lines if len(line) > 1]
     peer = Polylines(np.concatenate(lines), np.cumsum([0, *map(len, lines)]))
-    yield _row(name, f"isolines of {PEER}", _measured(surface, peer, spacing))
+    yield _row(name, f"isolines of {PEER}", _measured(part_surface, peer, spacing))
 
 
 def _measured(surface: Surface, curves: Polylines, spacing: float) -> PathMeasure | GeoprintError:

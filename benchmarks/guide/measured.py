@@ -16,7 +16,7 @@ from geoprint.pipeline import measure_files, plan, save_plan
 def measured(data: Path) -> bytes:
     """Draw what the page measures: contours of a plate beside its rows."""
     (rows,) = (block.text for block in page_named("measure").blocks if block.word == "rows.csv")
-    job = job_of(surface=data / "plate.ply", unit="mm", spacing=2.0, backend="fast-marching", robot=False)
+    job = job_of(surface=data / "plate.ply", unit="mm", spacing=5.0, backend="fast-marching", robot=False)
     with tempfile.TemporaryDirectory() as folder:
         save_plan(plan(job), Path(folder) / "ours")
         (Path(folder) / "rows.csv").write_text(rows, encoding="utf-8")

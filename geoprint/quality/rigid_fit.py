@@ -134,7 +134,7 @@ def _exactly(surface: Surface, points: FloatArray) -> tuple[FloatArray, FloatArr
 
 def _settled(start: FloatArray, points: FloatArray, *, rounds: int, nearest: _Nearest) -> tuple[FloatArray, float]:
     """Return where a motion ends up when it is bettered round by round, and the distance left, root mean square."""
-    T_part_paths = start
+    T_part_paths: FloatArray = start
     for _ in range(rounds):
         here = transforms.apply(T_part_paths, points)
         onto, normals = nearest(here)
@@ -148,8 +148,8 @@ def _settled(start: FloatArray, points: FloatArray, *, rounds: int, nearest: _Ne
         away = np.einsum("kx,kx->k", onto - here, directions)
         columns = np.column_stack([np.cross(here - middle, directions), directions])
         step: FloatArray = np.linalg.pinv(columns, rcond=1e-9) @ away
-        turn = Rotation.from_rotvec(step[:3]).as_matrix()
-        change = transforms.rigid(turn, middle + step[3:] - turn @ middle)
+        turn: FloatArray = Rotation.from_rotvec(step[:3]).as_matrix()
+        change: FloatArray = transforms.rigid(turn, middle + step[3:] - turn @ middle)
         T_part_paths = change @ T_part_paths
         if np.abs(transforms.apply(change, here) - here).max() < SETTLED:
             break

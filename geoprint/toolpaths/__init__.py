@@ -4,4 +4,4 @@ from geoprint.toolpaths.path_file import (
     MOST_POINTS as MOST_POINTS,
     PathFile as PathFile,
 )
-from geoprint.toolpaths.reading import FORMATS as FORMATS, read_paths as read_paths
+from geoprint.toolpaths.reading import read_paths as read_paths

@@ -35,8 +35,10 @@ from geoprint.results import MeasuredFile, Measurement
 
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
+# Width of each of the two beads over the spacing.
+BEAD_SHARE = 0.31
 # How far the middles of the two beads of a path lie from it, over the spacing.
-ASIDE_SHARE = 0.22
+ASIDE_SHARE = 0.18
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 _NONE = "-"
@@ -77,15 +79,15 @@ def measure_report(found: Measurement, told: MeasurementRecord) -> bytes:
 
 
 def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]], *, title: str) -> bytes:
-    # Beads of half the width, since two of them make a path.
     panels = [_panel(each, row) for each, row in files]
     return coverage_figure(
         found.surface,
         panels,
         R_view_work=found.upright,
-        spacing=0.5 * found.spacing,
+        spacing=found.spacing,
         title=title,
-        unmeasured="no neighbour there",
+        bead=BEAD_SHARE,
+        unmeasured="none",
     )
 
 
