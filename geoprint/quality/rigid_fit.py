@@ -155,4 +155,5 @@ def _settled(start: FloatArray, points: FloatArray, *, rounds: int, nearest: _Ne
             break
     here = transforms.apply(T_part_paths, points)
     onto, _ = nearest(here)
-    return T_part_paths, float(np.sqrt(np.mean(np.sum((onto - here) ** 2, axis=1))))
+    left = np.linalg.norm(onto - here, axis=1)
+    return T_part_paths, float(np.sqrt(np.mean(left**2)))
