@@ -155,5 +155,4 @@ def _settled(start: FloatArray, points: FloatArray, *, rounds: int, nearest: _Ne
             break
     here = transforms.apply(T_part_paths, points)
     onto, _ = nearest(here)
-    left = np.linalg.norm(onto - here, axis=1)
-    return T_part_paths, float(np.sqrt(np.mean(left**2)))
+    return T_part_paths, float(np.linalg.norm(onto - here)) / float(np.sqrt(len(here)))

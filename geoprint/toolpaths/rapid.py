@@ -7,7 +7,7 @@ which one deposits. Where no output is switched, MoveL and MoveC deposit, and Mo
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import numpy as np
 from geoprint.config import load_cell
 from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.language.symbols import resolve
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.machine import VERBS, Execution, Scenario, compile_task, execute
 from geoprint.model import FloatArray
@@ -28,6 +29,8 @@ TITLE = "RAPID"
 MOST_TEXT = 50_000_000
 # Steps of a program that comes to an end.
 MOST_STEPS = 20_000_000
+# What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
+_FOREIGN = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 _LOOKS = re.compile(r"^\s*(?:%%%|MODULE\s+[A-Za-z]\w*)", re.IGNORECASE | re.MULTILINE)
 _SET = re.compile(
     r"\b(Set(?:DO|AO|GO)|PulseDO|Set|Reset)\b((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", re.IGNORECASE
@@ -58,27 +61,40 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
     files = sorted(path.glob("*.mod")) if path.is_dir() else [path]
     texts = {file.name: _text(file) for file in files}
     signals = _signals("\n".join(texts.values()))
-    cell = load_cell(None)
     try:
         modules = [parse_module(name, text) for name, text in texts.items()]
-        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-        task = compile_task(modules, at_once=list(texts), signals=signals, arm=arm)
-        scenario = Scenario(
-            joints=tuple(cell.robot.home.tolist()),
-            # Whoever waits for an input gets it.
-            signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
-            entry=_entry(path.name, modules),
-            most_steps=MOST_STEPS,
-        )
-        ran = execute(task, scenario)
+        # What the machine executes must fit: every name means something, and arguments are of their kind.
+        resolve(modules, signals=signals)
+        ran = _executed(modules, signals, entry=_entry(path.name, modules))
     except VerificationError as error:
         reason = str(error.details.get("reason") or error)
         refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
+    except InputError:
+        raise
+    except _FOREIGN as error:
+        raise InputError(f"{path.name} cannot be executed ({error}); check its data and targets.") from error
     if ran.ended not in {"end", "exit"}:
         refuse(
             ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}"
         )
     return _runs(path.name, ran, modules, deposit)
+
+
+def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str) -> Execution:
+    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object."""
+    cell = load_cell(None)
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    task = compile_task(modules, at_once=[module.file for module in modules], signals=signals, arm=arm)
+    scenario = Scenario(
+        joints=tuple(cell.robot.home.tolist()),
+        # Whoever waits for an input gets it.
+        signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
+        entry=entry,
+        most_steps=MOST_STEPS,
+    )
+    # Numbers that are too large become infinite, which is refused where they are used.
+    with np.errstate(all="ignore"):
+        return execute(task, scenario)
 
 
 def _text(file: Path) -> str:

@@ -259,6 +259,8 @@ MALFORMED = {
     "only rapid": ("UNITS/MM\nRAPID\nGOTO/0,0,0\nRAPID\nGOTO/1,0,0\n", "holds no path that deposits"),
     "half a module": ("MODULE Hand\nPROC main()\nMoveL\n", "line 3: "),
     "a tool from elsewhere": (module(SWITCHED.replace("tool0", "nozzle")), "line 5: "),
+    "a target that lacks a part": (module(SWITCHED.replace("[0,0,1,0],[0,0,0,0]", "[0,0,1,0]")), "line 5: "),
+    "a speed that is none": (module(SWITCHED.replace("v20", "tool0")), "line 5: "),
     "no beginning": (module("").replace("PROC main()", "PROC main(num a)"), "has no procedure main"),
     "for ever": (module("WHILE TRUE DO\nWaitTime 1;\nENDWHILE"), "does not run to its end"),
     "an encoded module": ("MODULE Hand(NOVIEW)\nx5f\n", "encoded"),
