@@ -12,7 +12,14 @@ import json
 from pathlib import Path
 
 from geoprint import account
-from geoprint.account import CheckedComparisonRecord, CheckRecord, ComparisonRecord, PlanRecord, SeenFile
+from geoprint.account import (
+    CheckedComparisonRecord,
+    CheckRecord,
+    ComparisonRecord,
+    MeasurementRecord,
+    PlanRecord,
+    SeenFile,
+)
 
 FOLDER = Path(account.__file__).parent / "schemas"
 
@@ -25,6 +32,7 @@ def schemas() -> dict[str, str]:
         "check": CheckRecord,
         "check-comparison": CheckedComparisonRecord,
         "evidence": SeenFile,
+        "measure": MeasurementRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"

@@ -7,7 +7,8 @@ from. The stages themselves are functions too:
     mesh      load, prepare, refine, remesh, smooth, decimate, deviation, cut_patch, save_ply
     curves    boundary_seed, point_seed, BACKENDS, PATTERNS, isolines; on a surface: closest, positions, normals
     paths     arrange, poses
-    evenness  uniformity, agreement; as tables of arrays and as CSV: runs_table, levels_table, samples_table, save_table
+    evenness  uniformity, agreement; of anybody's paths: read_paths, measure_paths, measure_files, save_measurement
+    tables    of arrays and as CSV: runs_table, levels_table, samples_table, save_table
     robot     load_cell, Arm, demo_placement, reach, retime, written_targets, controller_path, clearance
     program   orders_of, rapid_program
 
@@ -36,8 +37,8 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
 
-    cli -> guide -> pipeline -> account -> results -> {config, export, quality, report} -> patterns
-        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
+    cli -> guide -> pipeline -> account -> results -> toolpaths -> {config, export, quality, report}
+        -> patterns -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
         -> {errors, kernels, lazy}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
         report as report,
         results as results,
         surfaces as surfaces,
+        toolpaths as toolpaths,
         transforms as transforms,
     )
     from geoprint.account import (
@@ -90,7 +92,7 @@ if TYPE_CHECKING:
         read_trajectory_table as read_trajectory_table,
     )
     from geoprint.export.rapid import rapid_program as rapid_program
-    from geoprint.model import Surface as Surface
+    from geoprint.model import Polylines as Polylines, Surface as Surface
     from geoprint.motion.arm import Arm as Arm
     from geoprint.motion.collision import clearance as clearance
     from geoprint.motion.controller import controller_path as controller_path, written_targets as written_targets
@@ -109,14 +111,20 @@ if TYPE_CHECKING:
         cut_patch as cut_patch,
         inspect_file as inspect_file,
         job_from as job_from,
+        measure_files as measure_files,
         plan as plan,
         propose_placement as propose_placement,
         remesh_file as remesh_file,
         save_calibrated as save_calibrated,
         save_comparisons as save_comparisons,
+        save_measurement as save_measurement,
         save_plan as save_plan,
     )
-    from geoprint.quality import agreement as agreement, uniformity as uniformity
+    from geoprint.quality import (
+        agreement as agreement,
+        measure_paths as measure_paths,
+        uniformity as uniformity,
+    )
     from geoprint.results import Comparison as Comparison, Plan as Plan
     from geoprint.surfaces import (
         boundary_seed as boundary_seed,
@@ -134,6 +142,7 @@ if TYPE_CHECKING:
         smooth as smooth,
     )
     from geoprint.surfaces.repair import prepare as prepare
+    from geoprint.toolpaths import read_paths as read_paths
 
 # What a script takes, by stage.
 __all__ = [  # noqa: RUF022  (in the order of the stages)
@@ -180,6 +189,11 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     # How even they are, and tables of it.
     "uniformity",
     "agreement",
+    "measure_paths",
+    "measure_files",
+    "save_measurement",
+    "read_paths",
+    "Polylines",
     "runs_table",
     "levels_table",
     "samples_table",
@@ -217,7 +231,7 @@ _FROM = {
     "errors": "GeoprintError",
     "export": "orders_of read_poses_table read_trajectory_table",
     "export.rapid": "rapid_program",
-    "model": "Surface",
+    "model": "Surface Polylines",
     "motion.arm": "Arm",
     "motion.collision": "clearance",
     "motion.controller": "written_targets controller_path",
@@ -227,17 +241,19 @@ _FROM = {
     "paths": "arrange poses",
     "patterns": "PATTERNS register_pattern=register",
     "pipeline": "plan compare compare_parts propose_placement save_plan save_comparisons check_bundle job_from "
-    "inspect_file remesh_file cut_patch PatchChoice calibrate_cell calibrate_tool save_calibrated",
-    "quality": "uniformity agreement",
+    "inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice calibrate_cell calibrate_tool "
+    "save_calibrated",
+    "quality": "uniformity agreement measure_paths",
     "results": "Plan Comparison",
     "surfaces": "boundary_seed point_seed closest positions normals",
     "surfaces.files": "load save_ply",
     "surfaces.remesh": "refine remesh smooth decimate deviation",
     "surfaces.repair": "prepare",
+    "toolpaths": "read_paths",
 }
 _ROOMS = (
     "account backends config deposition errors export model motion paths patterns pipeline quality "
-    "registry report results surfaces transforms"
+    "registry report results surfaces toolpaths transforms"
 )
 
 if not TYPE_CHECKING:

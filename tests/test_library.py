@@ -28,7 +28,7 @@ from geoprint.deposition.fitting import read_measured_flow
 from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.model.values import WIDTH
 from geoprint.motion.arm import read_urdf_file
-from geoprint.results import Comparison, Plan, Planned
+from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
 from geoprint.surfaces.files import load_file, suggested_unit
 
 ROOT = Path(__file__).parents[1]
@@ -154,6 +154,7 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     return {
         "save_plan": lambda: geoprint.save_plan(planned, below),
         "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
+        "save_measurement": lambda: geoprint.save_measurement(_measurement(), below),
         "save_table": lambda: geoprint.save_table(geoprint.runs_table(planned), below),
         "save_ply": lambda: geoprint.save_ply(planned.workpiece.part, below),
         "save_calibrated": lambda: geoprint.save_calibrated(calibrated, gone, overwrite=False),
@@ -163,9 +164,19 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     }
 
 
+def _measurement() -> Measurement:
+    """Return two rows on the plate, measured."""
+    rows = np.array([[-15.0, y, 0.0] for y in (0.0, 2.0)]).repeat(2, axis=0) + [[0, 0, 0], [30, 0, 0]] * 2
+    part = load_file(PLATE, unit="mm")
+    found = geoprint.measure_paths(part.surface, geoprint.Polylines(rows, np.array([0, 2, 4])), spacing=2.0)
+    file = MeasuredFile("rows", "table", "nothing", points=4, dropped=0, fit=None, measured=found)
+    return Measurement(part, part.surface, np.eye(3), 2.0, (file,))
+
+
 def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     """Return calls that read what is not there."""
     robot = planned.robot[0]
+    job = geoprint.job_of(surface=PLATE, unit="mm", spacing=2.0)
     table, joints = cast("Any", None), np.zeros(6)
     return {
         "load": lambda: geoprint.load(gone, unit="mm"),
@@ -173,6 +184,8 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "suggested_unit": lambda: suggested_unit(gone),
         "inspect_file": lambda: geoprint.inspect_file(gone),
         "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
+        "read_paths": lambda: geoprint.read_paths(gone),
+        "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "check_bundle": lambda: geoprint.check_bundle(gone),
         "check_folder": lambda: pipeline.check_folder(gone),
@@ -208,7 +221,11 @@ def test_every_path_may_be_text_and_what_is_not_there_is_refused_in_a_sentence(p
     calls = readers(gone, planned) | writers(gone, planned)
     taken = path_parameters()
     assert set(taken) == set(calls)
-    assert {kind for kinds in taken.values() for kind in kinds} <= {"Path | str", "Path | str | None"}
+    assert {kind for kinds in taken.values() for kind in kinds} <= {
+        "Path | str",
+        "Path | str | None",
+        "Sequence[Path | str]",
+    }
     for name, call in calls.items():
         with pytest.raises(GeoprintError) as refused:
             call()

@@ -103,7 +103,7 @@ def test_the_examples_run_one_after_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     lines = [line for line in "\n".join(blocks("sh")).splitlines() if line.startswith("geoprint ")]
-    assert [line.split()[1] for line in lines] == ["guide", "guide", "inspect", "plan", "check", "plan"]
+    assert [line.split()[1] for line in lines] == ["guide", "guide", "inspect", "plan", "measure", "check", "plan"]
     (tmp_path / "data").symlink_to(ROOT / "data")
     monkeypatch.chdir(tmp_path)
     for line in lines:

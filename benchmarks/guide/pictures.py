@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from benchmarks.guide import cells, proof, surfaces
+from benchmarks.guide import cells, measured, proof, surfaces
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -74,6 +74,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "controller.png": cells.controller,
     "again.png": proof.again,
     "report.png": report,
+    "measure.png": measured.measured,
     "checked.png": cells.checked,
     "scripting.png": scripting,
     "own-backend.png": own_backend,

@@ -12,6 +12,10 @@ from geoprint.account.comparison_summary import (
     tell_comparison as tell_comparison,
 )
 from geoprint.account.inspection import inspection_summary as inspection_summary, inspection_text as inspection_text
+from geoprint.account.measured.figures import (
+    record_measure_timings as record_measure_timings,
+    record_measurement as record_measurement,
+)
 from geoprint.account.patches import patch_summary as patch_summary, patch_text as patch_text
 from geoprint.account.proposal import proposal_summary as proposal_summary, proposal_text as proposal_text
 from geoprint.account.records.check import (
@@ -23,6 +27,7 @@ from geoprint.account.records.comparison import (
     ToldComparison as ToldComparison,
 )
 from geoprint.account.records.evidence import STAGES as STAGES, SeenFile as SeenFile
+from geoprint.account.records.measure import MeasurementRecord as MeasurementRecord
 from geoprint.account.records.plan import PlanRecord as PlanRecord
 from geoprint.account.records.rounding import (
     as_json as as_json,
@@ -47,6 +52,7 @@ from geoprint.account.summary import (
 from geoprint.account.texts.calibration import calibration_text as calibration_text
 from geoprint.account.texts.checking import check_text as check_text
 from geoprint.account.texts.comparison import comparison_table as comparison_table
+from geoprint.account.texts.measuring import measure_table as measure_table
 from geoprint.account.texts.plan import again_text as again_text, outcome_text as outcome_text
 from geoprint.account.texts.run_sheet import (
     check_summary as check_summary,

@@ -39,6 +39,9 @@ COMMANDS = {
         "place": "Look for the place where the arm prints a part best.",
         "recommend": "Say which spacing, rounds and speed fit a pressure.",
     },
+    "measuring": {
+        "measure": "Measure how evenly toolpaths of any program cover a part.",
+    },
     "parts": {
         "inspect": "Say what a mesh is, its defects, and which backends plan it.",
         "patch": "Cut patches out of a body.",

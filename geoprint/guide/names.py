@@ -22,6 +22,7 @@ STAGES = {
     "geoprint.patterns": "Patterns",
     "geoprint.paths": "Paths",
     "geoprint.quality": "Evenness",
+    "geoprint.toolpaths": "Toolpaths of any program",
     "geoprint.deposition": "Material",
     "geoprint.motion.placing": "Where the part stands",
     "geoprint.motion.arm": "The arm",

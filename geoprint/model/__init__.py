@@ -37,6 +37,7 @@ from geoprint.model.path import (
     PoseStream as PoseStream,
     Toolpath as Toolpath,
 )
+from geoprint.model.polylines import Polylines as Polylines
 from geoprint.model.process import (
     PASCAL_PER_KPA as PASCAL_PER_KPA,
     Flood as Flood,

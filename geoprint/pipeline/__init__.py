@@ -22,6 +22,7 @@ from geoprint.pipeline.comparison import (
     compare_parts as compare_parts,
 )
 from geoprint.pipeline.doctor import examine as examine
+from geoprint.pipeline.measured.files import measure_files as measure_files, save_measurement as save_measurement
 from geoprint.pipeline.mesh_files import (
     inspect_file as inspect_file,
     remesh_file as remesh_file,

@@ -7,6 +7,11 @@ from geoprint.quality.agreement import (
     Agreement as Agreement,
     agreement as agreement,
 )
+from geoprint.quality.measuring import (
+    OFF_SURFACE_SHARE as OFF_SURFACE_SHARE,
+    PathMeasure as PathMeasure,
+    measure_paths as measure_paths,
+)
 from geoprint.quality.ranking import (
     EVEN_ENOUGH as EVEN_ENOUGH,
     MOST_MISSED as MOST_MISSED,
@@ -15,6 +20,11 @@ from geoprint.quality.ranking import (
     SAME_SPACING as SAME_SPACING,
     Covering as Covering,
     ranked as ranked,
+)
+from geoprint.quality.rigid_fit import RigidFit as RigidFit, moved as moved, rigid_fit as rigid_fit
+from geoprint.quality.sides import (
+    SideFigures as SideFigures,
+    SideSpacing as SideSpacing,
 )
 from geoprint.quality.thickness import (
     LevelledLayer as LevelledLayer,

@@ -58,6 +58,7 @@ class Coverage:
         places: middles of the j small triangles that were judged.
         gaps: (j,) whether each is farther than 0.55 spacings from every run.
         overlaps: (j,) whether each is within 0.45 spacings of two stretches.
+        missed: (j,) how much of each is farther than 0.55 spacings from every run [mm2].
     """
 
     area: float
@@ -69,9 +70,10 @@ class Coverage:
     places: Places
     gaps: BoolArray
     overlaps: BoolArray
+    missed: FloatArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, widths="float: k", gaps="bool: j", overlaps="bool: j")
+        freeze_arrays(self, widths="float: k", gaps="bool: j", overlaps="bool: j", missed="float: j")
 
 
 class _NearestTwo(NamedTuple):
@@ -122,9 +124,10 @@ def coverage(
         spacing=spacing,
     )
     mean = np.average(widths, weights=lengths)
+    missed = weights * _share(across, gap - found.own, found.other - gap)
     return Coverage(
         area=area,
-        gap=float(weights @ _share(across, gap - found.own, found.other - gap)),
+        gap=float(missed.sum()),
         overlap=float(weights @ _share(across, found.other - overlap, overlap - found.own)),
         widths=widths,
         width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=lengths)) / mean),
@@ -132,6 +135,7 @@ def coverage(
         places=found.triangles.middles,
         gaps=found.own > gap,
         overlaps=found.other < overlap,
+        missed=area * missed,
     )
 
 

@@ -69,7 +69,14 @@ class CoveragePanel:
 
 
 def coverage_figure(
-    surface: Surface, panels: Sequence[CoveragePanel], *, R_view_work: FloatArray, spacing: float, title: str
+    surface: Surface,
+    panels: Sequence[CoveragePanel],
+    *,
+    R_view_work: FloatArray,
+    spacing: float,
+    title: str,
+    bead: float = BEAD_SHARE,
+    unmeasured: str = "outermost",
 ) -> bytes:
     """Draw toolpaths side by side, coloured by local spacing: as beads of one width, on a part seen from enough sides.
 
@@ -79,6 +86,8 @@ def coverage_figure(
         R_view_work: (3, 3) rotation to the first side: x to the right, y up, z towards the reader.
         spacing: wanted spacing [mm].
         title: above everything.
+        bead: width of a drawn bead over the spacing.
+        unmeasured: which paths are grey.
 
     Returns:
         The PNG's bytes; the same for the same input.
@@ -95,11 +104,11 @@ def coverage_figure(
     axes = figure.subplots(len(sides), len(panels), squeeze=False, height_ratios=heights)
     for row, R_side_work in zip(axes, sides, strict=True):
         for axis, panel in zip(row, panels, strict=True):
-            _draw_covered(axis, surface, panel, R_side_work, spacing=spacing)
+            _draw_covered(axis, surface, panel, R_side_work, spacing=spacing, bead=bead)
     for above, below, panel in zip(axes[0], axes[-1], panels, strict=True):
         above.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
         below.set_xlabel(panel.caption, fontsize=10, parse_math=False)
-    _add_scale(figure, axes.ravel().tolist(), uncovered=any(len(panel.gaps) for panel in panels))
+    _add_scale(figure, axes.ravel().tolist(), unmeasured=unmeasured, uncovered=any(len(panel.gaps) for panel in panels))
     add_title(figure, title)
     return png_bytes(figure)
 
@@ -177,7 +186,7 @@ def add_ruler(axis: Axes, *, font_size: float = 9.0) -> None:
 
 
 def _draw_covered(
-    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
+    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float, bead: float
 ) -> None:
     """Draw a part with its beads and with what they leave open, what is nearer to the reader over what is farther."""
     from matplotlib.collections import PolyCollection
@@ -186,7 +195,7 @@ def _draw_covered(
     # Beads lie over the faces about them, wherever in these they are.
     over = float(np.ptp(corners, axis=1).max(initial=0.0))
     squares = squares_on(surface, panel.gaps, side=UNCOVERED_SHARE * spacing) @ R_view_work.T
-    beads, bead_colours = _bead_polygons(surface, panel, R_view_work, spacing=spacing)
+    beads, bead_colours = _bead_polygons(surface, panel, R_view_work, width=bead * spacing)
     polygons = np.concatenate([corners[:, [0, 1, 2, 2]], squares, beads])
     painted = np.concatenate([colours, np.tile(_rgba(UNCOVERED), (len(squares), 1)), bead_colours])
     lift = np.repeat([0.0, over, 1.01 * over], [len(corners), len(squares), len(beads)])
@@ -208,13 +217,13 @@ def _turn(polygons: FloatArray) -> FloatArray:
 
 
 def _bead_polygons(
-    surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
+    surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, width: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the (s, 4, 3) pieces of beads between samples as seen, and their (s, 4) colours."""
     from matplotlib import colormaps
     from matplotlib.colors import Normalize
 
-    left, right = bead_sides(surface, panel.places, panel.offsets, width=BEAD_SHARE * spacing)
+    left, right = bead_sides(surface, panel.places, panel.offsets, width=width)
     starts: IntArray = np.setdiff1d(np.arange(len(left) - 1), panel.offsets[1:-1] - 1)
     # Counter-clockwise as seen from outside.
     corners = np.stack([right[starts], right[starts + 1], left[starts + 1], left[starts]], axis=1) @ R_view_work.T
@@ -229,7 +238,7 @@ def _rgba(colour: str) -> FloatArray:
     return np.array(to_rgba(colour))
 
 
-def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None:
+def _add_scale(figure: Figure, axes: Sequence[Axes], *, unmeasured: str, uncovered: bool) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -238,7 +247,7 @@ def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None
     )
     scale.set_label(
         "distance to the neighbouring path / wanted spacing\n"
-        f"(red: too close, blue: too far, grey: outermost{', yellow: uncovered' if uncovered else ''})",
+        f"(red: too close, blue: too far, grey: {unmeasured}{', yellow: uncovered' if uncovered else ''})",
         fontsize=9,
     )
 

@@ -131,9 +131,11 @@ def _scene(part: PartReport, key: str) -> Markup:
     if replayed:
         shown.append(element("label", element("input", type="checkbox", name=f"{key}-robot"), " Robot"))
     shown.append(element("button", "Reset view", type="button", class_="reset"))
+    # Measured paths of others have no distance from anywhere.
+    colours = COLOURS if _distant(part) else COLOURS[:-1]
     controls = [
         _choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
-        _choice(key, "colour", "Colour", (*COLOURS, *MOTION_COLOURS) if replayed else COLOURS),
+        _choice(key, "colour", "Colour", [*colours, *(MOTION_COLOURS if replayed else ())]),
         *([_choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]
@@ -151,6 +153,10 @@ def _scene(part: PartReport, key: str) -> Markup:
         ),
         class_="scene", data_part=key,
     )  # fmt: skip
+
+
+def _distant(part: PartReport) -> bool:
+    return any(bool(backend.distance.any()) for backend in part.backends)
 
 
 def _view(part: PartReport, place: int, key: str) -> Markup:

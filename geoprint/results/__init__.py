@@ -11,6 +11,10 @@ from geoprint.results.comparison import (
     Planned as Planned,
     Refused as Refused,
 )
+from geoprint.results.measurement import (
+    MeasuredFile as MeasuredFile,
+    Measurement as Measurement,
+)
 from geoprint.results.mesh_files import (
     FileInspection as FileInspection,
     Remeshed as Remeshed,

@@ -1,5 +1,14 @@
 """Exact shortest ways over triangles, which no backend uses."""
 
+from geoprint.quality.oracle.aside import (
+    FOUND as FOUND,
+    NONE as NONE,
+    OBLIQUE as OBLIQUE,
+    UNKNOWN as UNKNOWN,
+    Neighbours as Neighbours,
+    Stretches as Stretches,
+    neighbours as neighbours,
+)
 from geoprint.quality.oracle.geodesic import (
     WINDOWS_IN_ALL as WINDOWS_IN_ALL,
     Ask as Ask,

@@ -50,6 +50,12 @@ def search(
     horizon.found[0], horizon.found[1], horizon.found[2] = -1, -1, -1
     horizon.best[0], horizon.best[1] = limit, 0.0
     begin(mesh, horizon, segments, goal, number, face, place)
+    return spread(mesh, horizon, segments, goal, number)
+
+
+@njit(cache=True, error_model="numpy")
+def spread(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int) -> float:
+    """Take windows by rising distance until none is nearer than what was found; return as `search` does."""
     while horizon.counts[1] > 0:
         bound = horizon.keys[0]
         if bound >= horizon.best[0]:
@@ -153,8 +159,10 @@ def fan(
             scale = side / (mesh.corners[following] - mesh.corners[half])
             see(horizon, segments, goal, face, -scale * mesh.corners[half], scale, right, left, before, item)
             look(mesh, horizon, goal, mesh.twins[following], apex, side, right, left, before, item)
-            meet(mesh, horizon, goal, number, following, side, apex - side, before, item)
-            meet(mesh, horizon, goal, number, last, apex, -apex, before, item)
+            if angle >= low - CONE_TOLERANCE:
+                meet(mesh, horizon, goal, number, following, side, apex - side, before, item)
+            if angle + width <= high + CONE_TOLERANCE:
+                meet(mesh, horizon, goal, number, last, apex, -apex, before, item)
         angle += width
         half, side = mesh.twins[last], apex
         if angle > high or half < 0 or half == first:

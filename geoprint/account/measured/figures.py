@@ -1,0 +1,105 @@
+"""From measured files of toolpaths to what measure.json says of them."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint.account.records.measure import (
+    MeasuredRecord,
+    MeasurementRecord,
+    MeasureSecondsRecord,
+    MeasureTimingsRecord,
+    MotionFitRecord,
+    SpacingSideRecord,
+)
+from geoprint.account.records.plan import FileRecord, SpacingRecord
+from geoprint.account.records.rounding import place_of
+from geoprint.quality import RigidFit, SideFigures
+from geoprint.results import MeasuredFile, Measurement
+
+# Version of the layout of measure.json; a change that breaks a reader raises it.
+MEASURE_SCHEMA = 1
+
+
+def record_measurement(found: Measurement) -> MeasurementRecord:
+    """Return what measure.json says: the source of table, report and CSV."""
+    part = found.part
+    return MeasurementRecord(
+        schema=MEASURE_SCHEMA,
+        version=version("geoprint"),
+        part=FileRecord(name=part.name, sha256=part.digest, unit=part.unit),
+        area_mm2=found.files[0].measured.area,
+        spacing_mm=found.spacing,
+        files=tuple(_file(each) for each in found.files),
+    )
+
+
+def record_measure_timings(found: Measurement) -> MeasureTimingsRecord:
+    """Return what measuring took."""
+    return MeasureTimingsRecord(
+        files=tuple(
+            MeasureSecondsRecord(
+                file=each.name,
+                processor_s=each.measured.seconds,
+                processor_s_per_m=each.measured.seconds_per_metre,
+            )
+            for each in found.files
+        )
+    )
+
+
+def _file(each: MeasuredFile) -> MeasuredRecord:
+    measured = each.measured
+    return MeasuredRecord(
+        file=each.name,
+        format=each.format,
+        deposit=each.deposit,
+        points=each.points,
+        runs=measured.runs,
+        dropped_runs=each.dropped,
+        length_mm=measured.length,
+        off_mean_mm=measured.off_mean,
+        off_max_mm=measured.off_max,
+        fit=None if each.fit is None else _fit(each.fit),
+        left=_side(measured.sides.left),
+        right=_side(measured.sides.right),
+        both=_side(measured.sides.both),
+        gap=measured.gap,
+        overlap=measured.overlap,
+        area_unknown=measured.unknown,
+        largest_hole_mm2=measured.hole,
+        fill=measured.fill,
+    )
+
+
+def _side(figures: SideFigures) -> SpacingSideRecord:
+    spacing = None
+    if figures.measured:
+        p1, p5, p50, p95, p99, largest = (figures.percentile(share) for share in (1, 5, 50, 95, 99, 100))
+        spacing = SpacingRecord(
+            mean=figures.mean, cv=figures.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
+            within_5_percent=figures.within_5_percent,
+        )  # fmt: skip
+    return SpacingSideRecord(
+        spacing=spacing,
+        samples=figures.ratios.size,
+        none=figures.none,
+        oblique=figures.oblique,
+        unknown=figures.unknown,
+    )
+
+
+def _fit(fit: RigidFit) -> MotionFitRecord:
+    turn = Rotation.from_matrix(fit.T_part_paths[:3, :3]).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    axis = turn / angle if angle > 0.0 else np.array([0.0, 0.0, 1.0])
+    return MotionFitRecord(
+        rotation_deg=float(np.degrees(angle)),
+        axis=place_of(axis),
+        translation_mm=place_of(fit.T_part_paths[:3, 3]),
+        residual_mm=fit.residual,
+        before_mm=fit.before,
+    )

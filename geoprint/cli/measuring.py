@@ -1,0 +1,81 @@
+"""The command that measures toolpaths, of geoprint or anybody else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from geoprint.cli.bounds import limit_memory, watch
+from geoprint.cli.keys import Keys, job_asked, takes
+from geoprint.cli.options import AsJson, MaxMemory, Overwrite
+from geoprint.cli.terminal import columns, say, tell_json
+
+Paths = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="PATHS",
+        help="Files of toolpaths: CSV (x, y, z, run), G-code, APT or CLS, RAPID modules, or bundles of geoprint; "
+        "several stand side by side.",
+        show_default=False,
+    ),
+]
+CoveredPart = Annotated[
+    Path, typer.Option(metavar="FILE", help="Mesh of the part that they cover.", show_default=False)
+]
+OffsetUpTo = Annotated[
+    float | None,
+    typer.Option(
+        metavar="MM",
+        help="Allow paths up to so far off the part; they are measured where they are nearest to it.",
+        show_default="a tenth of the spacing",
+    ),
+]
+Fit = Annotated[bool, typer.Option("--fit", help="First lay the paths onto the part by a rigid motion.")]
+Deposit = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="What deposits, where a file does not tell: an output's name in RAPID, M-codes in G-code as M3/M5.",
+    ),
+]
+OutOrNone = Annotated[
+    Path | None,
+    typer.Option(metavar="FOLDER", help="Also write report.html, figures and tables there.", show_default=False),
+]
+
+
+@takes("unit", "label", "spacing", "patches")
+def measure(
+    paths: Paths,
+    *,
+    part: CoveredPart,
+    keys: Keys,
+    offset_up_to: OffsetUpTo = None,
+    fit: Fit = False,
+    deposit: Deposit = None,
+    out: OutOrNone = None,
+    max_memory: MaxMemory = None,
+    overwrite: Overwrite = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure how evenly toolpaths cover a part, to their left and to their right, whoever made them."""
+    from geoprint.account import as_json as json_of, measure_table, record_measure_timings, record_measurement
+    from geoprint.export import check_writable
+    from geoprint.pipeline import measure_files, save_measurement
+
+    job = job_asked(part, keys)
+    limit_memory(max_memory)
+    if out is not None:
+        check_writable(out, overwrite=overwrite)
+    with watch() as observe:
+        found = measure_files(job, paths, offset_up_to=offset_up_to, fit=fit, deposit=deposit, observe=observe)
+        observe("writing")
+        told = record_measurement(found) if out is None else save_measurement(found, out, overwrite=overwrite)
+    timings = record_measure_timings(found)
+    if as_json:
+        tell_json(json_of(told) | {"timings": json_of(timings)})
+    say(measure_table(told, timings, width=columns()))
+    if out is not None:
+        say(f"written and verified: {out}")

@@ -1,0 +1,1 @@
+"""Toolpaths of any program, measured on a part, and how the result lands on disk."""

@@ -1,0 +1,132 @@
+"""Files of toolpaths, of geoprint or anybody else, read, laid onto a part and measured side by side."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.account.measured.figures import record_measurement
+from geoprint.account.measured.page import measure_picture, measure_report
+from geoprint.account.records.measure import MeasurementRecord
+from geoprint.account.records.rounding import as_json, read_record
+from geoprint.account.texts.measuring import measure_csv
+from geoprint.config import Job
+from geoprint.errors import UsageError, VerificationError, naming
+from geoprint.export import json_bytes, write_bundle
+from geoprint.model import FloatArray, Surface
+from geoprint.pipeline.workpiece.several_patches import patches_of
+from geoprint.quality import measure_paths, moved, rigid_fit
+from geoprint.results import MeasuredFile, Measurement
+from geoprint.surfaces import mean_normal, united
+from geoprint.surfaces.files import MeshFile, load_file
+from geoprint.surfaces.repair import prepare
+from geoprint.toolpaths import read_paths
+from geoprint.transforms import smallest_rotation
+
+RECORD = "measure.json"
+# More are no comparison any more.
+MOST_FILES = 20
+
+
+def measure_files(
+    job: Job,
+    paths: Sequence[Path | str],
+    *,
+    offset_up_to: float | None = None,
+    fit: bool = False,
+    deposit: str | None = None,
+    observe: Callable[[str], None] = lambda _: None,
+) -> Measurement:
+    """Measure how evenly files of toolpaths cover a part.
+
+    Args:
+        job: its part, unit, label, patches and spacing count.
+        paths: files of toolpaths or bundles, one or more.
+        offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
+        fit: whether each is first laid onto the part by a rigid motion.
+        deposit: what deposits, where files do not tell: M-codes as M3/M5, or the name of an output.
+        observe: told the name of each stage as it starts.
+
+    Raises:
+        UsageError: no spacing is given, or there are too many files.
+        InputError: a file cannot be read, or does not lie on the part.
+    """
+    if job.spacing is None:
+        raise UsageError("give `--spacing`: the distance in mm that neighbouring paths were meant to have.")
+    if not 1 <= len(paths) <= MOST_FILES:
+        raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
+    if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):
+        raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
+    observe("part")
+    part = load_file(job.surface, unit=job.unit, label=job.label)
+    surface = _surface(job, part)
+    found: list[MeasuredFile] = []
+    for path, name in zip(paths, _names(paths), strict=True):
+        observe(name)
+        read = read_paths(path, deposit=deposit)
+        with naming(name):
+            fitted = rigid_fit(surface, read.curves) if fit else None
+            curves = read.curves if fitted is None else moved(read.curves, fitted)
+            measured = measure_paths(surface, curves, spacing=job.spacing, offset_up_to=offset_up_to)
+        found.append(MeasuredFile(name, read.format, read.deposit, read.points, read.dropped, fitted, measured))
+    return Measurement(part, surface, _upright(surface), job.spacing, tuple(found))
+
+
+def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bool = False) -> MeasurementRecord:
+    """Write measure.json, measure.csv, measure.png and report.html: all or nothing.
+
+    Args:
+        found: what was measured.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What measure.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written reads back otherwise.
+    """
+    told = record_measurement(found)
+    files = {
+        RECORD: json_bytes(as_json(told)),
+        "measure.csv": measure_csv(told).encode("utf-8"),
+        "measure.png": measure_picture(found, told),
+        "report.html": measure_report(found, told),
+    }
+
+    def verify(written: Path) -> None:
+        if read_record(written / RECORD, MeasurementRecord) != told:
+            raise VerificationError(f"{RECORD} does not read back as it was told; the disk may be faulty: write again.")
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def _surface(job: Job, part: MeshFile) -> Surface:
+    """Return the part, or the patches of it that are meant, ready to be measured on."""
+    cut = [patch.surface for patch in patches_of(job, part)] or [part.surface]
+    return united([prepare(one, longest_hole=job.fill_holes)[0] for one in cut])
+
+
+def _names(paths: Sequence[Path | str]) -> list[str]:
+    """Return the names of files, with their folders where two are alike, and numbered where these are."""
+    short = [Path(path).name or str(path) for path in paths]
+    alike = Counter(short)
+    names = [str(path) if alike[name] > 1 else name for path, name in zip(paths, short, strict=True)]
+    return [
+        f"{name} ({names[:place].count(name) + 1})" if names.count(name) > 1 else name
+        for place, name in enumerate(names)
+    ]
+
+
+def _upright(surface: Surface) -> FloatArray:
+    mean = mean_normal(surface)
+    length = float(np.linalg.norm(mean))
+    if length < np.finfo(np.float64).eps:
+        return np.eye(3)
+    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]

@@ -1,0 +1,193 @@
+"""Spacing to the left and to the right of any path, by exact distances over the surface; it needs no levels.
+
+From a sample each quarter of a spacing to the nearest other stretch on either side, seen from outside: another run, or
+the same one farther than two spacings along it. What has no neighbour within three spacings counts as `none`, as at a
+rim; what is nearest only obliquely, at an open end or behind the path's own bend (`oracle.aside`) as `oblique`. Both
+are left out of the figures and told as shares.
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
+from geoprint.quality.deposited import Samples
+from geoprint.quality.oracle import (
+    FOUND,
+    NONE,
+    OBLIQUE,
+    UNKNOWN,
+    WINDOWS_IN_ALL,
+    ComplexArray,
+    FlatMesh,
+    Places,
+    SurfacePath,
+    neighbours,
+    spatial,
+)
+from geoprint.quality.spacing import APART
+from geoprint.quality.stretches import joined
+
+# How far a neighbour may be, in spacings.
+REACH = 3.0
+# The direction of a path is that of its chord over so many spacings to both sides.
+CHORD_SHARE = 0.05
+# Samples are moved off edges and vertices by this share of the line to the middle of their face: they look from within.
+INWARDS = 1e-7
+# A sample within this share of the spacing is even.
+EVEN = 0.05
+
+
+@final
+@frozen
+class SideFigures:
+    """The spacing of samples on one side or both, over the wanted one.
+
+    Attributes:
+        ratios: (k,) of those that have a neighbour there.
+        none: share of the samples that have none within three spacings.
+        oblique: share that has one only obliquely, at an open end, or behind the path's own bend.
+        unknown: share for which the budget of work did not suffice.
+    """
+
+    ratios: FloatArray
+    none: float
+    oblique: float
+    unknown: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, ratios="float: k")
+
+    @property
+    def measured(self) -> bool:
+        """Whether there is a spacing at all."""
+        return self.ratios.size > 0
+
+    @property
+    def mean(self) -> float:
+        """Mean of the ratios; not a number where nothing is measured."""
+        return float(self.ratios.mean()) if self.measured else float("nan")
+
+    @property
+    def cv(self) -> float:
+        """Coefficient of variation of the ratios: standard deviation over mean."""
+        return float(self.ratios.std() / self.ratios.mean()) if self.measured else float("nan")
+
+    @property
+    def within_5_percent(self) -> float:
+        """Share of the ratios within 5 % of the wanted spacing."""
+        return float((np.abs(self.ratios - 1.0) <= EVEN).mean()) if self.measured else float("nan")
+
+    def percentile(self, share: float) -> float:
+        """Return a percentile of the ratios, share in percent."""
+        return float(np.percentile(self.ratios, share)) if self.measured else float("nan")
+
+
+@final
+@frozen
+class SideSpacing:
+    """How far other stretches are to the left and to the right of samples along a path.
+
+    Attributes:
+        places: (k, 3) samples, run after run [mm].
+        normals: (k, 3) outward unit normal of the face of each.
+        ahead: (k, 3) unit vector along the path.
+        offsets: (r + 1,) samples of run i are `places[offsets[i]:offsets[i + 1]]`.
+        ratios: (k, 2) distance to the left and to the right, over the spacing; infinite where nothing was found.
+        kinds: (k, 2) 0 where that is a neighbour, 1 none within reach, 2 only obliquely, 3 not known.
+        nearest: (k, 2) run that is nearest, -1 for none.
+        spacing: wanted [mm].
+    """
+
+    places: FloatArray
+    normals: FloatArray
+    ahead: FloatArray
+    offsets: IntArray
+    ratios: FloatArray
+    kinds: IntArray
+    nearest: IntArray
+    spacing: float
+
+    def __post_init__(self) -> None:
+        if self.ratios.shape != (len(self.places), 2) or not self.places.size:
+            raise InputError("SideSpacing needs two ratios a sample, and at least one sample.")
+        freeze_arrays(self, places="float: k 3", normals="float: k 3", ahead="float: k 3", offsets="int: o",
+                      kinds="int: k 2", nearest="int: k 2")  # fmt: skip
+        self.ratios.setflags(write=False)
+
+    @property
+    def left(self) -> SideFigures:
+        """To the left of the path, as seen from outside along it."""
+        return self._figures(slice(0, 1))
+
+    @property
+    def right(self) -> SideFigures:
+        """To the right of it."""
+        return self._figures(slice(1, 2))
+
+    @property
+    def both(self) -> SideFigures:
+        """All samples of both sides."""
+        return self._figures(slice(0, 2))
+
+    def sides(self) -> FloatArray:
+        """Return the (k, 2) ratios with NaN where there is no neighbour."""
+        return np.where(self.kinds == FOUND, self.ratios, np.nan)
+
+    def _figures(self, columns: slice) -> SideFigures:
+        kinds, ratios = self.kinds[:, columns], self.ratios[:, columns]
+        none, oblique, unknown = (float((kinds == kind).mean()) for kind in (NONE, OBLIQUE, UNKNOWN))
+        return SideFigures(ratios[kinds == FOUND], none, oblique, unknown)
+
+
+def side_spacing(
+    mesh: FlatMesh, path: SurfacePath, samples: Samples, *, spacing: float, windows: int = WINDOWS_IN_ALL
+) -> SideSpacing:
+    """Measure the spacing to the left and to the right of a path.
+
+    Args:
+        mesh: m triangles.
+        path: r runs on it.
+        samples: k samples along all of them.
+        spacing: wanted [mm].
+        windows: budget of work; samples that are left over then are unknown.
+    """
+    stretches = joined(mesh, path, spacing=spacing)
+    ahead = _ahead(mesh, path, samples, reach=CHORD_SHARE * spacing)
+    faces = samples.places.faces
+    middles = mesh.corners.reshape(-1, 3)[faces].mean(axis=1)
+    inside = samples.places.flat + INWARDS * (middles - samples.places.flat)
+    axes = mesh.axes[faces]
+    flat: ComplexArray = np.einsum("kpx,kx->kp", axes, ahead) @ np.array([1.0, 1.0j])
+    # Where the chord is square to its face the path is a tip as sharp as a needle; any direction serves.
+    flat[np.abs(flat) < np.finfo(np.float64).tiny] = 1.0
+    found = neighbours(
+        mesh, path, stretches.segments, Places(faces, inside), ahead=flat, own=stretches.of[samples.runs],
+        arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing, limit=REACH * spacing, windows=windows,
+    )  # fmt: skip
+    return SideSpacing(
+        places=spatial(mesh, samples.places),
+        normals=np.cross(axes[:, 0], axes[:, 1]),
+        ahead=ahead,
+        offsets=np.append(np.flatnonzero(np.diff(samples.runs, prepend=-1)), samples.runs.size),
+        ratios=found.distances / spacing,
+        kinds=found.kinds,
+        nearest=np.where(found.segments < 0, -1, path.runs[found.segments]),
+        spacing=spacing,
+    )
+
+
+def _ahead(mesh: FlatMesh, path: SurfacePath, samples: Samples, *, reach: float) -> FloatArray:
+    """Return the (k, 3) unit direction of the path at samples, of its chord so far to both sides [mm]."""
+    lengths, closed = path.lengths[samples.runs], path.closed[samples.runs]
+    reaches = np.minimum(reach, 0.25 * lengths)
+    ends: list[FloatArray] = []
+    for arcs in (samples.arcs - reaches, samples.arcs + reaches):
+        around = np.where(closed, np.mod(arcs, lengths), np.clip(arcs, 0.0, lengths))
+        ends.append(spatial(mesh, path.at(samples.runs, around)))
+    along = ends[1] - ends[0]
+    size = np.linalg.norm(along, axis=1, keepdims=True)
+    return np.where(size > 0.0, along / np.where(size > 0.0, size, 1.0), mesh.axes[samples.places.faces, 0])

@@ -1,0 +1,164 @@
+"""What a file of toolpaths becomes, how its lines are read within bounds, and how runs are put together."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NoReturn, TypeAlias, final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import Polylines, frozen
+
+# Points of one file, on deposit and on travel: about 200 MB.
+MOST_POINTS = 5_000_000
+# Bytes of one line; slicers write whole settings into one.
+MOST_LINE = 1_000_000
+# Bytes of a file: more is no toolpath of one part.
+MOST_BYTES = 2_000_000_000
+# A larger coordinate [mm] is a typing error or another unit.
+FARTHEST = 1_000_000.0
+
+Point: TypeAlias = tuple[float, float, float]
+
+
+@final
+@frozen
+class PathFile:
+    """The toolpaths of a file.
+
+    Attributes:
+        name: of the file, without its folder.
+        format: what it is, in words.
+        curves: the deposited runs.
+        deposit: how deposit was told from travel, in words.
+        points: points that were read, those of travel too.
+        dropped: runs of a single point, left out.
+    """
+
+    name: str
+    format: str
+    curves: Polylines
+    deposit: str
+    points: int
+    dropped: int
+
+
+def refuse(name: str, line: int, reason: str) -> NoReturn:
+    """Raise the error that names a line of a file and what is wrong there.
+
+    Raises:
+        InputError: always.
+    """
+    raise InputError(f"{name}, line {line}: {reason}.", line=line)
+
+
+def lines_of(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each line of a file, one at a time, whatever ends its lines.
+
+    Raises:
+        InputError: it cannot be read, is larger than allowed, or holds something else than text.
+    """
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InputError(f"{path.name} is larger than {MOST_BYTES / 1e9:g} GB; give the paths of one part.")
+        with path.open("rb") as stream:
+            number = 0
+            while line := stream.readline(MOST_LINE + 1):
+                number += 1
+                if len(line) > MOST_LINE:
+                    refuse(path.name, number, f"it is longer than {MOST_LINE} bytes, which no program writes")
+                if b"\0" in line:
+                    refuse(path.name, number, "it holds a zero byte, so that this is no text; export the paths as text")
+                yield number, line.decode("utf-8-sig" if number == 1 else "utf-8", errors="replace").rstrip("\r\n")
+    except OSError as error:
+        raise InputError(f"`{path}` cannot be read ({error.strerror}); give a file of toolpaths.") from error
+
+
+def number_of(name: str, line: int, what: str, text: str, *, scale: float = 1.0) -> float:
+    """Return a coordinate [mm].
+
+    Raises:
+        InputError: it is no finite number of a sensible size.
+    """
+    try:
+        value = float(text) * scale
+    except ValueError:
+        value = math.nan
+    # Python reads 1_0, which nobody means.
+    if "_" in text or not abs(value) <= FARTHEST:
+        refuse(name, line, f"{what} is {text[:40]!r}, needed is a number of mm between -{FARTHEST:g} and {FARTHEST:g}")
+    return value
+
+
+@final
+class Recorder:
+    """Puts runs together, point by point, within bounds; lives while a file is read.
+
+    Args:
+        name: of the file.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._points = array("d")
+        self._firsts = array("q")
+        self._last: Point | None = None
+        self.read = 0
+
+    def line(self, number: int, start: Point, end: Point) -> None:
+        """Deposit along a line of the file from a place to another; it goes on where the last one ended."""
+        if self._last != start:
+            self.begin(number, start)
+        self.point(number, end)
+
+    def begin(self, number: int, start: Point) -> None:
+        """Begin a run."""
+        self._firsts.append(len(self._points) // 3)
+        self.point(number, start)
+
+    def point(self, number: int, place: Point) -> None:
+        """Add a point to the run.
+
+        Raises:
+            InputError: there are too many.
+        """
+        self.count(number)
+        self._points.extend(place)
+        self._last = place
+
+    def count(self, number: int) -> None:
+        """Count a point that was read.
+
+        Raises:
+            InputError: there are too many.
+        """
+        self.read += 1
+        if self.read > MOST_POINTS:
+            refuse(self._name, number, f"the file has more than {MOST_POINTS} points; give the paths of one part")
+
+    def lift(self) -> None:
+        """End the run."""
+        self._last = None
+
+    def file(self, *, title: str, deposit: str) -> PathFile:
+        """Return what was read.
+
+        Raises:
+            InputError: nothing is deposited along a line.
+        """
+        points = np.frombuffer(self._points, dtype=np.float64).reshape(-1, 3)
+        counts = np.diff(np.append(np.frombuffer(self._firsts, dtype=np.int64), len(points)))
+        kept = counts > 1
+        if not kept.any():
+            raise InputError(
+                f"{self._name} holds no path that deposits: {self.read} points were read as {title}, deposit told by "
+                f"{deposit}; say with `--deposit` what deposits, or export the paths."
+            )
+        curves = Polylines(
+            points[np.repeat(kept, counts)], np.concatenate([[0], np.cumsum(counts[kept])]).astype(np.int64)
+        )
+        return PathFile(self._name, title, curves, deposit, self.read, int((~kept).sum()))

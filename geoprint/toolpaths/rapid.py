@@ -1,0 +1,210 @@
+"""Paths as RAPID modules: the program is executed as a controller would, and its targets are taken in the work object.
+
+Deposited is where an output is on (SetDO, Set, TriggIO with TriggL and the like); of several outputs it must be named
+which one deposits. Where no output is switched, MoveL and MoveC deposit, and MoveJ and MoveAbsJ travel.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.config import load_cell
+from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.language.symbols import resolve
+from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.machine import VERBS, Execution, Scenario, compile_task, execute
+from geoprint.model import FloatArray
+from geoprint.motion.arm import Arm
+from geoprint.toolpaths.arcs import along_arc, through_places
+from geoprint.toolpaths.path_file import PathFile, Point, Recorder, lines_of, refuse
+
+TITLE = "RAPID"
+# Characters of all modules; they are parsed as a whole.
+MOST_TEXT = 50_000_000
+# Steps of a program that comes to an end.
+MOST_STEPS = 20_000_000
+# What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
+_FOREIGN = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+_LOOKS = re.compile(r"^\s*(?:%%%|MODULE\s+[A-Za-z]\w*)", re.IGNORECASE | re.MULTILINE)
+_SET = re.compile(
+    r"\b(Set(?:DO|AO|GO)|PulseDO|Set|Reset)\b((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", re.IGNORECASE
+)
+_TRIGGERED = re.compile(r"\\(DOp|GOp|AOp)\s*:=\s*(\w+)", re.IGNORECASE)
+_WAITED = re.compile(r"\bWait(DI|DO)\s+(\w+)", re.IGNORECASE)
+_CURVED = frozenset({VERBS.index("MoveC"), VERBS.index("TriggC")})
+_JOINT = VERBS.index("MoveAbsJ")
+_STRAIGHT = frozenset({VERBS.index("MoveL"), VERBS.index("TriggL")}) | _CURVED
+
+
+def is_rapid(head: str) -> bool:
+    """Return whether a text begins a module of RAPID."""
+    return _LOOKS.search(head) is not None
+
+
+def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
+    """Read the runs that a program deposits.
+
+    Args:
+        path: of a module, or of a folder with the modules of one program.
+        deposit: name of the output that deposits; None where there is but one, or none.
+
+    Raises:
+        UsageError: the named output is not switched, or none is named of several.
+        InputError: a module cannot be read or executed; names its line.
+    """
+    files = sorted(path.glob("*.mod")) if path.is_dir() else [path]
+    texts = {file.name: _text(file) for file in files}
+    signals = _signals("\n".join(texts.values()))
+    try:
+        modules = [parse_module(name, text) for name, text in texts.items()]
+        # What the machine executes must fit: every name means something, and arguments are of their kind.
+        resolve(modules, signals=signals)
+        ran = _executed(modules, signals, entry=_entry(path.name, modules))
+    except VerificationError as error:
+        reason = str(error.details.get("reason") or error)
+        refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
+    except InputError:
+        raise
+    except _FOREIGN as error:
+        raise InputError(f"{path.name} cannot be executed ({error}); check its data and targets.") from error
+    if ran.ended not in {"end", "exit"}:
+        refuse(
+            ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}"
+        )
+    return _runs(path.name, ran, modules, deposit)
+
+
+def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str) -> Execution:
+    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object."""
+    cell = load_cell(None)
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    task = compile_task(modules, at_once=[module.file for module in modules], signals=signals, arm=arm)
+    scenario = Scenario(
+        joints=tuple(cell.robot.home.tolist()),
+        # Whoever waits for an input gets it.
+        signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
+        entry=entry,
+        most_steps=MOST_STEPS,
+    )
+    # Numbers that are too large become infinite, which is refused where they are used.
+    with np.errstate(all="ignore"):
+        return execute(task, scenario)
+
+
+def _text(file: Path) -> str:
+    lines: list[str] = []
+    length = 0
+    for number, line in lines_of(file):
+        length += len(line) + 1
+        if length > MOST_TEXT:
+            refuse(file.name, number, f"the module has more than {MOST_TEXT} letters; give the program of one part")
+        lines.append(line)
+    return "\n".join(lines)
+
+
+def _signals(text: str) -> dict[str, str]:
+    """Return the type of each signal that the modules name, since the controller's configuration is not at hand."""
+    found: dict[str, str] = {}
+    for verb, _, name in _SET.findall(text):
+        found[name] = {"setao": "signalao", "setgo": "signalgo"}.get(verb.lower(), "signaldo")
+    found |= {name: f"signal{kind[:2].lower()}" for kind, name in _TRIGGERED.findall(text)}
+    for kind, name in _WAITED.findall(text):
+        found.setdefault(name, f"signal{kind.lower()}")
+    return found
+
+
+def _entry(name: str, modules: Sequence[Module]) -> str:
+    """Return the routine that the program begins with: main, or the only one that stands alone."""
+    alone = [each.name for module in modules for each in module.routines if each.kind == "PROC" and not each.parameters]
+    if "main" in {each.lower() for each in alone}:
+        return "main"
+    if len(alone) != 1:
+        raise InputError(
+            f"{name} has no procedure main and {len(alone)} procedures without parameters, so that nobody can say "
+            "where the program begins; add a main that calls what deposits."
+        )
+    return alone[0]
+
+
+def _runs(name: str, ran: Execution, modules: Sequence[Module], deposit: str | None) -> PathFile:
+    """Return what an execution deposits."""
+    signal = _depositing(name, ran, deposit)
+    moves = ran.moves
+    through = through_places(name, ran, modules, [row for row in range(moves.count) if moves.verbs[row] in _CURVED])
+    recorder = Recorder(name)
+    here: FloatArray | None = None
+    frames: set[int] = set()
+    for row in range(moves.count):
+        line, verb = int(moves.lines[row]), int(moves.verbs[row])
+        if verb == _JOINT:
+            here = None
+            continue
+        there = moves.places[row]
+        on = _when_on(ran, signal, float(moves.begins[row]), float(moves.ends[row]))
+        if signal is None:
+            on = [(0.0, 1.0)] if verb in _STRAIGHT else []
+        if here is None or not on:
+            recorder.count(line)
+        else:
+            frames.add(int(moves.frames[row]))
+            if len(frames) > 1:
+                refuse(name, line, "it deposits in a second work object or displacement; give one part at a time")
+            _deposit(recorder, line, along_arc(here, through.get(row), there), on)
+        here = there
+    told = "MoveL and MoveC, while MoveJ travels" if signal is None else f"the output {signal}"
+    return recorder.file(title=TITLE, deposit=told)
+
+
+def _depositing(name: str, ran: Execution, deposit: str | None) -> str | None:
+    """Return the output that deposits, or None where none is switched at all."""
+    switched = list(dict.fromkeys(each.signal for each in ran.switchings))
+    if deposit is not None:
+        if deposit.lower() not in switched:
+            raise UsageError(
+                f"`--deposit {deposit}`: {name} switches no such output, but {', '.join(switched) or 'none'}."
+            )
+        return deposit.lower()
+    if len(switched) > 1:
+        raise UsageError(
+            f"{name} switches the outputs {', '.join(switched)}; say with `--deposit NAME` which of them deposits."
+        )
+    return switched[0] if switched else None
+
+
+def _when_on(ran: Execution, signal: str | None, begin: float, end: float) -> list[tuple[float, float]]:
+    """Return the shares of a move between which an output is on."""
+    value, since = 0.0, begin
+    found: list[tuple[float, float]] = []
+    for each in ran.switchings:
+        if each.signal != signal or end <= begin:
+            continue
+        if each.time > begin:
+            moment = min(each.time, end)
+            if value > 0.0 and moment > since:
+                found.append(((since - begin) / (end - begin), (moment - begin) / (end - begin)))
+            since = moment
+        if each.time >= end:
+            break
+        value = each.value
+    else:
+        if value > 0.0 and end > since:
+            found.append(((since - begin) / (end - begin), 1.0))
+    return found
+
+
+def _deposit(recorder: Recorder, line: int, corners: FloatArray, on: list[tuple[float, float]]) -> None:
+    """Deposit along shares of a move."""
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    for first, last in on:
+        low, high = first * arcs[-1], last * arcs[-1]
+        stations = np.concatenate([[low], arcs[(arcs > low) & (arcs < high)], [high]])
+        points = np.column_stack([np.interp(stations, arcs, corners[:, axis]) for axis in range(3)]).tolist()
+        places: list[Point] = [(x, y, z) for x, y, z in points]
+        for start, end in pairwise(places):
+            recorder.line(line, start, end)

@@ -1,0 +1,145 @@
+"""`geoprint measure` as a person meets it: a table, files on demand, one sentence where something is wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from geoprint import cli
+from geoprint.account import MeasurementRecord, read_record
+from geoprint.cli.terminal import fitted
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("measure")
+    save_ply(plate((40.0, 30.0), (20, 15)), folder / "plate.ply")
+    for name, shift in (("even.csv", 0.0), ("shifted.csv", 0.2)):
+        rows = [f"{x},{2.0 * k + shift * (k % 2)},0,{k}" for k in range(1, 8) for x in (0, 40)]
+        (folder / name).write_text("\n".join(["x,y,z,run", *rows, ""]), encoding="utf-8")
+    (folder / "above.csv").write_text("x,y,z\n0,5,1\n40,5,1\n", encoding="utf-8")
+    (folder / "odd.csv").write_text("x,y,z\n0,5,1\n40,five,1\n", encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def run(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    def call(line: str) -> tuple[int, str, str]:
+        monkeypatch.chdir(folder)
+        monkeypatch.setattr("sys.argv", ["geoprint", "measure", *line.split()])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        captured = capsys.readouterr()
+        return int(ended.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+PART = "--part plate.ply --unit mm --spacing 2"
+
+
+def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folder: Path) -> None:
+    before = sorted(folder.iterdir())
+    status, stdout, stderr = run(f"even.csv shifted.csv {PART}")
+    assert (status, stdout) == (0, "")
+    heading, _, even, shifted = stderr.splitlines()[2:6]
+    assert heading.split("  ")[0] == "file"
+    assert even.split()[:8] == ["even.csv", "1.000", "0.00%", "1.000", "1.000", "0.00%", "1.000", "0.00%"]
+    # Of 30 mm, 0.9 at one rim and 14.9 at the other are farther than 1.1 mm from every row.
+    assert float(even.split()[8].rstrip("%")) == pytest.approx(52.67, abs=0.2)
+    assert shifted.split()[2:8] == ["10.00%", "1.100", "1.000", "10.00%", "1.000", "10.00%"]
+    assert "even.csv: no neighbour within three spacings for 14.3% of the path to the left and 14.3%" in stderr
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_narrow_terminal_has_the_columns_that_decide(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("geoprint.cli.measuring.columns", lambda: 60)
+    _, _, stderr = run(f"even.csv {PART}")
+    heading = stderr.splitlines()[2]
+    assert len(heading) <= 60
+    assert [word in heading for word in ("CV", "left CV", "right CV", "gap", "length")] == [
+        True,
+        True,
+        True,
+        True,
+        False,
+    ]
+    assert "left out at this width, told with `--json` and `--out`: CPU s/m, off mm" in stderr
+    assert fitted(heading, 60) == heading
+
+
+def test_json_has_every_figure_and_the_time(run: Run) -> None:
+    status, stdout, _ = run(f"shifted.csv {PART} --json")
+    found = json.loads(stdout)
+    (told,) = found["files"]
+    assert status == 0
+    assert found["timings"]["files"][0]["processor_s_per_m"] > 0.0
+    assert told["left"]["spacing"]["cv"] == pytest.approx(0.1, abs=1e-6)
+    assert told["right"]["none"] == pytest.approx(1.0 / 7.0, abs=1e-6)
+    assert (told["format"], told["runs"], told["fit"]) == ("table", 7, None)
+    assert told["largest_hole_mm2"] > 400.0
+
+
+def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
+    status, _, stderr = run(f"even.csv shifted.csv {PART} --out told")
+    assert status == 0, stderr
+    written = folder / "told"
+    assert sorted(path.name for path in written.iterdir()) == [
+        "manifest.json", "measure.csv", "measure.json", "measure.png", "report.html",
+    ]  # fmt: skip
+    told = read_record(written / "measure.json", MeasurementRecord)
+    assert [row.file for row in told.files] == ["even.csv", "shifted.csv"]
+    header, *rows = (written / "measure.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 2
+    assert dict(zip(header.split(","), rows[1].split(","), strict=True))["left_cv"] == "0.1"
+    page = (written / "report.html").read_text(encoding="utf-8")
+    assert "even.csv covers plate.ply most evenly of 2." in page
+    assert "shifted.csv: the spacing varies by 10.00% to the left and 10.00% to the right" in page
+    assert "Distance from border or seed" not in page
+    before = {path.name: path.read_bytes() for path in written.iterdir()}
+    assert run(f"even.csv shifted.csv {PART} --out told")[0] == 2
+    assert run(f"even.csv shifted.csv {PART} --out told --overwrite")[0] == 0
+    assert {path.name: path.read_bytes() for path in written.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "complaint"),
+    [
+        (f"nowhere.csv {PART}", 3, "`nowhere.csv` does not exist; check the name"),
+        (f"odd.csv {PART}", 3, "odd.csv, line 3: y is 'five', needed is a number of mm"),
+        (f"above.csv {PART}", 3, "above.csv: the paths lie up to 1 mm off the part"),
+        (f"even.csv {PART} --deposit M3", 0, ""),
+        ("even.csv --part plate.ply --unit mm", 2, "give `--spacing`"),
+        ("even.csv --part plate.ply --spacing 2", 2, "`plate.ply` has no unit"),
+        ("even.csv --part nowhere.ply --unit mm --spacing 2", 3, "`nowhere.ply` does not exist; check the name"),
+        ("even.csv --unit mm --spacing 2", 2, "missing option '--part'"),
+        (f"even.csv {PART} --offset-up-to 0", 2, "it must be a positive number of mm"),
+        (f"{PART}", 2, "missing argument 'PATHS'"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int, complaint: str) -> None:
+    ended, stdout, stderr = run(line)
+    assert ended == status, stderr
+    assert complaint in stderr
+    assert stdout == ""
+    assert "Traceback" not in stderr
+
+
+def test_a_fit_says_what_it_moved(run: Run, folder: Path) -> None:
+    text = (folder / "even.csv").read_text(encoding="utf-8").splitlines()
+    rows = [line.split(",") for line in text[1:]]
+    away = [f"{float(x) + 100},{y},{float(z) + 30},{k}" for x, y, z, k in rows]
+    (folder / "away.csv").write_text("\n".join([text[0], *away, ""]), encoding="utf-8")
+    status, stdout, stderr = run(f"away.csv {PART} --fit --json")
+    assert status == 0, stderr
+    fit = json.loads(stdout)["files"][0]["fit"]
+    assert fit["residual_mm"] < 1e-3
+    assert fit["before_mm"] > 60.0
+    assert "away.csv: laid onto the part by a turn of" in stderr
