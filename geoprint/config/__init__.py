@@ -22,4 +22,11 @@ from geoprint.config.job_file import (
     job_of as job_of,
     job_text as job_text,
 )
+from geoprint.config.needles import (
+    Needle as Needle,
+    common_needles as common_needles,
+    needle_keys as needle_keys,
+    needle_of as needle_of,
+    with_needle as with_needle,
+)
 from geoprint.config.source import Source as Source, source_named as source_named

@@ -40,12 +40,13 @@ from geoprint.motion.controller import (
     there_and_back,
     written_path,
 )
-from geoprint.motion.reach import Easing, Leaning, NozzleRoom, lost_shares, reach
+from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.covering import cover
+from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.standing import placed, pose_stream, with_flow_of
+from geoprint.pipeline.standing import leaning_of, pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer, uniformity
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
@@ -78,7 +79,7 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
-    return paths if workpiece.placement is None else placed(paths, workpiece.placement, stage, chain=with_robot)
+    return paths if workpiece.placement is None else printed(paths, workpiece.placement, stage, chain=with_robot)
 
 
 def compared_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:
@@ -115,7 +116,7 @@ def plan_compared(
     if workpiece.placement is None:
         return replace(paths, not_printable=unplaced), ()
     try:
-        return placed(paths, workpiece.placement, stage, chain=with_robot), ()
+        return printed(paths, workpiece.placement, stage, chain=with_robot), ()
     except PlanError as error:
         return replace(paths, timings=tuple(stage.timings), not_printable=str(error)), lost_shares(error)
 
@@ -144,7 +145,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     if paths.job.max_tilt == 0.0:
         return _low_or_high(paths, placement, stage)
     with stage("room to lean"):
-        leaning = _leaning(paths, placement)
+        leaning = leaning_of(paths, placement)
         easing = _easing(paths, leaning)
     with suppress(ReachError, ClearanceError):
         return _low_or_high(paths, placement, stage, easing=easing)
@@ -208,21 +209,6 @@ def _low_or_high(
     return _with_robot(
         replace(paths, poses=with_flow_of(high, paths.poses)), placement, stage, leaning=leaning, easing=easing
     )
-
-
-def _leaning(paths: Plan, placement: Placement) -> Leaning:
-    """Return how far the nozzle may lean, and what it must not touch."""
-    workpiece, cell = paths.workpiece, paths.workpiece.cell
-    room = NozzleRoom(
-        cell.tool,
-        process=cell.process,
-        standoff=paths.poses.standoff,
-        part=workpiece.part,
-        body=workpiece.body,
-        obstacles=cell.obstacles,
-        T_base_work=placement.T_base_work,
-    )
-    return Leaning(float(np.radians(paths.job.max_tilt)), room)
 
 
 def _easing(paths: Plan, leaning: Leaning) -> Easing:

@@ -17,13 +17,19 @@ class Stages:
     """
 
     def __init__(self, observe: Callable[[str], None]) -> None:
-        self._observe = observe
+        self.observe = observe
+        self._begun: list[str] = []
         self.timings: list[tuple[str, float]] = []
+
+    def begun(self, name: str) -> int:
+        """Return how often a stage was begun."""
+        return self._begun.count(name)
 
     @contextmanager
     def __call__(self, name: str) -> Generator[None]:
         """Run the body as a stage."""
-        self._observe(name)
+        self.observe(name)
+        self._begun.append(name)
         start = time.perf_counter()
         yield
         self.timings.append((name, time.perf_counter() - start))

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from geoprint.errors import ClearanceError, PlanError, ReachError
+from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
 from geoprint.model import FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import tool_solids
@@ -27,6 +27,7 @@ from geoprint.motion.placing import (
     demo_placement,
     search_orientation,
 )
+from geoprint.motion.reach import Leaning, NozzleRoom
 from geoprint.paths import poses
 from geoprint.pipeline.stages import Stages
 from geoprint.results import Orientation, Plan, Workpiece
@@ -63,7 +64,7 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
     with stage("orientation"):
         search = _search(paths)
     refused: list[str] = []
-    alike = ""
+    alike, turned_at = "", None
     for oriented in search.found:
         turned, turned_placement = stood(paths, oriented.stand), stand_placement(paths.workpiece, oriented.stand)
         try:
@@ -72,6 +73,7 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
             refused.append(str(error))
             if not _may_help(error, paths.workpiece):
                 alike = f"; turned by {_in_words(oriented)} it fails at what turning hardly changes: {error}"
+                turned_at = error.details.get("place")
                 break
             continue
         orientation = Orientation(
@@ -83,7 +85,7 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
             refused=tuple(refused),
         )
         return replace(planned, workpiece=replace(planned.workpiece, orientation=orientation))
-    raise _refusal(refusal, search, paths.workpiece, alike=alike) from refusal
+    raise _refusal(refusal, search, paths.workpiece, alike=alike, turned_at=turned_at) from refusal
 
 
 def _may_help(error: PlanError, workpiece: Workpiece) -> bool:
@@ -110,10 +112,12 @@ def _in_words(oriented: Oriented) -> str:
     return f"({roll:.4g}, {pitch:.4g}, {yaw:.4g}) degrees"
 
 
-def _refusal(error: PlanError, search: OrientationSearch, workpiece: Workpiece, *, alike: str) -> PlanError:
+def _refusal(
+    error: PlanError, search: OrientationSearch, workpiece: Workpiece, *, alike: str, turned_at: Detail
+) -> PlanError:
     """Return the error of the start, with what was tried besides, and what is refused however it is turned."""
     if alike:
-        return type(error)(f"{str(error).rstrip('.')}{alike}", **error.details)
+        return type(error)(f"{str(error).rstrip('.')}{alike}", **error.details, turned_place=turned_at)
     x, y, z = workpiece.cell.demo_position.tolist()
     planned = f", {len(search.found)} of them planned through" if search.found else ""
     return type(error)(
@@ -175,6 +179,21 @@ def pose_stream(
 def arm_of(workpiece: Workpiece) -> Arm:
     """Return the arm of a workpiece's cell, with its tool."""
     return Arm(workpiece.cell.robot, T_flange_tool=workpiece.cell.tool.T_flange_tool)
+
+
+def leaning_of(paths: Plan, placement: Placement) -> Leaning:
+    """Return how far the nozzle may lean, and what it must not touch."""
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    room = NozzleRoom(
+        cell.tool,
+        process=cell.process,
+        standoff=paths.poses.standoff,
+        part=workpiece.part,
+        body=workpiece.body,
+        obstacles=cell.obstacles,
+        T_base_work=placement.T_base_work,
+    )
+    return Leaning(float(np.radians(paths.job.max_tilt)), room)
 
 
 def room_of(workpiece: Workpiece) -> Room:

@@ -29,6 +29,10 @@ from geoprint.results.proposal import (
     STAND_DECIMALS as STAND_DECIMALS,
     Proposal as Proposal,
 )
+from geoprint.results.refusal import (
+    Refusal as Refusal,
+    TriedChange as TriedChange,
+)
 from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,

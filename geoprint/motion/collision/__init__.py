@@ -9,6 +9,7 @@ from geoprint.motion.collision.contact import (
     collision_control as collision_control,
 )
 from geoprint.motion.collision.link_solids import link_solids as link_solids
+from geoprint.motion.collision.single_poses import SinglePoses as SinglePoses
 from geoprint.motion.collision.surroundings import (
     box_target as box_target,
     mesh_target as mesh_target,

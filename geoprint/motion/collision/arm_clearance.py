@@ -153,7 +153,7 @@ def check_arm(
         (CollisionWorld(solids, targets=targets if link.joint > 1 else base_targets), motion.link_placements(link))
         for link, solids in zip(links, inflated, strict=True)
     ]
-    carried_solids = _with_whole_needle(tool)
+    carried_solids = with_whole_needle(tool)
     carried = _as_links_see(motion, links, inflated=inflated, tool=_inflated(carried_solids, kept=kept))
     _refuse_inside(in_work)
     for world, moving in (*in_work, *carried):
@@ -181,12 +181,12 @@ def _as_links_see(
         ),
         *(
             (CollisionWorld(inflated[second.joint], targets=solids[first.joint]), motion.pair_placements(first, second))
-            for first, second in _pairs(links)
+            for first, second in pairs_of_links(links)
         ),
     ]
 
 
-def _pairs(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
+def pairs_of_links(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
     """Return the links that must not touch one another."""
     firsts = [link for link in links if link.joint != ROUND_LINK]
     return [(first, second) for first in firsts for second in links[first.joint + JOINTS_BETWEEN_LINKS :]]
@@ -200,7 +200,9 @@ def _largest_movements(motion: ArmMotion, *, tool: tuple[Solid, ...], links: tup
     """
     bounds = [movements(link.solids, motion.Ts_work_link[:, link.joint]) for link in links[1:]]
     bounds += [movements(tool, motion.tool_placements(link).poses) for link in links[:LINKS_APART_FROM_TOOL]]
-    bounds += [movements(second.solids, motion.pair_placements(first, second).poses) for first, second in _pairs(links)]
+    bounds += [
+        movements(second.solids, motion.pair_placements(first, second).poses) for first, second in pairs_of_links(links)
+    ]
     return np.concatenate(bounds, axis=1).max(axis=1)
 
 
@@ -235,7 +237,7 @@ def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMo
     return ArmMotion(poses[:, :-1], corners[:, :-1], tool)
 
 
-def _with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
+def with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """Join the tip to the needle: it may come close to the part, but to no link."""
     tip, needle, *rest = tool
     return (Solid(needle.name, tip.start, needle.end, needle.start_radius, needle.end_radius), *rest)

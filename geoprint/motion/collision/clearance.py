@@ -39,6 +39,9 @@ NOT_CHECKED = (
 WITHOUT_ARM = "arm links"
 WITHOUT_LAMP = "UV lamp"
 WITH_ARM = "the arm's link 1 against links 3 to 6, and links two joints apart"
+# What a person may do where nothing is known of what helps.
+TOO_CLOSE_ADVICE = "turn or move the part, lean the tool, or use a longer needle"
+NO_ROOM_ADVICE = "raise the stand-off, lean less, or use a thinner needle"
 # A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
 FOOT_ROUNDING = 1e-6
 # Placements besides the first at which the side of closed surfaces is tested.
@@ -165,7 +168,7 @@ def _scene(
     bodies = [mesh_target(part, role="part")]
     bodies += [] if body is None else [mesh_target(body, role="body")]
     boxes = [box_target(box, T_work_base=T_work_base) for box in obstacles]
-    beside = [target for target, box in zip(boxes, obstacles, strict=True) if _top(box) > FOOT_ROUNDING]
+    beside = [target for target, box in zip(boxes, obstacles, strict=True) if not stands_on(box)]
     targets = (*bodies, *boxes)
     return _Scene(
         tool=InflatedSolids(solids, kept=kept),
@@ -182,8 +185,9 @@ def _rounding_on_travel(placements: Placements, tip: Solid) -> float:
     return float(placements.rounding((tip,))[travels].max(initial=0.0))
 
 
-def _top(box: Box) -> float:
-    return float(box.centre[2] + box.size[2] / 2)
+def stands_on(box: Box) -> bool:
+    """Say whether the arm stands on a box: it ends no higher than the foot."""
+    return float(box.centre[2] + box.size[2] / 2) <= FOOT_ROUNDING
 
 
 def _check_tool(
@@ -258,7 +262,7 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     return ClearanceError(
         f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
         f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more{corner}; {count} of "
-        f"{placements.count} placements are too close: turn or move the part, lean the tool, or use a longer needle.",
+        f"{placements.count} placements are too close: {TOO_CLOSE_ADVICE}.",
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),
@@ -268,14 +272,15 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
         travelling=placements.travelling(hits.rows),
         hits=count,
         placements=placements.count,
+        advice=TOO_CLOSE_ADVICE,
     )
 
 
 def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
     """Return the smallest room under the needle's rim on deposit.
 
-    The circle is widened so that those about two neighbouring placements hold the needle between them, and where a
-    corner is rounded; the tip may be as much lower there.
+    Each placement stands for half of the step before it and half of the step behind it: its circle is widened so that
+    it holds the needle in both, and by the rounding of a corner anywhere in them; the tip may be as much lower there.
     """
     laying = placements.deposit.copy()
     laying[1:] |= placements.deposit[:-1]
@@ -283,9 +288,10 @@ def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, s
     if not len(rows):
         raise InputError("the path lays no material, so that there is no room under the needle's rim to check.")
     tips = placements.poses[:, :3, 3]
-    step = float(np.linalg.norm(np.diff(tips, axis=0), axis=1)[placements.deposit[:-1]].max(initial=0.0))
-    rounding = placements.rounding(world.solids[:1])[rows, 0]
-    widened = float(np.hypot(radius, step / 2) + rounding.max())
+    steps = np.where(placements.deposit[:-1], np.linalg.norm(np.diff(tips, axis=0), axis=1), 0.0)
+    beside = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))[rows]
+    rounding = _largest_around(placements.rounding(world.solids[:1])[:, 0])[rows]
+    widened = np.hypot(radius, beside / 2) + rounding
     rooms = np.array(
         [tip_rooms(placements.poses[rows], t.triangles, radius=widened, standoff=standoff) for t in world.targets]
     )
@@ -303,6 +309,12 @@ def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, s
     return least
 
 
+def _largest_around(values: FloatArray) -> FloatArray:
+    """Return the largest of each value and its neighbours."""
+    padded = np.concatenate([values[:1], values, values[-1:]])
+    return np.maximum(np.maximum(padded[:-2], padded[2:]), values)
+
+
 def _no_room(
     placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
 ) -> ClearanceError:
@@ -311,13 +323,14 @@ def _no_room(
     return ClearanceError(
         f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
         f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
-        f"placements have too little: raise the stand-off, lean less, or use a thinner needle{side}.",
+        f"placements have too little: {NO_ROOM_ADVICE}{side}.",
         solid="needle's tip",
         against=target.name,
         run=int(placements.runs[row]),
         place=triple(tip),
         room=room,
         placements=short,
+        advice=NO_ROOM_ADVICE,
     )
 
 

@@ -28,13 +28,13 @@ FRAGMENT_RADIUS = 0.5
 PLACEMENTS_AT_A_TIME = 2000
 
 
-def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float, standoff: float) -> FloatArray:
+def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float | FloatArray, standoff: float) -> FloatArray:
     """Return the room under the needle's end at each placement.
 
     Args:
         poses: (k, 4, 4) poses of the tool in the frame of the triangles [mm].
         triangles: (m, 3, 3) corners of a surface [mm].
-        radius: of the needle [mm].
+        radius: of the circle, one for all placements or (k,) one each [mm].
         standoff: height at which the tip should be over the surface [mm].
 
     Returns:
@@ -44,7 +44,8 @@ def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float, stando
     lowest = -(standoff + BELOW_STANDOFF)
     middle = (TIP_ZONE + lowest) / 2
     centres = poses[:, :3, 3] - middle * poses[:, :3, 2]
-    reach = float(np.hypot(radius, TIP_ZONE - middle))
+    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(poses))
+    reach = float(np.hypot(radii.max(initial=0.0), TIP_ZONE - middle))
     tops = np.full(len(poses), -inf)
     fragments = _fragments_near(triangles, centres, reach=reach)
     if not len(fragments):
@@ -56,11 +57,11 @@ def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float, stando
         near = block.sparse_distance_matrix(tree, reach, output_type="ndarray")
         rows = np.asarray(near["i"], dtype=np.int64) + first
         corners = _in_tool(fragments[near["j"]], poses=poses[rows])
-        _raise_tops(tops, rows, corners, radius=radius, lowest=lowest)
+        _raise_tops(tops, rows, corners, radii=radii, lowest=lowest)
     return -tops
 
 
-def _raise_tops(tops: FloatArray, rows: IntArray, corners: FloatArray, *, radius: float, lowest: float) -> None:
+def _raise_tops(tops: FloatArray, rows: IntArray, corners: FloatArray, *, radii: FloatArray, lowest: float) -> None:
     """Raise the highest point found at each placement to those of fragments near it, fragment i near rows[i].
 
     The middle of a fragment is a quick lower bound: the exact work is left to the few that could be higher.
@@ -69,27 +70,28 @@ def _raise_tops(tops: FloatArray, rows: IntArray, corners: FloatArray, *, radius
     relevant = (heights.min(axis=1) <= TIP_ZONE) & (heights.max(axis=1) >= lowest)
     rows, corners = rows[relevant], corners[relevant]
     middles = corners.mean(axis=1)
-    within = np.hypot(middles[:, 0], middles[:, 1]) <= radius
+    within = np.hypot(middles[:, 0], middles[:, 1]) <= radii[rows]
     np.maximum.at(tops, rows[within], np.where(middles[within, 2] >= lowest, middles[within, 2], -inf))
     higher = corners[:, :, 2].max(axis=1) > tops[rows]
-    rows, highest = rows[higher], _highest_in_circle(corners[higher], radius=radius)
+    rows = rows[higher]
+    highest = _highest_in_circle(corners[higher], radii=radii[rows])
     np.maximum.at(tops, rows, np.where(highest >= lowest, highest, -inf))
 
 
-def _highest_in_circle(corners: FloatArray, *, radius: float) -> FloatArray:
-    """Return the (n,) greatest height of (n, 3, 3) triangles (x, y, height) within a circle about the height's axis.
+def _highest_in_circle(corners: FloatArray, *, radii: FloatArray) -> FloatArray:
+    """Return the (n,) greatest height of (n, 3, 3) triangles (x, y, height) within circles about the height's axis.
 
-    It is minus infinity where a triangle has no point within the circle.
+    It is minus infinity where a triangle has no point within its circle, of (n,) radii.
     """
-    return np.maximum(_highest_on_sides(corners, radius=radius), _highest_on_circle(corners, radius=radius))
+    return np.maximum(_highest_on_sides(corners, radii=radii), _highest_on_circle(corners, radii=radii))
 
 
-def _highest_on_sides(corners: FloatArray, *, radius: float) -> FloatArray:
+def _highest_on_sides(corners: FloatArray, *, radii: FloatArray) -> FloatArray:
     """Clip the sides to the circle; a height is linear along a side, so that it is greatest where the clip ends."""
     sides = np.roll(corners, -1, axis=1) - corners
     squares = (sides[:, :, :2] ** 2).sum(axis=2)
     products = (corners[:, :, :2] * sides[:, :, :2]).sum(axis=2)
-    outside = (corners[:, :, :2] ** 2).sum(axis=2) - radius * radius
+    outside = (corners[:, :, :2] ** 2).sum(axis=2) - (radii * radii)[:, None]
     upright = squares == 0.0
     root = np.sqrt(np.maximum(products**2 - squares * outside, 0.0))
     safe = np.where(upright, 1.0, squares)
@@ -101,14 +103,14 @@ def _highest_on_sides(corners: FloatArray, *, radius: float) -> FloatArray:
     return np.where(meets, heights, -inf).max(axis=1)
 
 
-def _highest_on_circle(corners: FloatArray, *, radius: float) -> FloatArray:
+def _highest_on_circle(corners: FloatArray, *, radii: FloatArray) -> FloatArray:
     """Return the height of each triangle's plane at its highest point of the circle, where the triangle holds it."""
     sides = np.roll(corners, -1, axis=1) - corners
     normals = np.cross(sides[:, 0], sides[:, 1])
     upright = normals[:, 2] == 0.0
     slopes = -normals[:, :2] / np.where(upright, 1.0, normals[:, 2])[:, None]
     steepness = np.linalg.norm(slopes, axis=1)
-    highest = radius * slopes / np.where(steepness == 0.0, 1.0, steepness)[:, None]
+    highest = radii[:, None] * slopes / np.where(steepness == 0.0, 1.0, steepness)[:, None]
     offsets = highest[:, None] - corners[:, :, :2]
     turns = sides[:, :, 0] * offsets[:, :, 1] - sides[:, :, 1] * offsets[:, :, 0]
     holds = (turns * np.sign(normals[:, 2])[:, None] >= 0.0).all(axis=1) & ~upright

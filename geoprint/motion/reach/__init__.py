@@ -1,6 +1,15 @@
 """Turn, lean and branch of a stream of poses: the motion of the joints that reaches all of them."""
 
 from geoprint.motion.reach.easing import Easing as Easing
+from geoprint.motion.reach.exhaustion import (
+    COARSE_LEAN_STEP as COARSE_LEAN_STEP,
+    COARSE_TURN_STEP as COARSE_TURN_STEP,
+    Exhausted as Exhausted,
+    Exhaustion as Exhaustion,
+    Grid as Grid,
+    JudgedPose as JudgedPose,
+    Worst as Worst,
+)
 from geoprint.motion.reach.following import LARGEST_JUMP as LARGEST_JUMP
 from geoprint.motion.reach.inverse import reach as reach, reach_map as reach_map, reach_margin as reach_margin
 from geoprint.motion.reach.lean_room import (

@@ -112,3 +112,15 @@ def test_rigid_motion_and_finer_triangles_do_not_change_the_room(seed: int):
     found = tip_rooms(motion @ poses, moved, radius=RADIUS, standoff=STANDOFF)
 
     np.testing.assert_allclose(found, known, atol=1e-9)
+
+
+def test_each_placement_has_a_circle_of_its_own() -> None:
+    """Two placements beside a step of 0.2 mm, each 1 mm away from it: only the wide circle reaches it."""
+    step = plate((40.0, 30.0), (1, 1))
+    raised = step.vertices + np.array([21.3, 0.0, 0.2])
+    triangles = np.concatenate([step.vertices[step.faces], raised[step.faces]])
+    poses = pointing_down(np.repeat(MIDDLE, 2, axis=0))
+
+    found = tip_rooms(poses, triangles, radius=np.array([0.9, 1.1]), standoff=STANDOFF)
+
+    np.testing.assert_allclose(found, [STANDOFF, STANDOFF - 0.2], atol=1e-12)

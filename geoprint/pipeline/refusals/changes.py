@@ -1,0 +1,165 @@
+"""What might make a refused part printable: another needle, more lean, the other cell, another place.
+
+The clearance that is stated is never touched, nor what the part asks for: spacing, paths, stand-off and speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint.config import (
+    PACKAGED_CELLS,
+    Job,
+    Needle,
+    cell_of,
+    common_needles,
+    needle_keys,
+    needle_of,
+    packaged_cell_text,
+    with_needle,
+)
+from geoprint.errors import PlanError, UsageError
+from geoprint.model import Cell, Placement, frozen
+from geoprint.motion.placing import LEAST_MEAN_NORMAL, Stand, demo_placement
+from geoprint.pipeline.standing import pose_stream, room_of, with_flow_of
+from geoprint.results import Plan
+
+# Kinds of changes.
+NEEDLE, LEAN, CELL, PLACE = "needle", "lean", "cell", "place"
+# The gauge that goes with a change of another kind where only the needle is too wide then.
+THINNER = 21
+# Leans that are tried where the nozzle may not lean so far [degrees].
+LARGER_TILTS = (20.0, 25.0, 30.0, 45.0)
+# How far a demonstration is moved: along x, towards the arm and away from it, and upwards [mm].
+MOVES = ((0.0, 50.0), (0.0, 100.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
+# A needle that differs less from that of the cell is the same [mm]: makers round.
+SAME_WIDTH = 0.05
+SAME_LENGTH = 0.1
+
+
+@frozen
+class Change:
+    """A change of job or cell.
+
+    Attributes:
+        kind: of change: needle, lean, cell or place.
+        name: what changes, as a sentence begins with it.
+        keys: what a person writes or types for it.
+        job: with it.
+        cell: with it.
+    """
+
+    kind: str
+    name: str
+    keys: str
+    job: Job
+    cell: Cell
+
+    def paths(self, paths: Plan) -> Plan:
+        """Return a plan of paths with the change: the deposits stay, attitudes and travel may not."""
+        changed = replace(paths.workpiece, cell=self.cell, placement=self.placement(paths))
+        stream = pose_stream(paths.toolpath, changed, max_tilt_deg=self.job.max_tilt)
+        return replace(paths, job=self.job, workpiece=changed, poses=with_flow_of(stream, paths.poses))
+
+    def with_thinner_needle(self) -> Change:
+        """Return the change together with a needle of the same length that is THINNER gauge."""
+        tool = self.cell.tool
+        now = needle_of(tool)
+        gauge = next(each for each in common_needles() if each.gauge == THINNER)
+        tool = with_needle(tool, replace(now, outer=gauge.outer, inner=gauge.inner, gauge=THINNER))
+        name = f"{self.name} with a {needle_of(tool).length:g} mm needle of {THINNER} gauge"
+        keys = "; ".join(part for part in (self.keys, needle_keys(self.cell.tool, tool)) if part)
+        return Change(NEEDLE, name, keys, self.job, replace(self.cell, tool=tool))
+
+    def placement(self, paths: Plan) -> Placement:
+        """Return where the part stands with it."""
+        if self.job.place != "demo":
+            return placement_of(paths)
+        at, turn = self.cell.demo_position, self.cell.demo_turn
+        return demo_placement(paths.workpiece.part, position=at, rotation=turn, least=LEAST_MEAN_NORMAL)
+
+
+def placement_of(paths: Plan) -> Placement:
+    """Return where the part of a plan stands.
+
+    Raises:
+        UsageError: nobody asked for a robot.
+    """
+    if paths.workpiece.placement is None:
+        raise UsageError("a part that is not placed cannot be refused by a robot.")
+    return paths.workpiece.placement
+
+
+def changes(paths: Plan) -> tuple[Change, ...]:
+    """Return what might help, what asks least of a person first: needle, lean, cell, place.
+
+    A part whose place was measured stays where it is, in its cell.
+    """
+    found = [*_needles(paths), *_leans(paths)]
+    if paths.job.place == "demo":
+        found += [*_cells(paths), *_places(paths)]
+    return tuple(found)
+
+
+def of_the_needle(error: PlanError) -> bool:
+    """Say whether a refusal is about the needle beside the part."""
+    solid, against = error.details.get("solid"), str(error.details.get("against", ""))
+    return solid in {"needle's tip", "needle"} and against.startswith(("part ", "body "))
+
+
+def _needles(paths: Plan) -> Iterator[Change]:
+    """Yield needles no wider than that of the cell: those of its length first, of these the widest."""
+    job, cell = paths.job, paths.workpiece.cell
+    now = needle_of(cell.tool)
+    for needle in sorted(common_needles(), key=lambda each: (_is_longer_or_shorter(each, now), -each.outer)):
+        same_width = abs(needle.outer - now.outer) < SAME_WIDTH
+        if needle.outer > now.outer + SAME_WIDTH or (same_width and not _is_longer_or_shorter(needle, now)):
+            continue
+        kept = _with_width_of(needle, now) if same_width else needle
+        tool = with_needle(cell.tool, kept)
+        if tool.needle_length + tool.cone_length < tool.barrel_top:
+            yield Change(NEEDLE, needle.words, needle_keys(cell.tool, tool), job, replace(cell, tool=tool))
+
+
+def _with_width_of(needle: Needle, now: Needle) -> Needle:
+    """Return a needle with the diameters that a cell states for its gauge."""
+    return Needle(needle.length, now.outer, now.inner, needle.gauge)
+
+
+def _is_longer_or_shorter(needle: Needle, now: Needle) -> float:
+    away = abs(needle.length - now.length)
+    return away if away > SAME_LENGTH else 0.0
+
+
+def _leans(paths: Plan) -> Iterator[Change]:
+    for tilt in LARGER_TILTS:
+        if tilt > paths.job.max_tilt:
+            job = paths.job.model_copy(update={"max_tilt": tilt})
+            yield Change(LEAN, f"`--max-tilt {tilt:g}`", "", job, paths.workpiece.cell)
+
+
+def _cells(paths: Plan) -> Iterator[Change]:
+    now = paths.workpiece.cell
+    for name in PACKAGED_CELLS:
+        cell = cell_of(packaged_cell_text(name), name=f"{name}.toml")
+        if not np.array_equal(cell.tool.T_flange_tool, now.tool.T_flange_tool):
+            cell = replace(cell, demo_rotation=cell.demo_turn)
+            yield Change(CELL, f"`--cell {name}.toml`", "`geoprint init` writes it", paths.job, cell)
+
+
+def _places(paths: Plan) -> Iterator[Change]:
+    """Yield places above the obstacles, clear of the arm and below the tip at home."""
+    cell, room = paths.workpiece.cell, room_of(paths.workpiece)
+    rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
+    for ahead, up in MOVES:
+        position = cell.demo_position + np.array([ahead, 0.0, up])
+        if not room.permits(Stand(position, rpy)):
+            continue
+        x, y, z = position.tolist()
+        key = f"[work] demo_position_mm = [{x:g}, {y:g}, {z:g}]"
+        moved = replace(cell, demo_position=position)
+        yield Change(PLACE, f"the part at ({x:g}, {y:g}, {z:g}) mm", key, paths.job, moved)
