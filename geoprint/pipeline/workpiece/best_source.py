@@ -19,12 +19,14 @@ from geoprint.pipeline.choice import backend_of, with_backend
 from geoprint.pipeline.covering import cover
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece.sources import BORDER, sources_of, united_seed
-from geoprint.quality import EVEN_ENOUGH, Covering, ranked, uniformity
+from geoprint.quality import EVEN_ENOUGH, Covering, uniformity
 from geoprint.results import TriedSource, Workpiece
 from geoprint.surfaces import boundary_loops, boundary_seed, middle_of, pieces
 
 # So many loops are tried alone, the longest first: what begins at a small hole covers no better.
 MOST_LOOPS = 3
+# Sources that miss or lay twice shares of the area that differ by less than this are as good.
+SAME_FAULT = 0.001
 # Places that a user may type back: to a hundredth of a millimetre.
 PLACE_DIGITS = 2
 
@@ -93,18 +95,16 @@ def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[T
         )
     if not found:
         raise refused[0]
-    taken = _preferred(found)
+    taken = preferred(found)
     found[taken] = replace(found[taken], taken=True)
     return sources[taken], found
 
 
-def _preferred(tried: Sequence[TriedSource]) -> int:
-    """Return the index of what covers best; of those that do alike, and evenly enough, that with the fewest runs."""
+def preferred(tried: Sequence[TriedSource]) -> int:
+    """Return the index of what leaves or lays twice least; of those nearly as good, and even, that with fewest runs."""
     coverings = [Covering(each.gap, each.overlap, float(np.nan_to_num(each.cv))) for each in tried]
-    best = ranked(coverings)[0]
-    alike = [
-        index
-        for index, each in enumerate(coverings)
-        if each.is_alike(coverings[best]) and each.cv <= max(coverings[best].cv, EVEN_ENOUGH)
-    ]
-    return min(alike, key=lambda index: tried[index].runs)
+    covering = [each for each in coverings if each.covers] or coverings
+    least = min(each.fault for each in covering)
+    alike = [index for index, each in enumerate(coverings) if each in covering and each.fault <= least + SAME_FAULT]
+    even = max(EVEN_ENOUGH, min(coverings[index].cv for index in alike))
+    return min((index for index in alike if coverings[index].cv <= even), key=lambda index: tried[index].runs)
