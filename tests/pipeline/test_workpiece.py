@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from geoprint.config import Job, job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, FieldError, InputError, UsageError
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import plan, workpiece
+from geoprint.pipeline import plan
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece, read_part
+from geoprint.pipeline.workpiece import prepare_workpiece, preparing, read_part
 from geoprint.results import Workpiece
 from geoprint.surfaces import edge_lengths, mean_normal
 from geoprint.surfaces.files import save_ply
@@ -109,7 +109,7 @@ def test_the_mesh_is_as_fine_for_rounds_as_for_the_spacing_that_they_mean(part: 
 def test_a_depth_estimated_on_triangles_twice_as_large_changes_nothing_that_counts(
     part: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(workpiece, "TRIANGLES_ACROSS", 30)
+    monkeypatch.setattr(preparing, "TRIANGLES_ACROSS", 30)
     assert prepared(part, spacing=None, rounds=5).edge_length == pytest.approx(0.75, rel=0.02)
 
 

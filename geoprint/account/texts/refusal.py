@@ -14,7 +14,7 @@ CAUSES = {
     "nozzle": "the nozzle has no room",
     "reach": "the arm is at a limit",
     "bracket": "bracket or lamp have no room",
-    "arm": "the arm's links have no room",
+    "arm": "the arm's links have no room in any of the attitudes sampled for them",
 }
 
 
@@ -66,7 +66,10 @@ def _proof(exhausted: Exhausted) -> str:
             f"{CAUSES[first.cause]}"
         )
     if not exhausted.served_by:
-        return f"each of the {count} worst poses is free by itself, but no branch serves all ({exhausted.tried} tried)"
+        return (
+            f"each of the {count} worst poses is free by itself, but no branch was found that serves all "
+            f"({exhausted.tried} tried)"
+        )
     return (
         f"each of the {count} worst poses is free by itself ({exhausted.tried} attitudes tried, {steps}), but no "
         "continuous motion was found"

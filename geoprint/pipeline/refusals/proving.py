@@ -1,7 +1,7 @@
 """A refusal that is a proof: the worst poses are searched for any attitude, and what would change it is tried.
 
 The work is counted, not timed, so that the same part gets the same words everywhere: no more motions are planned to
-try changes than the refused plan itself took.
+try changes than the refused plan itself took, or LEAST_MOTIONS. Asking the changes before that is not counted.
 """
 
 from __future__ import annotations
