@@ -62,7 +62,11 @@ def main() -> None:
     if not (arguments.smoke or arguments.parts):
         parser.error("state --parts FOLDER, or --smoke")
     if arguments.smoke:
-        disc = {"surface": DATA / "heart.ply", "spacing": 4.0, "patch": {"at": [1.5, 0.0, -57.5], "radius": 10.0}}
+        disc: dict[str, object] = {
+            "surface": DATA / "heart.ply",
+            "spacing": 4.0,
+            "patch": {"at": [1.5, 0.0, -57.5], "radius": 10.0},
+        }
         cases = [
             Case("heart_flat_patch", {"surface": DATA / "heart_flat_patch.ply", "spacing": 4.0}),
             Case("disc about the apex", disc),
