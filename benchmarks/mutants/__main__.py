@@ -6,7 +6,8 @@
 A MODULE is a file or folder of the package, such as geoprint/motion/collision; without any, the rooms that keep people
 safe. Of each file a number of mutants is drawn (`syntax`, `templates`) and tried in a copy of the tree (`trying`)
 against the tests that reach the changed line (`reaching`), the quickest first, as many as fit into half of the limit.
-Outcomes are kept by content, so that only what has changed is tried again. Mutation tools of others change the tree in
+Outcomes are kept by content, so that only what has changed is tried again. What takes longer than the limit has timed
+out, which counts for itself. Mutation tools of others change the tree in
 place and try every mutant on the whole suite, or leave out what is decorated, constants and texts; here one is tried
 in a second or two. What survives is either no fault (an equivalent, a mere matter of cost) or a test that is missing.
 
@@ -30,7 +31,7 @@ from pathlib import Path
 from benchmarks.mutants.reaching import READ_BY, Record, reaching_tests, records
 from benchmarks.mutants.syntax import Mutant, mutants_of
 from benchmarks.mutants.templates import mutants_of_text
-from benchmarks.mutants.trying import KILLED, SURVIVED, UNSEEN, Outcome, Trial, tried
+from benchmarks.mutants.trying import KILLED, LATE, SURVIVED, UNSEEN, Outcome, Trial, tried
 from benchmarks.parts.tables import row, table
 
 ROOT = Path(__file__).parents[2]
@@ -127,16 +128,15 @@ def nearest(mutant: Mutant) -> Trial:
 
 
 def summary(outcomes: list[Outcome]) -> Iterator[str]:
-    """Yield how many mutants of each file were killed, of those that were looked at."""
+    """Yield how many mutants of each file were killed, and which share: without those that timed out, and with them."""
+    verdicts = (KILLED, SURVIVED, LATE, UNSEEN)
     counts = Counter((outcome.mutant.file, outcome.verdict) for outcome in outcomes)
-    yield from table("file", KILLED, SURVIVED, UNSEEN, "share killed")
+    yield from table("file", *verdicts, "share killed", "or timed out")
     files = sorted({file for file, _ in counts})
     for file in [*files, "all"]:
-        found = [
-            sum(counts[each, verdict] for each in (files if file == "all" else [file]))
-            for verdict in (KILLED, SURVIVED, UNSEEN)
-        ]
-        yield row(file, *map(str, found), f"{100 * found[0] / max(sum(found), 1):.0f} %")
+        found = [sum(counts[each, verdict] for each in (files if file == "all" else [file])) for verdict in verdicts]
+        shares = [100 * killed / max(sum(found), 1) for killed in (found[0], found[0] + found[2])]
+        yield row(file, *map(str, found), *(f"{share:.0f} %" for share in shares))
 
 
 def _files(modules: Iterable[str]) -> list[str]:

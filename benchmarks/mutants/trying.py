@@ -37,13 +37,13 @@ LIBRARIES = (
 )  # fmt: skip
 # A library that was imported before the tests cannot be rewritten, and need not be.
 _QUIET = ("-W", "ignore::pytest.PytestAssertRewriteWarning")
-KILLED, SURVIVED, UNSEEN = "killed", "survived", "not looked at"
+KILLED, SURVIVED, LATE, UNSEEN = "killed", "survived", "timed out", "not looked at"
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What became of a mutant: killed by which test, survived how many, or not looked at and why."""
+    """What became of a mutant: killed by which test, survived how many, timed out, or not looked at and why."""
 
     mutant: Mutant
     verdict: str
@@ -77,14 +77,14 @@ def tried(
         root: of the working tree.
         trials: mutants with their tests.
         scratch: an empty folder on the same disc.
-        limit: that each may take [s]; what takes longer counts as killed, because its tests take less by far, or as
-            not looked at where its tests were not recorded.
+        limit: that each may take [s]; what takes longer has timed out, which no test has said to be wrong: it may go on
+            for ever, or the machine be busy. Where its tests were not recorded it counts as not looked at.
         processors: how many are tried at once.
         end: of all, on the monotonic clock [s]; what is not done by then counts as not looked at.
     """
     waiting: list[tuple[Trial, Path]] = []
     for trial in trials:
-        place = kept() / f"outcome-{trial.key(root)}.json"
+        place = kept() / f"verdict-{trial.key(root)}.json"
         if not trial.tests:
             yield Outcome(trial.mutant, UNSEEN, "no test of those that were recorded reaches it")
         elif place.exists():
@@ -98,7 +98,8 @@ def tried(
             importlib.import_module(library)
     runs = _run(root, waiting, scratch=scratch, limit=limit, processors=processors, end=end)
     for trial, verdict, why, place in runs:
-        if verdict != UNSEEN:
+        # What has timed out may come to an end another time.
+        if verdict in {KILLED, SURVIVED}:
             place.write_text(json.dumps([verdict, why]), encoding="utf-8")
         yield Outcome(trial.mutant, verdict, why)
 
@@ -212,7 +213,7 @@ def _verdict(tree: Path, trial: Trial, *, status: int, late: bool, limit: float)
     if late and not trial.recorded:
         return UNSEEN, f"no test failed within {limit:.0f} s or before the end"
     if late:
-        return KILLED, f"not done within {limit:.0f} s"
+        return LATE, f"not done within {limit:.0f} s"
     if status == 0:
         rest = f", {trial.left_out} more left out" if trial.left_out else ""
         return SURVIVED, f"{len(trial.tests)} tests{rest}"

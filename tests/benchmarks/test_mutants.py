@@ -11,7 +11,7 @@ from benchmarks.mutants.__main__ import drawn, nearest, summary
 from benchmarks.mutants.reaching import Record, reaching_tests, records
 from benchmarks.mutants.syntax import Mutant, kernel_lines, mutants_of, top_lines
 from benchmarks.mutants.templates import mutants_of_text
-from benchmarks.mutants.trying import KILLED, SURVIVED, UNSEEN, Outcome, Trial, tried
+from benchmarks.mutants.trying import KILLED, LATE, SURVIVED, UNSEEN, Outcome, Trial, tried
 
 SOURCE = '''"""Says 2 + 2."""
 LIMIT = 3.0
@@ -167,16 +167,22 @@ def test_mutants_are_killed_or_survive_in_copies_and_outcomes_are_kept(tree: Pat
     trials[1:] = []
     assert outcomes("third") == {"5 * SCALE -> 5 + SCALE": (SURVIVED, "1 tests")}
     (tree / "tests/test_one.py").write_text("def test_long():\n    while True:\n        pass\n", encoding="utf-8")
-    assert outcomes("fourth", limit=3.0) == {"5 * SCALE -> 5 + SCALE": (KILLED, "not done within 3 s")}
+    assert outcomes("fourth", limit=3.0) == {"5 * SCALE -> 5 + SCALE": (LATE, "not done within 3 s")}
+    # A time-out is not kept: it may be the machine's.
+    assert outcomes("fifth", limit=1.0) == {"5 * SCALE -> 5 + SCALE": (LATE, "not done within 1 s")}
 
 
-def test_the_share_killed_counts_what_nobody_looked_at() -> None:
+def test_the_share_killed_counts_what_nobody_looked_at_and_is_told_with_time_outs_and_without() -> None:
     def outcome(file: str, verdict: str) -> Outcome:
         return Outcome(Mutant(file, 1, "", ""), verdict, "")
 
-    lines = list(summary([outcome("a", KILLED), outcome("a", SURVIVED), outcome("a", KILLED), outcome("b", UNSEEN)]))
+    every = [("a", KILLED), ("a", SURVIVED), ("a", LATE), ("a", KILLED), ("b", UNSEEN)]
+    lines = list(summary([outcome(file, verdict) for file, verdict in every]))
 
-    assert lines[-3:] == ["| a | 2 | 1 | 0 | 67 % |", "| b | 0 | 0 | 1 | 0 % |", "| all | 2 | 1 | 1 | 50 % |"]
+    assert lines[-3:] == [
+        "| a | 2 | 1 | 1 | 0 | 50 % | 75 % |", "| b | 0 | 0 | 0 | 1 | 0 % | 0 % |",
+        "| all | 2 | 1 | 1 | 1 | 40 % | 60 % |",
+    ]  # fmt: skip
 
 
 def test_what_is_not_recorded_is_tried_on_the_tests_of_its_name_first_and_counts_only_where_one_fails(

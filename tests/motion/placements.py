@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -41,3 +43,12 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float], *, 
          [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
     )  # fmt: skip
     return Surface(vertices=corners, faces=faces, name=name)
+
+
+def always(answer: int) -> Callable[..., int]:
+    """Return a query of the collision library that gives one answer, whatever it is asked."""
+
+    def answered(*_: object) -> int:
+        return answer
+
+    return answered

@@ -20,7 +20,7 @@ from geoprint.motion.collision.link_solids import Link
 from geoprint.motion.collision.surroundings import Target, mesh_target
 from geoprint.motion.collision.sweep import Placements
 from geoprint.motion.collision.tool_solids import Solid
-from tests.motion.placements import block
+from tests.motion.placements import always, block
 
 RADIUS, KEPT = 5.0, 0.5
 # The check is right to this [mm], on the far side.
@@ -89,9 +89,6 @@ def test_each_link_keeps_its_distance_from_its_own_targets_within_a_step(mover: 
 def test_the_control_of_the_links_notices_a_library_that_always_says_the_same(
     monkeypatch: pytest.MonkeyPatch, answer: int, message: str
 ) -> None:
-    def always(*_: object) -> int:
-        return answer
-
-    monkeypatch.setattr(fcl, "collide", always)
+    monkeypatch.setattr(fcl, "collide", always(answer))
     with pytest.raises(VerificationError, match=message):
         arm_control("irb120")

@@ -20,7 +20,7 @@ from geoprint.surfaces import vertex_normals
 from geoprint.surfaces.files import load
 from tests.meshes import plate, sphere, spherical_cap
 from tests.motion.cells import straight_cell
-from tests.motion.placements import block, pointing_down
+from tests.motion.placements import always, block, pointing_down
 from tests.shared_data import shared
 
 SOLIDS = tool_solids(straight_cell().tool)
@@ -55,10 +55,7 @@ def test_control_says_what_it_found():
 def test_control_notices_a_library_that_always_says_the_same(
     monkeypatch: pytest.MonkeyPatch, answer: int, message: str
 ):
-    def always(*_: object) -> int:
-        return answer
-
-    monkeypatch.setattr(fcl, "collide", always)
+    monkeypatch.setattr(fcl, "collide", always(answer))
 
     with pytest.raises(VerificationError, match=message):
         collision.collision_control()

@@ -19,7 +19,7 @@ from geoprint.motion.collision.tip_zone import tip_rooms
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
 from tests.meshes import plate
 from tests.motion.cells import straight_cell
-from tests.motion.placements import block, pointing_down
+from tests.motion.placements import always, block, pointing_down
 
 SOLIDS = tool_solids(straight_cell().tool)
 NEEDLE = Solid("needle", np.zeros(3), np.array([0.0, 0.0, -20.0]), 0.5, 0.5)
@@ -31,10 +31,7 @@ POST = mesh_target(block((-1.0, -1.0, 0.0), (1.0, 1.0, 5.0)), role="body")
 def test_each_target_is_asked_by_itself_although_the_solids_were_found_right(
     monkeypatch: pytest.MonkeyPatch, answer: int, message: str
 ) -> None:
-    def always(*_: object) -> int:
-        return answer
-
-    monkeypatch.setattr(fcl, "collide", always)
+    monkeypatch.setattr(fcl, "collide", always(answer))
     with pytest.raises(VerificationError, match=message):
         CollisionWorld(INFLATED, targets=(POST,))
 
