@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
-from geoprint.account.verdict import coverage_advice, covers
+from geoprint.account.verdict import coverage_advice, covers, middle_sentences
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import creases
@@ -55,6 +55,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_inside(told.patches),
         *_repairs(plan.workpiece),
         *_sources(told),
+        *middle_sentences(told.middles),
         *_paths(told),
         *_creases(plan),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
@@ -216,7 +217,9 @@ def _paths(told: PlanRecord) -> Iterator[str]:
             f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
             "in all."
         )
-    cv, nearest = 0.0 if spacing is None else spacing.cv, most_accurate_backend()
+    # Fitted contours vary on purpose.
+    fitted = any(each.taken and each.middle != "plain" for each in told.middles)
+    cv, nearest = 0.0 if spacing is None or fitted else spacing.cv, most_accurate_backend()
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:

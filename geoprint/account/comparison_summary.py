@@ -119,6 +119,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
         paths=told.paths,
         deposition=told.deposition,
         patches=told.patches,
+        middles=told.middles,
         printable=bool(plan.robot) if plan.job.robot else None,
         not_printable=outcome.not_printable,
         not_reached=dict(outcome.lost),

@@ -24,6 +24,7 @@ from geoprint.account.records.plan import (
     LevelRecord,
     LightRecord,
     MeshRecord,
+    MiddleRecord,
     PatchRecord,
     PatchSpacingRecord,
     PathsRecord,
@@ -47,7 +48,7 @@ from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, Surface
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.quality import Thickness, Uniformity
-from geoprint.results import Laid, Layer, Plan, TriedSource
+from geoprint.results import Laid, Layer, Plan, TriedMiddle, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
 
@@ -74,6 +75,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         chart=_chart(plan) if plan.flattenings else None,
         uniformity=None if plan.uniformity is None else record_evenness(plan.uniformity),
         sources=tuple(_source(tried) for tried in plan.workpiece.tried),
+        middles=tuple(_middle(tried) for tried in plan.middles),
         deposition=None if plan.laid is None else _deposition(plan.laid),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
         not_printable=plan.not_printable,
@@ -182,6 +184,17 @@ def _source(tried: TriedSource) -> SourceRecord:
     return SourceRecord(
         patch=tried.patch,
         source=tried.source,
+        gap=tried.gap,
+        overlap=tried.overlap,
+        cv=tried.cv if np.isfinite(tried.cv) else None,
+        runs=tried.runs,
+        taken=tried.taken,
+    )
+
+
+def _middle(tried: TriedMiddle) -> MiddleRecord:
+    return MiddleRecord(
+        middle=tried.middle,
         gap=tried.gap,
         overlap=tried.overlap,
         cv=tried.cv if np.isfinite(tried.cv) else None,

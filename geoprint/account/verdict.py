@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
-from geoprint.account.records.plan import EvennessRecord
+from geoprint.account.records.plan import EvennessRecord, MiddleRecord
 from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_SPACING, Covering, ranked as ranking
 
 # Uncovered or overlapped area below this share is not worth a word.
@@ -33,6 +33,7 @@ def verdict(part: str, rows: Sequence[PlannedRecord | RefusedRecord]) -> tuple[s
         _decision(part, order, alone=not refused),
         *coverage_advice(order[0].uniformity, order[0].spacing_mm),
         *_faults(order),
+        *(text for row in order for text in middle_sentences(row.middles, backend=row.backend)),
         *_printing(order),
         *_levels(order),
         *(f"{row.backend} could not plan on this part: {row.refused}" for row in refused),
@@ -56,6 +57,22 @@ def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
         return []
     what = f"a smaller spacing, such as `--spacing {spacing / 2.0:.3g}`, reaches into narrower places"
     return [f"What to do: {what}, and `--from best` looks for a source that covers more."]
+
+
+def middle_sentences(middles: Sequence[MiddleRecord], *, backend: str | None = None) -> list[str]:
+    """Say what becomes of contours where fronts meet, and what would with the other kind; nothing where none was tried.
+
+    Args:
+        middles: that were tried.
+        backend: whose they are, where there are several.
+    """
+    taken, other = ([each for each in middles if each.taken is wanted] for wanted in (True, False))
+    if not taken or not other:
+        return []
+    found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {each[0].runs} runs" for each in (taken, other)]
+    whose = "" if backend is None else f" with {backend}"
+    covered = f"area missed + laid twice: {found[0]}, {found[1]} if {other[0].middle}"
+    return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--middle {other[0].middle}`)."]
 
 
 def covers(measured: EvennessRecord) -> bool:

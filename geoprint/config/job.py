@@ -142,6 +142,15 @@ class Job(Table):
         str,
         Key("How paths cover the surface.", "# how paths cover the surface: contours", group="paths", always=False),
     ] = "contours"
+    middle: Annotated[
+        Literal["best", "fitted", "plain"] | None,
+        Key(
+            "What becomes of contours where fronts meet: plain ones, fitted to the width that is there, or the best, "
+            "which leaves and lays twice least; by default the best.",
+            '"plain" # contours where fronts meet: plain, fitted to the width that is there, or best of both',
+            group="paths",
+        ),
+    ] = None
     spacing: Annotated[
         Spacing | None,
         Key("Distance of neighbouring paths (stepover) in mm.", "1.0", group="spacing", told="spacing_mm", shown=True),

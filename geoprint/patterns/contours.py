@@ -9,11 +9,20 @@ import numpy as np
 from geoprint.backends import Backend
 from geoprint.errors import UsageError
 from geoprint.model import ScalarField, Seed, Strokes, Surface
+from geoprint.patterns.middle import fitted
+
+PLAIN, FITTED = MIDDLES = ("plain", "fitted")
 
 
 @final
 class ContourPattern:
     """The `contours` pattern: what the backend traces at (k + 1/2) * spacing from the seed is row k.
+
+    Args:
+        middle: what becomes of the curves where fronts meet: `plain`, or `fitted` to the width that is there.
+
+    Raises:
+        UsageError: there is no such treatment.
 
     Examples:
         >>> ContourPattern.title
@@ -23,9 +32,13 @@ class ContourPattern:
     title: ClassVar[str] = "level curves of the distance"
     summary: ClassVar[str] = "Follows the level curves of the distance from the seed, as the backend traces them."
 
-    @staticmethod
-    def strokes(_surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
-        """Return a stroke for each level curve.
+    def __init__(self, *, middle: str = PLAIN) -> None:
+        if middle not in MIDDLES:
+            raise UsageError(f"contours have no middle '{middle[:40]}'; choose one of: {', '.join(MIDDLES)}.")
+        self._middle = middle
+
+    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+        """Return a stroke for each level curve, and where the middle is fitted for each bead along a ridge.
 
         Raises:
             UsageError: the spacing is not the same everywhere.
@@ -37,5 +50,7 @@ class ContourPattern:
                 "choose another pattern."
             )
         contours = backend.contours(seed, spacing=spacing)
+        if self._middle == FITTED:
+            return fitted(surface, contours)
         row = np.repeat(contours.levels, np.diff(contours.curves.offsets)).astype(np.float64)
         return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size))

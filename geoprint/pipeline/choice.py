@@ -15,6 +15,8 @@ from geoprint.registry import Entry, OptionValue, Titled
 
 # The option that `--resolution` stands for, of whichever backend has it.
 RESOLUTION = "resolution"
+# The option that `--middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
+MIDDLE, BEST_MIDDLE = "middle", "best"
 
 
 def check_part(job: Job) -> None:
@@ -32,7 +34,7 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
 
     Raises:
         UsageError: a backend, the pattern or one of their options is unknown, an option is missing or of another type,
-            or the resolution means none of the backends.
+            or the resolution means none of the backends, or the middle not the pattern.
     """
     chosen = [backend(name) for name in backends]
     if job.resolution is not None and not any(RESOLUTION in entry.options for entry in chosen):
@@ -43,7 +45,13 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
         )
     for entry in chosen:
         _options(job, entry)
-    _options(job, pattern(job.pattern))
+    drawing = pattern(job.pattern)
+    if job.middle is not None and MIDDLE not in drawing.options:
+        raise UsageError(
+            f"`--middle {job.middle}` says what becomes of contours where fronts meet, but the pattern {job.pattern} "
+            "has none: leave it out."
+        )
+    _options(job, drawing)
     for name in job.options:
         _options(job, _named(name))
 
@@ -66,6 +74,14 @@ def pattern_of(job: Job) -> Pattern:
     """
     entry = pattern(job.pattern)
     return entry.factory(**_options(job, entry))
+
+
+def seeks_middle(job: Job) -> bool:
+    """Return whether the best middle of a job's pattern is to be found: where it has one, and no other is asked for."""
+    entry = pattern(job.pattern)
+    return (
+        MIDDLE in entry.options and MIDDLE not in job.options.get(entry.name, {}) and job.middle in {None, BEST_MIDDLE}
+    )
 
 
 def with_backend(job: Job, name: str) -> Job:
@@ -94,4 +110,11 @@ def _options(job: Job, entry: Entry[Titled]) -> dict[str, OptionValue]:
                 f"{given[RESOLUTION]}: leave one of them out."
             )
         given = given | {RESOLUTION: job.resolution}
+    if job.middle is not None and job.middle != BEST_MIDDLE and MIDDLE in entry.options:
+        if MIDDLE in given:
+            raise UsageError(
+                f"the middle of {entry.name} is given twice, as `--middle {job.middle}` and as its option "
+                f"{given[MIDDLE]}: leave one of them out."
+            )
+        given = given | {MIDDLE: job.middle}
     return entry.checked(given)

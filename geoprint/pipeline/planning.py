@@ -43,12 +43,12 @@ from geoprint.motion.controller import (
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
-from geoprint.pipeline.covering import cover
+from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import leaning_of, pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.quality import LevelledLayer, uniformity
+from geoprint.quality import LevelledLayer
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 
 # Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
@@ -123,13 +123,10 @@ def plan_compared(
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     """Cover the workpiece, measure evenness and give the poses their flow; the robot is left out."""
-    paths = cover(job, workpiece, stage)
-    with stage("evenness"):
-        spacing = paths.contours.spacing
-        measured = uniformity(paths.poses, workpiece.part, spacing=spacing)
+    paths, measured = measured_cover(job, workpiece, stage)
     with stage("layer"):
-        stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=spacing)
-    return replace(paths, poses=stream, uniformity=measured, laid=laid, timings=tuple(stage.timings))
+        stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
+    return replace(paths, poses=stream, laid=laid, timings=tuple(stage.timings))
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:

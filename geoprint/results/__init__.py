@@ -24,6 +24,7 @@ from geoprint.results.plan import (
     Layer as Layer,
     Plan as Plan,
     RobotPlan as RobotPlan,
+    TriedMiddle as TriedMiddle,
 )
 from geoprint.results.proposal import (
     STAND_DECIMALS as STAND_DECIMALS,

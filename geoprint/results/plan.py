@@ -23,6 +23,7 @@ from geoprint.model import (
     Targets,
     Toolpath,
     Trajectory,
+    comparable,
     frozen,
 )
 from geoprint.quality import Thickness, Uniformity
@@ -48,6 +49,28 @@ class Laid:
     constant: Thickness
     following: Thickness
     following_flow: FloatArray
+
+
+@final
+@comparable
+class TriedMiddle:
+    """What may become of contours where fronts meet, and how they cover then.
+
+    Attributes:
+        middle: as `--middle` takes it.
+        gap: share of the area that is missed.
+        overlap: share of it that is laid twice.
+        cv: variation of the spacing; not a number where there is one level.
+        runs: how many.
+        taken: whether it is the one.
+    """
+
+    middle: str
+    gap: float
+    overlap: float
+    cv: float
+    runs: int
+    taken: bool
 
 
 @final
@@ -115,6 +138,7 @@ class Plan:
         timings: seconds each stage took, in order.
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.
+        middles: what was tried where fronts meet; nothing where plain contours leave nothing, or none was to be found.
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
     """
 
@@ -129,6 +153,7 @@ class Plan:
     timings: tuple[tuple[str, float], ...]
     flattenings: tuple[Shown, ...]
     laid: Laid | None = None
+    middles: tuple[TriedMiddle, ...] = ()
     not_printable: str | None = None
 
     @property

@@ -14,6 +14,7 @@ from geoprint.account.records.plan import (
     DepositionRecord,
     EvennessRecord,
     InputRecord,
+    MiddleRecord,
     PatchRecord,
     PathsRecord,
     PlanRecord,
@@ -33,6 +34,7 @@ class PlannedRecord(Record):
     paths: PathsRecord = Field(description="as in plan.json")
     deposition: DepositionRecord | None = Field(description="as in plan.json")
     patches: tuple[PatchRecord, ...] = Field(description="as in plan.json")
+    middles: tuple[MiddleRecord, ...] = Field(default=(), description="as in plan.json")
     printable: bool | None = Field(description="null where that was not asked")
     not_printable: str | None = Field(description="why the robot cannot print it")
     not_reached: dict[str, Rounded] = Field(description="share of the deposit that the arm cannot reach, by reason")

@@ -95,6 +95,17 @@ class SourceRecord(Record):
     taken: bool = Field(description="whether it is the one that covers best")
 
 
+class MiddleRecord(Record):
+    """What was tried where fronts meet."""
+
+    middle: str = Field(description="as `--middle` takes it")
+    gap: Rounded = Field(description="share of the area that is missed")
+    overlap: Rounded = Field(description="share of the area that is laid twice")
+    cv: Rounded | None = Field(description="of the spacing; null where there is one level")
+    runs: Count = Field(description="how many")
+    taken: bool = Field(description="whether it is the one that covers best")
+
+
 class SideRecord(Record):
     """Which side is printed on."""
 
@@ -333,6 +344,7 @@ class PlanRecord(Record):
     field: FieldRecord = Field(description="of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
     sources: tuple[SourceRecord, ...] = Field(default=(), description="that were tried, where the best was asked for")
+    middles: tuple[MiddleRecord, ...] = Field(default=(), description="that were tried, where the best was sought")
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")

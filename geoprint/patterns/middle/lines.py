@@ -1,0 +1,123 @@
+"""The strokes that fitted strands become: curves as they were traced, curves moved or cut, and beads along ridges."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from geoprint.model import BoolArray, Contours, FloatArray, Strokes, Surface, SurfaceCurves
+from geoprint.patterns.middle.ridges import stretches
+from geoprint.patterns.middle.strands import Strands, interpolated
+from geoprint.surfaces import all_curves, arc_lengths, closest, some_curves
+
+# Strands that move by less than this stay as they were traced [spacings].
+NEGLIGIBLE = 1e-3
+# What is left of a curve at the end of a ridge is its tip where it is shorter than this and its ends are so near.
+TIP_LENGTH, TIP_WIDTH = 2.0, 0.75
+# What is left between merged stretches goes with them where it is shorter than so many samples.
+LEAST_LEFT = 4
+# The bead along a ridge goes on to a tip within this reach, and closes where its ends are so near [spacings].
+TIP_REACH, CLOSING = 1.2, 1.0
+
+
+class MovedStrands(NamedTuple):
+    """Strands with k samples where they lie now.
+
+    Attributes:
+        strands: where they lay.
+        places: (k, 3) samples now [mm].
+        merged: (k,) whether a bead along the ridge takes the place of this strand and of the one that faces it.
+    """
+
+    strands: Strands
+    places: FloatArray
+    merged: BoolArray
+
+
+class Bead(NamedTuple):
+    """A line of material.
+
+    Attributes:
+        line: (n, 3) places [mm]; the last is the first where it is closed.
+        level: of it.
+    """
+
+    line: FloatArray
+    level: int
+
+
+def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[Bead]) -> Strokes:
+    """Return what is left of the strands where they lie now, and the beads along ridges, level by level.
+
+    Args:
+        surface: what they lie on.
+        contours: the curves that the strands were sampled from.
+        moved: the strands.
+        beads: along ridges; they go on to the tips of what was merged there.
+    """
+    stays = _staying(moved)
+    left, tips = list[Bead](), list[FloatArray]()
+    for strand in np.flatnonzero(~stays).tolist():
+        bent = contours.curves.xyz(surface, strand)
+        for bead in _left(moved, strand, bent, level=int(contours.levels[strand])):
+            if moved.merged[moved.strands.rows(strand)].any() and _is_tip(bead.line, spacing=contours.spacing):
+                tips.append(bead.line[len(bead.line) // 2])
+            else:
+                left.append(bead)
+    drawn = left + [_to_tips(bead, tips, spacing=contours.spacing) for bead in beads]
+    levels = np.concatenate([contours.levels[stays], np.array([bead.level for bead in drawn], dtype=np.int64)])
+    curves = some_curves(contours.curves, np.flatnonzero(stays))
+    if drawn:
+        curves = all_curves([curves, _landed(surface, [bead.line for bead in drawn])])
+    order = np.argsort(levels, kind="stable")
+    row = np.repeat(levels[order], np.diff(curves.offsets)[order]).astype(np.float64)
+    return Strokes(some_curves(curves, order), row, np.full(row.size, contours.spacing), np.ones(row.size))
+
+
+def _staying(moved: MovedStrands) -> BoolArray:
+    """Return the (c,) strands that stay as they were traced."""
+    strands = moved.strands
+    far = np.linalg.norm(moved.places - strands.places, axis=1) > NEGLIGIBLE * strands.spacing
+    return np.bincount(strands.strand, far | moved.merged, minlength=strands.count) == 0
+
+
+def _left(moved: MovedStrands, strand: int, curve: FloatArray, *, level: int) -> list[Bead]:
+    """Return what a strand has become: its traced curve (n, 3) moved [mm], or what is not merged of its samples."""
+    strands, held = moved.strands, moved.strands.rows(strand)
+    closed, merged, places = bool(strands.closed[strand]), moved.merged[held], moved.places[held]
+    if merged.any():
+        return [Bead(places[each], level) for each in stretches(~merged, closed=closed) if each.size >= LEAST_LEFT]
+    arcs, moves, own = strands.arcs[held], places - strands.places[held], arc_lengths(curve)
+    if closed:
+        arcs, moves = np.append(arcs, own[-1]), np.vstack([moves, moves[:1]])
+    bent = curve + interpolated(own, arcs, moves)
+    return [Bead(np.vstack([bent[:-1], bent[:1]]) if closed else bent, level)]
+
+
+def _is_tip(line: FloatArray, *, spacing: float) -> bool:
+    """Return whether an open line (n, 3) turns round the end of a ridge."""
+    across = float(np.linalg.norm(line[0] - line[-1]))
+    return 0.0 < across < TIP_WIDTH * spacing and float(arc_lengths(line)[-1]) < TIP_LENGTH * spacing
+
+
+def _to_tips(bead: Bead, tips: list[FloatArray], *, spacing: float) -> Bead:
+    """Return a bead that goes on to the tips at its ends; closed where its ends meet."""
+    line = bead.line
+    for tip in tips:
+        if np.linalg.norm(line[0] - tip) < TIP_REACH * spacing:
+            line = np.vstack([tip, line])
+        elif np.linalg.norm(line[-1] - tip) < TIP_REACH * spacing:
+            line = np.vstack([line, tip])
+    is_long = float(arc_lengths(line)[-1]) > 4.0 * CLOSING * spacing
+    if is_long and np.linalg.norm(line[0] - line[-1]) < CLOSING * spacing:
+        line = np.vstack([line, line[:1]])
+    return Bead(line, bead.level)
+
+
+def _landed(surface: Surface, lines: list[FloatArray]) -> SurfaceCurves:
+    """Return lines near a surface as curves on it; one whose last place is its first is closed."""
+    landed, _ = closest(surface, np.concatenate(lines))
+    offsets = np.concatenate([[0], np.cumsum([len(line) for line in lines])])
+    closed = np.array([np.array_equal(line[0], line[-1]) for line in lines])
+    return SurfaceCurves(landed, offsets, closed)

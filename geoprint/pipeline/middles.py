@@ -1,0 +1,58 @@
+"""What becomes of contours where fronts meet: plain ones and fitted ones are measured, and the better ones taken."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from geoprint.config import Job
+from geoprint.errors import FieldError
+from geoprint.pipeline.choice import seeks_middle
+from geoprint.pipeline.covering import cover
+from geoprint.pipeline.stages import Stages
+from geoprint.quality import Covering, Uniformity, uniformity
+from geoprint.results import Plan, TriedMiddle, Workpiece
+
+PLAIN, FITTED = "plain", "fitted"
+# Where less of the area than this is missed or laid twice there is nothing to gain.
+NEGLIGIBLE_FAULT = 0.003
+
+
+def measured_cover(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, Uniformity]:
+    """Cover a workpiece and measure how evenly; where the best middle is sought, with the one that leaves least.
+
+    Plain contours stay where they miss or lay twice next to nothing, and where fitted ones cannot be made.
+
+    Returns:
+        The paths with what was measured, and that by itself.
+
+    Raises:
+        FieldError: the backend cannot plan on this part.
+    """
+    if not seeks_middle(job):
+        return _measured(job, job, workpiece, stage)
+    plain, found = _measured(job, job.model_copy(update={"middle": PLAIN}), workpiece, stage)
+    if _fault(found) <= NEGLIGIBLE_FAULT:
+        return plain, found
+    try:
+        fitted, fits = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage)
+    except FieldError:
+        return plain, found
+    taken = _fault(fits) < _fault(found)
+    middles = (_tried(FITTED, fitted, fits, taken=taken), _tried(PLAIN, plain, found, taken=not taken))
+    return (replace(fitted, middles=middles), fits) if taken else (replace(plain, middles=middles), found)
+
+
+def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, Uniformity]:
+    """Return the paths of a job, kept as those of what was asked for, and how even they are."""
+    paths = cover(job, workpiece, stage)
+    with stage("evenness"):
+        measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing)
+    return replace(paths, job=asked, uniformity=measured), measured
+
+
+def _fault(measured: Uniformity) -> float:
+    return Covering(measured.uncovered, measured.overlap, 0.0).fault
+
+
+def _tried(middle: str, paths: Plan, found: Uniformity, *, taken: bool) -> TriedMiddle:
+    return TriedMiddle(middle, found.uncovered, found.overlap, found.cv, paths.toolpath.curves.count, taken)
