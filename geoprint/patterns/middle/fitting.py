@@ -65,9 +65,10 @@ def fitted(surface: Surface, contours: Contours) -> Strokes:
     beside = neighbours(strands)
     found = [_counted(rows, strands, beside) for rows in ridges(strands, beside)]
     counts = _on_both_sides(found, strands, beside)
-    moved = drawn_out(strands, strands.places + _moves(counts, strands, beside))
+    shared = strands.places + _moves(counts, strands, beside)
+    beads = [bead for ridge in found for bead in ridge.beads(shared, beside)]
+    moved = drawn_out(strands, shared, np.concatenate([np.zeros((0, 3)), *(bead.line for bead in beads)]))
     merged = beside.on_ridge & (counts > 0) & (counts < _crossing(strands.levels))
-    beads = [bead for ridge in found for bead in ridge.beads(moved, beside)]
     return strokes_of(surface, contours, MovedStrands(strands, moved, merged), beads)
 
 

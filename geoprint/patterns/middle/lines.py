@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from geoprint.model import BoolArray, Contours, FloatArray, Strokes, Surface, SurfaceCurves
 from geoprint.patterns.middle.ridges import stretches
-from geoprint.patterns.middle.strands import Strands, interpolated
+from geoprint.patterns.middle.strands import STEP_SHARE, Strands, interpolated
 from geoprint.surfaces import all_curves, arc_lengths, closest, some_curves
 
 # Strands that move by less than this stay as they were traced [spacings].
@@ -19,6 +20,8 @@ TIP_LENGTH, TIP_WIDTH = 2.0, 0.75
 LEAST_LEFT = 4
 # The bead along a ridge goes on to a tip within this reach, and closes where its ends are so near [spacings].
 TIP_REACH, CLOSING = 1.2, 1.0
+# Elsewhere it goes straight on for so many samples while everything else is farther than this [spacings].
+STRAIGHT_SAMPLES, ROOM = 4, 0.95
 
 
 class MovedStrands(NamedTuple):
@@ -65,7 +68,8 @@ def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads:
                 tips.append(bead.line[len(bead.line) // 2])
             else:
                 left.append(bead)
-    drawn = left + [_to_tips(bead, tips, spacing=contours.spacing) for bead in beads]
+    beside = KDTree(moved.places[~moved.merged])
+    drawn = left + [_to_the_end(bead, tips, beside, spacing=contours.spacing) for bead in beads]
     levels = np.concatenate([contours.levels[stays], np.array([bead.level for bead in drawn], dtype=np.int64)])
     curves = some_curves(contours.curves, np.flatnonzero(stays))
     if drawn:
@@ -101,8 +105,15 @@ def _is_tip(line: FloatArray, *, spacing: float) -> bool:
     return 0.0 < across < TIP_WIDTH * spacing and float(arc_lengths(line)[-1]) < TIP_LENGTH * spacing
 
 
-def _to_tips(bead: Bead, tips: list[FloatArray], *, spacing: float) -> Bead:
-    """Return a bead that goes on to the tips at its ends; closed where its ends meet."""
+def _to_the_end(bead: Bead, tips: list[FloatArray], beside: KDTree, *, spacing: float) -> Bead:
+    """Return a bead that goes on to the tips at its ends, or straight on while there is room; closed where these meet.
+
+    Args:
+        bead: along a ridge.
+        tips: of what was merged.
+        beside: places of all other strands [mm].
+        spacing: of the levels [mm].
+    """
     line = bead.line
     for tip in tips:
         if np.linalg.norm(line[0] - tip) < TIP_REACH * spacing:
@@ -111,8 +122,20 @@ def _to_tips(bead: Bead, tips: list[FloatArray], *, spacing: float) -> Bead:
             line = np.vstack([line, tip])
     is_long = float(arc_lengths(line)[-1]) > 4.0 * CLOSING * spacing
     if is_long and np.linalg.norm(line[0] - line[-1]) < CLOSING * spacing:
-        line = np.vstack([line, line[:1]])
+        return Bead(np.vstack([line, line[:1]]), bead.level)
+    for _ in range(2):
+        line = _straight_on(line, beside, spacing=spacing)[::-1]
     return Bead(line, bead.level)
+
+
+def _straight_on(line: FloatArray, beside: KDTree, *, spacing: float) -> FloatArray:
+    """Return a line that goes on from its last place as far as nothing lies beside it, one spacing at most."""
+    ahead = line[-1] - line[max(len(line) - 1 - STRAIGHT_SAMPLES, 0)]
+    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-12)
+    steps = np.arange(1, STRAIGHT_SAMPLES + 1) * STEP_SHARE * spacing
+    free = beside.query(line[-1] + steps[:, None] * ahead)[0] > ROOM * spacing
+    count = int(np.argmin(free)) if not free.all() else len(free)
+    return line if count == 0 else np.vstack([line, line[-1] + steps[count - 1] * ahead])
 
 
 def _landed(surface: Surface, lines: list[FloatArray]) -> SurfaceCurves:

@@ -1,0 +1,94 @@
+"""Where fronts meet: plain and fitted contours are measured, the better ones taken, and both are told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from geoprint.account import summary, tell_comparison
+from geoprint.account.records.comparison import PartRecord
+from geoprint.config import job_of
+from geoprint.errors import UsageError
+from geoprint.model import Surface
+from geoprint.pipeline import compare, plan
+from geoprint.results import Plan
+from geoprint.surfaces.files import save_ply
+from tests.meshes import annulus, plate
+from tests.shared_data import shared
+
+# Fronts from both rims of this band meet 3.4 spacings from either, 0.9 from the innermost contour.
+BAND = annulus(inner=12.0, outer=25.6, divisions=(96, 14))
+
+
+def planned(folder: Path, surface: Surface, **values: object) -> Plan:
+    path = folder / "part.ply"
+    save_ply(surface, path)
+    return plan(job_of(surface=path, unit="mm", spacing=2.0, robot=False, **values))
+
+
+def missed_or_twice(found: Plan) -> float:
+    assert found.uniformity is not None
+    return found.uniformity.uncovered + found.uniformity.overlap
+
+
+def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
+    best, plain, fitted = (planned(tmp_path, BAND, middle=middle) for middle in (None, "plain", "fitted"))
+    # The innermost two of plain contours lie 1.8 spacings apart: 0.7 of them, 1.4 of 13.6 mm, are near neither.
+    assert missed_or_twice(plain) == pytest.approx(1.4 / 13.6, abs=0.003)
+    assert missed_or_twice(fitted) < 0.003
+    tried = {each.middle: each for each in best.middles}
+    assert [name for name, each in tried.items() if each.taken] == ["fitted"]
+    for name, alone in (("plain", plain), ("fitted", fitted)):
+        assert alone.uniformity is not None
+        assert (tried[name].gap, tried[name].overlap, tried[name].cv, tried[name].runs) == (
+            alone.uniformity.uncovered, alone.uniformity.overlap, alone.uniformity.cv, alone.toolpath.curves.count
+        )  # fmt: skip
+        assert alone.middles == ()
+    assert (best.poses.tips == fitted.poses.tips).all()
+    assert best.job.middle is None
+    told = summary(best)
+    assert [each["middle"] for each in told["middles"]] == ["fitted", "plain"]
+    (note,) = (note for note in told["notes"] if "fronts meet" in note)
+    assert "contours are fitted; area missed + laid twice: 0.0% + 0.0% in 7 runs" in note
+    assert "in 6 runs if plain (`--middle plain`)" in note
+    json.dumps(told)
+
+
+def test_plain_contours_stay_where_they_leave_next_to_nothing(tmp_path: Path) -> None:
+    # Four levels from either rim, edge to edge: 16 mm wide.
+    found = planned(tmp_path, annulus(inner=12.0, outer=28.0, divisions=(96, 16)), backend="fast-marching")
+    assert found.middles == ()
+    assert found.toolpath.curves.count == 8
+
+
+def test_a_comparison_says_what_was_tried_with_each_backend(tmp_path: Path) -> None:
+    path = tmp_path / "part.ply"
+    save_ply(BAND, path)
+    found = compare(job_of(surface=path, unit="mm", spacing=2.0, robot=False), backends=["heat", "fast-marching"])
+    (part,) = tell_comparison([found]).record.parts
+    assert isinstance(part, PartRecord)
+    for backend in ("heat", "fast-marching"):
+        assert any(f"contours with {backend} are fitted" in sentence for sentence in part.verdict)
+
+
+def test_a_pattern_without_a_middle_and_one_given_twice_are_refused(tmp_path: Path) -> None:
+    table = plate((20.0, 12.0), (10, 6))
+    with pytest.raises(UsageError, match="the middle of contours is given twice"):
+        planned(tmp_path, table, middle="plain", options={"contours": {"middle": "fitted"}})
+    with pytest.raises(UsageError, match="no middle 'wide'"):
+        planned(tmp_path, table, options={"contours": {"middle": "wide"}})
+    # As an option of the pattern it is what was asked for, and nothing else is tried.
+    assert planned(tmp_path, table, options={"contours": {"middle": "plain"}}).middles == ()
+
+
+@pytest.mark.parametrize("part", ["aortic_root_band_6mm", "tricuspid_leaflet_disc_r6", "mitral_annulus_band_8mm"])
+def test_on_hearts_at_most_half_of_what_plain_contours_leave_is_left(part: str) -> None:
+    found = plan(job_of(surface=shared(f"patches/{part}.ply"), unit="mm", spacing=1.0, robot=False))
+    tried = {each.middle: each for each in found.middles}
+    assert tried["fitted"].gap + tried["fitted"].overlap < 0.5 * (tried["plain"].gap + tried["plain"].overlap)
+    assert found.laid is not None
+    assert found.laid.following.near_cv is not None
+    # Thickness near the medial axis, with flow that follows.
+    assert found.laid.following.near_cv < 0.02
