@@ -4,8 +4,8 @@
     python -m benchmarks.uniformity --compare A.json B.json
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
-any mesh files [mm]. All are planned `SPACING` apart by `geoprint.pipeline.compare` and measured by its oracle, the
-exact distance over the triangles. The area scale is that of lscm's chart, chart over surface, 1 on average: where its
+any mesh files [mm]. All are planned `SPACING` apart by `geoprint.pipeline.compare` with plain contours, because
+backends are compared here, and measured by its oracle, the exact distance over the triangles. The area scale is that of lscm's chart, chart over surface, 1 on average: where its
 1st and 99th percentile by area are near each other, a flat map loses little.
 """
 
@@ -178,7 +178,7 @@ def _smoke_parts() -> dict[str, Path]:
 def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> Row:
     """Compare the backends on a part, and draw it where it is the one that is drawn."""
     spacing = SMOKE_SPACING if smoke else SPACING
-    compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
+    compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False, middle="plain"), backends=BACKENDS)
     if picture is not None and title == PICTURED:
         picture.mkdir(parents=True, exist_ok=True)
         (picture / "apex.png").write_bytes(comparison_picture(compared))

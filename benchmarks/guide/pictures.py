@@ -70,6 +70,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "your-cell.png": cells.your_cell,
     "calibrate.png": cells.calibrate,
     "fine-lines.png": cells.fine_lines,
+    "middle.png": surfaces.middle,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

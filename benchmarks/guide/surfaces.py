@@ -61,6 +61,21 @@ def your_part(data: Path) -> bytes:
     return small_png(figure)
 
 
+def middle(data: Path) -> bytes:
+    """Draw plain contours of a plate and fitted ones, and what either leaves open."""
+    figure, axes = panels(2, width=8.2, height=3.3)
+    for axis, kind in zip(axes, ("plain", "fitted"), strict=True):
+        job = job_of(surface=data / "plate.ply", unit="mm", spacing=2.0, robot=False, middle=kind)
+        planned = plan(job)
+        _draw_paths(axis, planned, np.eye(3), colour=BLUE)
+        found = planned.uniformity
+        assert found is not None
+        open_places = found.judged_places[found.gaps]
+        axis.plot(open_places[:, 0], open_places[:, 1], ".", markersize=1.5, color=ORANGE)
+        axis.set_title(f"{kind}: {found.uncovered:.1%} missed, {found.overlap:.1%} laid twice", fontsize=10)
+    return small_png(figure)
+
+
 def several_patches(data: Path) -> bytes:
     """Draw two patches of a heart from below, with their runs numbered."""
     patches = [{"at": TIP, "radius": 6.0}, {"at": SECOND, "radius": 4.0}]

@@ -26,6 +26,8 @@ from geoprint.surfaces import arc_lengths
 
 # Beads become at most so much wider or narrower than nominal.
 MOST_STRETCHED = 0.2
+# A bead on a ridge ends where anything is nearer than this share of what the strands beside it are.
+CLEAR_SHARE = 0.9
 # Standard deviation of the window in which moves are smoothed along a strand [spacings].
 WINDOW = 0.75
 # A stretch of ridge shorter than this is not worth a start [spacings].
@@ -46,9 +48,22 @@ class _Ridge:
         freeze_arrays(self, rows="int: n", counts="int: n")
 
     def beads(self, places: FloatArray, beside: Neighbours) -> list[Bead]:
-        """Return the beads that lie on the ridge itself, where their number across it is odd."""
-        odd = [each for each in stretches(self.counts % 2 == 1, closed=False) if each.size > 1]
-        return [Bead(middles(self.rows[each], places, beside), int(self.counts[each[0]] - 1) // 2) for each in odd]
+        """Return the beads that lie on the ridge itself, where their number across it is odd.
+
+        Args:
+            places: (k, 3) of all samples now [mm].
+            beside: their neighbours.
+        """
+        tree = KDTree(places)
+        found = list[Bead]()
+        for stretch in stretches(self.counts % 2 == 1, closed=False):
+            rows, line = self.rows[stretch], middles(self.rows[stretch], places, beside)
+            half = 0.5 * np.linalg.norm(places[rows] - places[beside.facing[rows]], axis=1)
+            # At either end a third strand may be nearer than the two that face each other.
+            clear = np.flatnonzero(tree.query(line)[0] > CLEAR_SHARE * half)
+            if clear.size > 1:
+                found.append(Bead(line[clear[0] : clear[-1] + 1], int(self.counts[stretch[0]] - 1) // 2))
+        return found
 
 
 def fitted(surface: Surface, contours: Contours) -> Strokes:
