@@ -4,9 +4,10 @@
     python -m benchmarks.uniformity --compare A.json B.json
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
-any mesh files [mm]. All are planned `SPACING` apart by `geoprint.pipeline.compare` with plain contours, because
-backends are compared here, and measured by its oracle, the exact distance over the triangles. The area scale is that of lscm's chart, chart over surface, 1 on average: where its
-1st and 99th percentile by area are near each other, a flat map loses little.
+any mesh files [mm]. All are planned `SPACING` apart by `geoprint.pipeline.compare`, with plain contours, because
+backends are compared here, and measured by its oracle, the exact distance over the triangles. The area scale is that of
+lscm's chart, chart over surface, 1 on average: where its 1st and 99th percentile by area are near each other, a flat
+map loses little.
 """
 
 from __future__ import annotations
