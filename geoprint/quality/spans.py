@@ -1,4 +1,4 @@
-"""From where to where spacing was measured: what an error at either end of a way over the surface does to its length."""
+"""From where to where spacing was measured, and what an error at either end of such a way does to its length."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from geoprint.model import (
     Trajectory,
     frozen,
 )
-from geoprint.quality import Thickness, Uniformity
+from geoprint.quality import Printed, Thickness, Uniformity
 from geoprint.results.workpiece import Workpiece
 from geoprint.surfaces import united
 
@@ -116,6 +116,7 @@ class Plan:
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
+        printed: the spacing that prints are expected to have; None where none was measured.
     """
 
     job: Job
@@ -130,6 +131,7 @@ class Plan:
     flattenings: tuple[Shown, ...]
     laid: Laid | None = None
     not_printable: str | None = None
+    printed: Printed | None = None
 
     @property
     def flat_surface(self) -> Surface:

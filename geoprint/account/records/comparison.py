@@ -20,6 +20,7 @@ from geoprint.account.records.plan import (
     SettingsRecord,
     SurfaceRecord,
 )
+from geoprint.account.records.printed import PrintedApartRecord
 from geoprint.account.records.rounding import Record, Rounded
 from geoprint.model import frozen
 
@@ -66,6 +67,7 @@ class PartRecord(Record):
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
     best: str = Field(description="the backend that covers the part best: coverage counts first, then spacing")
     backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
+    printed_apart: tuple[PrintedApartRecord, ...] = Field(description="every two of those that planned, in print")
     path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
 
     @property
@@ -89,7 +91,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[5] = Field(alias="schema", description="version of this layout")
+    layout: Literal[6] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
+from geoprint.account.expected import WORDS, expected_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
+from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.account.texts.marks import marked_lines
@@ -35,6 +37,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(
             f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
         )
+        lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
     if len(told.patches) > 1:
         lines += [
             f"patch {number}: {patch.area_mm2:.4g} mm2, runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, spacing "
@@ -71,6 +74,13 @@ def again_text(folder: str, *, written_by: str, differing: Sequence[str], change
     why = "last digits of numbers may turn with the machine and its libraries"
     other = why if written_by == now else f"geoprint {written_by} wrote that one, this is {now}"
     return f"warning: {again}, but {len(differing)} files differ ({', '.join(differing[:3])} ...): {other}"
+
+
+def _printed_text(told: PrintedRecord) -> str:
+    """Return the line on the spacing in print."""
+    mend = "the plan itself makes most of it" if told.mend_first is None else f"mend first {WORDS[told.mend_first]}"
+    whose = "" if told.errors == "cell" else "; errors of the packaged cell"
+    return f"in print: spacing expected to vary by {expected_text(told)}, 95 of 100 prints in brackets; {mend}{whose}"
 
 
 def _layer_text(told: DepositionRecord) -> str:
