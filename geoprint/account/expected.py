@@ -70,6 +70,10 @@ def expected_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
             "Evenness", "printed, made by", "shares of the variance: plan / arm / placement and needle",
             tuple(_shares(told) for told in every),
         ),
+        Row(
+            "Evenness", "layer thickness, printed (CV)", "constant flow / flow that follows the width, fronts apart",
+            tuple(_thickness(row) for row in rows),
+        ),
     ]  # fmt: skip
 
 
@@ -122,6 +126,12 @@ def _indistinguishable(one: str, other: str, apart: Sequence[PrintedApartRecord]
 def _whose(every: Sequence[PrintedRecord | None]) -> str:
     own = any(told is not None and told.errors == "cell" for told in every)
     return "errors of the cell" if own else "errors of the packaged cell"
+
+
+def _thickness(row: PlannedRecord) -> str:
+    told = row.deposition
+    cvs = () if told is None else (told.constant_flow.printed_cv, told.following_flow.printed_cv)
+    return " / ".join("-" if cv is None else f"{cv:.2%}" for cv in cvs) or "-"
 
 
 def _shares(told: PrintedRecord | None) -> str:

@@ -89,11 +89,13 @@ def _layer_text(told: DepositionRecord) -> str:
         f"{(found.cv if away else found.cv_near_medial_axis) or 0.0:.2%}"
         for found in (told.constant_flow, told.following_flow)
     )
+    laid = told.constant_flow if told.flow == "constant" else told.following_flow
+    printed = "" if laid.printed_cv is None else f", in print {laid.printed_cv:.2%} are expected"
     which = "is constant" if told.flow == "constant" else "follows"
     where = "" if away else "; fronts meet all over this part"
     return (
         f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
-        f"it {which}{where}"
+        f"it {which}{printed}{where}"
     )
 
 
