@@ -7,9 +7,9 @@ from importlib.metadata import version
 
 import numpy as np
 
-from geoprint.account.expected import in_print, record_apart
 from geoprint.account.part_report import part_report
 from geoprint.account.pictures import coverage_picture
+from geoprint.account.prints.expected import in_print, record_apart
 from geoprint.account.records.comparison import (
     ComparisonRecord,
     FailedRecord,

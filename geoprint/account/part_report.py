@@ -12,8 +12,8 @@ from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
-from geoprint.account.expected import expected_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
+from geoprint.account.prints.expected import expected_rows
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.evidence import STAGES
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord

@@ -9,8 +9,8 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.account.cautions import notes_of, warnings_of
-from geoprint.account.expected import record_printed, says_errors
 from geoprint.account.patches import record_cut
+from geoprint.account.prints.expected import record_printed, says_errors
 from geoprint.account.records.plan import (
     AreaScaleRecord,
     ChartLevelRecord,

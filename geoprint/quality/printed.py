@@ -1,21 +1,20 @@
 """How even a print is expected to be: the planned spacing, and what the errors of arm, placement and needle make of it.
 
-Prints are sampled: each has its own errors, drawn from a fixed seed, and every way from a sample to its foot becomes
-longer by what the errors at both ends do (`straying`). The same number of a print means the same errors wherever runs
-are as many and as long, so that two plans are compared print by print.
+Prints are sampled: each has its own errors, drawn from a fixed seed, and every span from a sample to its foot becomes
+longer by what the errors at both ends do (`straying`). Two prints in a row stand on the same cell: the part lies as it
+lay and the needle is as bent, but the arm strays anew. So two plans are compared by such pairs, a print of either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint.model import FloatArray, IntArray, PoseStream, PrintErrors, freeze_arrays, frozen
+from geoprint.model import FloatArray, PoseStream, PrintErrors, freeze_arrays, frozen
 from geoprint.quality.spans import Spans
-from geoprint.quality.straying import SOURCES, expected_variance, node_counts, strays, together
+from geoprint.quality.straying import OF_CELL, SOURCES, expected_variance, strays, together
 
 # Prints: the ends of the interval that they tell hold between 94 and 96 % of all, at two standard deviations.
 PRINTS = 2000
@@ -49,7 +48,7 @@ class Printed:
 
     Attributes:
         planned: coefficient of variation of the plan.
-        cvs: (n,) that of each sampled print.
+        cvs: (n,) that of each sampled print; two in a row stand on the same cell.
         variances: mean variance of the ratios that the plan and each of `SOURCES` contribute, the plan first.
     """
 
@@ -86,7 +85,7 @@ def printed(spans: Spans, errors: PrintErrors, *, spacing: float, poses: PoseStr
     """Return the spacing that prints are expected to have, or None where there is no spacing.
 
     Args:
-        spans: the ways whose lengths the planned spacings are.
+        spans: from where to where the planned spacings were measured.
         errors: what a print strays by.
         spacing: wanted [mm].
         poses: how the tool stands; None where nobody knows, then a bent needle is left out.
@@ -97,10 +96,10 @@ def printed(spans: Spans, errors: PrintErrors, *, spacing: float, poses: PoseStr
     step = -(-spans.count // MOST_SAMPLES)
     some = spans.some(np.arange(0, spans.count, step))
     maps = strays(some, errors, poses=poses)
-    everything, nodes = together(maps), node_counts(some, errors)
+    everything = together(maps)
     cvs: list[FloatArray] = []
     for batch in range(PRINTS // BATCH):
-        changes = everything @ _normal(batch, nodes) / spacing
+        changes = everything @ _normal(batch, everything.shape[1]) / spacing
         # What errors do is told by some of the samples; what the plan does, by all of them.
         variances = ratios.var() + (some.ratios[:, None] + changes).var(axis=0) - some.ratios.var()
         cvs.append(np.sqrt(np.maximum(variances, 0.0)) / (ratios.mean() + changes.mean(axis=0)))
@@ -118,12 +117,16 @@ def interval(values: FloatArray) -> Interval:
 
 
 def difference(one: Printed, other: Printed) -> Interval:
-    """Return by how much more the spacing of one plan varies than that of another, printed with the same errors."""
-    return interval(one.cvs - other.cvs)
+    """Return by how much more the spacing of one plan varies than that of another, both printed on the same cell.
+
+    With the arm's errors the same in both, too, plans whose paths are nearly the same would differ by nearly nothing in
+    every print, and yet always by the same sign; nobody can print that.
+    """
+    return interval(one.cvs - other.cvs.reshape(-1, 2)[:, ::-1].ravel())
 
 
 def alike(one: Printed, other: Printed) -> bool:
-    """Return whether two plans cannot be told apart in print: neither is more even in 95 of 100 prints."""
+    """Return whether two plans cannot be told apart by printing each once: neither is more even in 95 of 100 pairs."""
     apart = difference(one, other)
     return apart.low <= 0.0 <= apart.high
 
@@ -143,21 +146,11 @@ def thickness_cv(planned: float, errors: PrintErrors, spacing: Printed | None) -
     return float(np.sqrt(planned**2 + errors.run_flow**2 + added))
 
 
-def _normal(batch: int, nodes: IntArray) -> NDArray[np.float64]:
-    """Return standard normal numbers, a column a print: for the runs, their nodes, the placement and the needle.
+def _normal(batch: int, columns: int) -> NDArray[np.float64]:
+    """Return standard normal numbers, a row for each column of a map and a column a print.
 
-    Every run has numbers of its own, so that it has the same ones in another plan whose runs before it are longer.
-
-    Args:
-        batch: number of the batch of prints.
-        nodes: (r,) nodes of each run.
+    Those of placement and needle, the last ones, are the same in every two prints.
     """
-    shifts: list[FloatArray] = []
-    along: list[FloatArray] = []
-    for run, count in enumerate(nodes.tolist()):
-        drawn = np.random.default_rng([SEED, batch, run + 1]).standard_normal((3 * (1 + count), BATCH))
-        shifts.append(drawn[:3])
-        along.append(drawn[3:])
-    whole = np.random.default_rng([SEED, batch, 0]).standard_normal((8, BATCH))
-    parts: Sequence[FloatArray] = (*shifts, *along, whole)
-    return np.concatenate(parts)
+    rng = np.random.default_rng([SEED, batch])
+    of_cell = np.repeat(rng.standard_normal((OF_CELL, BATCH // 2)), 2, axis=1)
+    return np.concatenate([rng.standard_normal((columns - OF_CELL, BATCH)), of_cell])

@@ -102,7 +102,7 @@ class SideSpacing:
         kinds: (k, 2) 0 where that is a neighbour, 1 none within reach, 2 only obliquely, 3 not known.
         nearest: (k, 2) run that is nearest, -1 for none.
         spacing: wanted [mm].
-        spans: the ways to the neighbours on the left, and on the right, whose lengths the ratios are.
+        spans: from where to where the ratios were measured, on the left and on the right.
     """
 
     places: FloatArray

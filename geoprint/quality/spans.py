@@ -1,4 +1,4 @@
-"""From where to where spacing was measured, and what an error at either end of such a way does to its length."""
+"""From where to where spacing was measured, and what an error at either end of a span does to its length."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import FlatMesh, Places, SurfacePath, spatial
 
-# A way whose ends are nearer than this [mm] has no direction.
+# Ends nearer than this [mm] have no direction.
 SHORTEST = 1e-9
 
 
 @final
 @frozen
 class Spans:
-    """Ways from k samples to the nearest place of the path beside them.
+    """Spans from k samples to the nearest place of the path beside them: their feet.
 
-    The way is that over the surface; where the sample moves by d and the place by e, its length grows by
+    Where the sample moves by d and the foot by e, the distance over the surface between them grows by
     e . beyond - d . towards, in the first order.
 
     Attributes:
         places: (k, 3) samples [mm].
-        feet: (k, 3) where the ways end [mm].
-        towards: (k, 3) unit vector in the surface at the sample, along the way.
-        beyond: (k, 3) unit vector in the surface at the foot, along the way.
+        feet: (k, 3) where the spans end [mm].
+        towards: (k, 3) unit vector in the surface at the sample, along the span.
+        beyond: (k, 3) unit vector in the surface at the foot, along the span.
         runs: (k, 2) run of the sample, and of the foot.
         arcs: (k, 2) where they lie along these runs [mm].
-        ratios: (k,) length of the way over the wanted spacing.
+        ratios: (k,) length over the surface, over the wanted spacing.
     """
 
     places: FloatArray
@@ -48,7 +48,7 @@ class Spans:
 
     @property
     def count(self) -> int:
-        """Number of ways k."""
+        """Number of spans k."""
         return int(self.ratios.size)
 
     def some(self, which: IntArray) -> Spans:
@@ -60,13 +60,13 @@ class Spans:
 
 
 def no_spans() -> Spans:
-    """Return no ways at all, as where there is one level."""
+    """Return no spans at all, as where there is one level."""
     none, pairs = np.zeros((0, 3)), np.zeros((0, 2))
     return Spans(none, none, none, none, pairs.astype(np.int64), pairs, np.zeros(0))
 
 
 def joined_spans(one: Spans, other: Spans) -> Spans:
-    """Return the ways of both, as of the left and the right of the same path."""
+    """Return the spans of both, as of the left and the right of the same path."""
     return Spans(
         *(
             np.concatenate([getattr(one, name), getattr(other, name)])
@@ -78,15 +78,15 @@ def joined_spans(one: Spans, other: Spans) -> Spans:
 def spans_to(
     mesh: FlatMesh, path: SurfacePath, samples: Samples, *, runs: IntArray, arcs: FloatArray, ratios: FloatArray
 ) -> Spans:
-    """Return the ways from samples to places of a path.
+    """Return the spans from samples to places of a path.
 
     Args:
         mesh: m triangles.
         path: r runs on it.
         samples: k samples along runs.
-        runs: (k,) run on which each way ends.
+        runs: (k,) run on which each span ends.
         arcs: (k,) where on it [mm].
-        ratios: (k,) length of each way over the wanted spacing.
+        ratios: (k,) length of each over the wanted spacing.
     """
     feet = path.at(runs, arcs)
     here, there = spatial(mesh, samples.places), spatial(mesh, feet)
@@ -104,14 +104,14 @@ def spans_to(
 def spans_to_segments(
     mesh: FlatMesh, path: SurfacePath, samples: Samples, *, segments: IntArray, ratios: FloatArray
 ) -> Spans:
-    """Return the ways from samples to segments of a path, each to its closest point.
+    """Return the spans from samples to segments of a path, each to its closest point.
 
     Args:
         mesh: m triangles.
         path: p segments.
         samples: k samples along runs.
-        segments: (k,) on which each way ends.
-        ratios: (k,) length of each way over the wanted spacing.
+        segments: (k,) on which each span ends.
+        ratios: (k,) length of each over the wanted spacing.
     """
     faces = path.faces[segments]
     start, end = (spatial(mesh, Places(faces, flat[segments])) for flat in (path.starts, path.ends))

@@ -22,6 +22,8 @@ Sparse: TypeAlias = "csr_array"
 
 # What errors are called, by the keys of the cell.
 SOURCES = ("repeatability", "path_repeatability", "placement", "needle_runout")
+# Numbers that belong to the cell and not to the arm: shift and turn of the part, and where the needle's tip is.
+OF_CELL = 8
 # What strays along a run is white noise, smoothed: nodes so far apart over the correlation length, so many around.
 NODE_SHARE = 0.7
 NODES_AROUND = 8
@@ -40,10 +42,10 @@ def node_counts(spans: Spans, errors: PrintErrors) -> IntArray:
 
 
 def strays(spans: Spans, errors: PrintErrors, *, poses: PoseStream | None) -> tuple[Sparse, ...]:
-    """Return by how much k ways become longer [mm], linear in normal numbers: a map of k rows for each of `SOURCES`.
+    """Return by how much k spans become longer [mm], linear in normal numbers: a map of k rows for each of `SOURCES`.
 
     Args:
-        spans: k ways between r runs.
+        spans: k spans between r runs.
         errors: what they are.
         poses: how the tool stands; None where nobody knows, then a bent needle is left out.
 
@@ -73,7 +75,7 @@ def together(maps: tuple[Sparse, ...]) -> Sparse:
 
 
 def expected_variance(of: Sparse) -> float:
-    """Return the mean of the variance over k ways that a map makes of standard normal numbers."""
+    """Return the mean of the variance over k spans that a map makes of standard normal numbers."""
     rows = max(of.shape[0], 1)
     mean = np.asarray(of.sum(axis=0)) / rows
     return max(float((of.data**2).sum() / rows - (mean**2).sum()), 0.0)
@@ -102,7 +104,7 @@ def _blocks(spans: Spans, nodes: IntArray, weights: FloatArray, *, columns: int)
     """Return the map from the three coordinates of every node to the (k,) changes of length.
 
     Args:
-        spans: k ways.
+        spans: k spans.
         nodes: (k, 2, n) that move the sample, and the foot.
         weights: (k, 2, n) by how much.
         columns: nodes in all.
@@ -116,7 +118,7 @@ def _blocks(spans: Spans, nodes: IntArray, weights: FloatArray, *, columns: int)
 
 
 def _needle(spans: Spans, poses: PoseStream) -> FloatArray:
-    """Return (k, 2) by how much ways become longer where the needle's tip is off along the tool's x and y."""
+    """Return (k, 2) by how much spans become longer where the needle's tip is off along the tool's x and y."""
     rows = deposited_rows(poses)
     nearest = KDTree(poses.surface_points[rows])
     attitudes = Rotation.from_quat(poses.quaternions[rows], scalar_first=True).as_matrix()

@@ -87,7 +87,7 @@ class Uniformity:
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
         spacing: wanted distance between neighbouring levels [mm].
-        spans: the ways whose lengths the ratios are.
+        spans: from where to where the ratios were measured.
     """
 
     places: FloatArray
@@ -199,9 +199,6 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         spacing: wanted distance between neighbouring levels [mm].
         windows: budget of work for each of the three questions asked (spacing, nearest stretch, second stretch); what
             is left over then is bounded or unknown, and counted as such.
-
-    Returns:
-        The measurement.
 
     Raises:
         FieldError: the path lies on another surface.

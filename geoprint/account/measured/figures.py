@@ -7,7 +7,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.account.expected import record_printed
+from geoprint.account.prints.expected import record_printed
 from geoprint.account.records.measure import (
     MeasuredRecord,
     MeasurementRecord,

@@ -12,7 +12,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account.expected import expected_text
+from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, SpacingSideRecord
 from geoprint.account.records.plan import SpacingRecord
 from geoprint.account.texts.measuring import measure_verdict

@@ -31,7 +31,7 @@ class PrintedRecord(Record):
 
 
 class PrintedApartRecord(Record):
-    """Two backends in print, with the same errors."""
+    """Two backends, a print of each on the same cell."""
 
     backends: tuple[str, str] = Field(description="their names")
     mean: Rounded = Field(description="by how much more the spacing of the first varies than that of the second")

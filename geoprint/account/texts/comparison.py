@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, final
 
 from geoprint.account.cautions import coverage_warnings, said_once
-from geoprint.account.expected import expected_text
+from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.texts.marks import marked_lines

@@ -6,7 +6,7 @@ import csv
 import io
 from collections.abc import Callable, Mapping, Sequence
 
-from geoprint.account.expected import expected_text
+from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord, SpacingSideRecord
 from geoprint.account.records.plan import SpacingRecord
 

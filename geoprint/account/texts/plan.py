@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
-from geoprint.account.expected import WORDS, expected_text
+from geoprint.account.prints.expected import WORDS, expected_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
