@@ -73,8 +73,9 @@ def lines_of(poses: PoseStream, shape: Shape, *, spacing: float) -> Lines:
         here = np.flatnonzero(runs == run)
         steps = np.linalg.norm(np.diff(points[here], axis=0), axis=1)
         arcs[here] = np.concatenate([[0.0], np.cumsum(steps)])
-        wanted = np.linspace(0.0, arcs[here][-1], int(np.ceil(arcs[here][-1] / spacing * SAMPLES_PER_SPACING)) + 1)
-        place = np.clip(np.searchsorted(arcs[here], wanted, side="right") - 1, 0, here.size - 2)
+        length = float(arcs[here][-1])
+        wanted: FloatArray = np.linspace(0.0, length, int(np.ceil(length / spacing * SAMPLES_PER_SPACING)) + 1)
+        place: IntArray = np.clip(np.searchsorted(arcs[here], wanted, side="right") - 1, 0, here.size - 2)
         before.append(here[place])
         shares.append((wanted - arcs[here][place]) / steps[place])
     tool = Rotation.from_quat(poses.quaternions[rows], scalar_first=True).as_matrix()[:, :, :2]
@@ -94,13 +95,13 @@ def planned_cv(lines: Lines, shape: Shape) -> float:
 
 def _factor(arcs: FloatArray, errors: PrintErrors) -> FloatArray:
     away = (arcs[:, None] - arcs[None, :]) / errors.correlation
-    return np.linalg.cholesky(np.exp(-0.5 * away**2) + JITTER * np.eye(arcs.size))
+    return np.asarray(np.linalg.cholesky(np.exp(-0.5 * away**2) + JITTER * np.eye(arcs.size)), dtype=np.float64)
 
 
 def _printed(lines: Lines, errors: PrintErrors, factors: list[FloatArray], rng: np.random.Generator) -> FloatArray:
     """Return where the points of one print are."""
     centre = lines.points.mean(axis=0)
-    moved = lines.points + rng.normal(0.0, errors.placement, 3)
+    moved = np.array(lines.points + rng.normal(0.0, errors.placement, 3), dtype=np.float64)
     moved += np.cross(rng.normal(0.0, errors.placement_turn, 3), lines.points - centre)
     moved += lines.tool @ rng.normal(0.0, errors.needle_runout, 2)
     for run, factor in enumerate(factors):

@@ -49,7 +49,9 @@ def rings(shape: Shape, *, count: int, spacing: float) -> PoseStream:
         normals = (points - shape.centre) / shape.radius
     x_axes = np.array([1.0, 0.0, 0.0]) - normals[:, :1] * normals
     x_axes /= np.linalg.norm(x_axes, axis=1, keepdims=True)
-    attitudes = np.stack([x_axes, np.cross(-normals, x_axes), -normals], axis=2)
+    attitudes: FloatArray = np.asarray(
+        np.stack([x_axes, np.cross(-normals, x_axes), -normals], axis=2), dtype=np.float64
+    )
     return PoseStream(
         tips=points + STANDOFF * normals,
         quaternions=Rotation.from_matrix(attitudes).as_quat(scalar_first=True),

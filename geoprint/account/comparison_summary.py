@@ -92,14 +92,14 @@ def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:
         for name, outcome in part.outcomes
     )
     name, planned = part.workpiece.name, [outcome.plan for _, outcome in part.planned]
-    said, in_pairs = verdict(name, rows), record_apart([(name, outcome.plan) for name, outcome in part.planned])
+    in_pairs = record_apart([(backend, outcome.plan) for backend, outcome in part.planned])
     apart = agreement([plan.poses for plan in planned], spacing=planned[0].contours.spacing)
     return PartRecord(
         part=name,
         input=first.input,
         settings=first.settings.model_copy(update={"backend": None}),
         surface=first.surface,
-        verdict=(said[0], *in_print(ranked(rows), in_pairs), *said[1:]),
+        verdict=verdict(name, rows, printed=in_print(ranked(rows), in_pairs)),
         best=ranked(rows)[0].backend,
         backends=rows,
         printed_apart=in_pairs,

@@ -195,7 +195,8 @@ def report_table(
         told: what is said of their plans, by backend.
         plans: in the order of the columns.
     """
-    table = [*_evenness(rows), *expected_rows(rows), *_path(rows), *_patches(rows)]
+    planned, *others = _evenness(rows)
+    table = [planned, *expected_rows(rows), *others, *_path(rows), *_patches(rows)]
     if any(plan.flattenings for plan in plans):
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:

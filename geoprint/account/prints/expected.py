@@ -58,13 +58,18 @@ def expected_text(told: PrintedRecord | None, *, digits: int = 2) -> str:
     return f"{told.cv:.{digits}%} ({100 * told.low:.{digits}f}-{100 * told.high:.{digits}f})"
 
 
+def unbroken(text: str) -> str:
+    """Return a text whose interval stays in one line of a page."""
+    return text.replace("-", "\N{NON-BREAKING HYPHEN}") if "(" in text else text
+
+
 def expected_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     """Return the rows of the report on the spacing in print."""
     every = [row.uniformity.printed for row in rows]
     return [
         Row(
             "Evenness", "printed, expected variation (CV)", f"what 95 of 100 prints have; {_whose(every)}",
-            tuple(expected_text(told) for told in every), decides=True,
+            tuple(unbroken(expected_text(told)) for told in every), decides=True,
         ),
         Row(
             "Evenness", "printed, made by", "shares of the variance: plan / arm / placement and needle",
