@@ -102,7 +102,7 @@ def _printed(lines: Lines, errors: PrintErrors, factors: list[FloatArray], rng: 
     """Return where the points of one print are."""
     centre = lines.points.mean(axis=0)
     moved = np.array(lines.points + rng.normal(0.0, errors.placement, 3), dtype=np.float64)
-    moved += np.cross(rng.normal(0.0, errors.placement_turn, 3), lines.points - centre)
+    moved += np.asarray(np.cross(rng.normal(0.0, errors.placement_turn, 3), lines.points - centre), dtype=np.float64)
     moved += lines.tool @ rng.normal(0.0, errors.needle_runout, 2)
     for run, factor in enumerate(factors):
         here = lines.runs == run

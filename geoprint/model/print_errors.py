@@ -8,8 +8,8 @@ import numpy as np
 
 from geoprint.model.values import comparable
 
-# ISO 9283 gives repeatability as mean plus three standard deviations of the distance from the mean place. For an error
-# that is alike in all directions and has the standard deviation 1 in each, that distance has, in space (pose
+# Repeatability is given as mean plus three standard deviations of the distance from the mean place [ISO9283]. For an
+# error that is alike in all directions and has the standard deviation 1 in each, that distance has, in space (pose
 # repeatability, RP), the mean 2 sqrt(2 / pi) and the variance 3 - 8 / pi; in the plane square to the path (path
 # repeatability, RT) the mean sqrt(pi / 2) and the variance 2 - pi / 2.
 POSE_FACTOR = float(2.0 * np.sqrt(2.0 / np.pi) + 3.0 * np.sqrt(3.0 - 8.0 / np.pi))
@@ -19,7 +19,7 @@ PATH_FACTOR = float(np.sqrt(np.pi / 2.0) + 3.0 * np.sqrt(2.0 - np.pi / 2.0))
 @final
 @comparable
 class PrintErrors:
-    """What moves a print: standard deviations, but for both repeatabilities, which are those of ISO 9283.
+    """What moves a print: standard deviations, but for both repeatabilities, which are those of [ISO9283].
 
     Unless a cell says otherwise they are those of the packaged cells.
 
