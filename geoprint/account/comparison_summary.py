@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.account.part_report import part_report
 from geoprint.account.pictures import coverage_picture
+from geoprint.account.prints.expected import in_print, record_apart
 from geoprint.account.records.comparison import (
     ComparisonRecord,
     FailedRecord,
@@ -27,7 +28,7 @@ from geoprint.report import html_report
 from geoprint.results import Comparison, FailedPart, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
-COMPARISON_SCHEMA = 5
+COMPARISON_SCHEMA = 6
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
@@ -91,15 +92,17 @@ def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:
         for name, outcome in part.outcomes
     )
     name, planned = part.workpiece.name, [outcome.plan for _, outcome in part.planned]
+    in_pairs = record_apart([(backend, outcome.plan) for backend, outcome in part.planned])
     apart = agreement([plan.poses for plan in planned], spacing=planned[0].contours.spacing)
     return PartRecord(
         part=name,
         input=first.input,
         settings=first.settings.model_copy(update={"backend": None}),
         surface=first.surface,
-        verdict=verdict(name, rows),
+        verdict=verdict(name, rows, printed=in_print(ranked(rows), in_pairs)),
         best=ranked(rows)[0].backend,
         backends=rows,
+        printed_apart=in_pairs,
         path_distances_mm=PathDistancesRecord(
             backends=tuple(plans), hausdorff=_matrix(apart.hausdorff), mean=_matrix(apart.mean)
         ),
@@ -115,7 +118,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
     return PlannedRecord(
         backend=name,
         spacing_mm=plan.contours.spacing,
-        uniformity=record_evenness(outcome.uniformity),
+        uniformity=record_evenness(outcome.uniformity, printed=told.uniformity and told.uniformity.printed),
         paths=told.paths,
         deposition=told.deposition,
         patches=told.patches,

@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
+from geoprint.account.prints.expected import expected_rows
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.evidence import STAGES
 from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
@@ -194,7 +195,8 @@ def report_table(
         told: what is said of their plans, by backend.
         plans: in the order of the columns.
     """
-    table = [*_evenness(rows), *_path(rows), *_patches(rows)]
+    planned, *others = _evenness(rows)
+    table = [planned, *expected_rows(rows), *others, *_path(rows), *_patches(rows)]
     if any(plan.flattenings for plan in plans):
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint.account.cautions import notes_of, warnings_of
 from geoprint.account.patches import record_cut
+from geoprint.account.prints.expected import record_printed, says_errors
 from geoprint.account.records.plan import (
     AreaScaleRecord,
     ChartLevelRecord,
@@ -24,7 +25,6 @@ from geoprint.account.records.plan import (
     LevelRecord,
     LightRecord,
     MeshRecord,
-    MiddleRecord,
     PatchRecord,
     PatchSpacingRecord,
     PathsRecord,
@@ -33,7 +33,6 @@ from geoprint.account.records.plan import (
     RefinementRecord,
     SettingsRecord,
     SideRecord,
-    SourceRecord,
     SpacingRecord,
     StraightRecord,
     SurfaceRecord,
@@ -41,19 +40,21 @@ from geoprint.account.records.plan import (
     TimingsRecord,
     WorstPlaceRecord,
 )
+from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import as_json, place_of
+from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.account.robot_summary import record_robot
 from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
-from geoprint.model import PASCAL_PER_KPA, Surface
+from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.quality import Thickness, Uniformity
+from geoprint.quality import Printed, Thickness, Uniformity, thickness_cv
 from geoprint.results import Laid, Layer, Plan, TriedMiddle, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 5
+PLAN_SCHEMA = 6
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
@@ -73,10 +74,10 @@ def record_plan(plan: Plan) -> PlanRecord:
         field=_field(plan),
         patches=_patches(plan),
         chart=_chart(plan) if plan.flattenings else None,
-        uniformity=None if plan.uniformity is None else record_evenness(plan.uniformity),
+        uniformity=None if plan.uniformity is None else record_evenness(plan.uniformity, printed=_printed(plan)),
         sources=tuple(_source(tried) for tried in plan.workpiece.tried),
         middles=tuple(_middle(tried) for tried in plan.middles),
-        deposition=None if plan.laid is None else _deposition(plan.laid),
+        deposition=None if plan.laid is None else _deposition(plan.laid, plan),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
         not_printable=plan.not_printable,
         warnings=(),
@@ -99,12 +100,13 @@ def summary(plan: Plan) -> dict[str, Json]:
     return as_json(record_plan(plan))
 
 
-def record_evenness(measured: Uniformity) -> EvennessRecord:
+def record_evenness(measured: Uniformity, *, printed: PrintedRecord | None = None) -> EvennessRecord:
     """Return the figures of `uniformity` as plan.json and compare.json carry them; ratios to the spacing."""
     straight = measured.straight
     return EvennessRecord(
         method=measured.method,
         spacing=_spacing(measured) if measured.spaced else None,
+        printed=printed,
         straight=(
             StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean()))
             if measured.spaced
@@ -267,21 +269,32 @@ def _chart(plan: Plan) -> ChartRecord:
     )
 
 
-def _deposition(laid: Laid) -> DepositionRecord:
+def _printed(plan: Plan) -> PrintedRecord | None:
+    return record_printed(plan.printed, of_cell=says_errors(plan))
+
+
+def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:
+    errors = plan.workpiece.cell.errors or PrintErrors()
+    constant, following = (_thickness(found, errors, plan.printed) for found in (laid.constant, laid.following))
     flow = laid.following_flow[laid.following_flow > 0.0]
     return DepositionRecord(
         flow="follows the width" if laid.mode == "analog" else "constant",
         share_away_from_medial_axis=laid.constant.away_share,
-        constant_flow=_thickness(laid.constant),
+        constant_flow=constant,
         following_flow=FollowingRecord(
-            **dict(_thickness(laid.following)), least_mm3_per_mm=float(flow.min()), most_mm3_per_mm=float(flow.max())
+            **dict(following), least_mm3_per_mm=float(flow.min()), most_mm3_per_mm=float(flow.max())
         ),
         light=None if laid.light is None else LightRecord(**asdict(laid.light)),
     )
 
 
-def _thickness(found: Thickness) -> ThicknessRecord:
-    return ThicknessRecord(mean_mm=found.mean, cv=found.cv, cv_near_medial_axis=found.near_cv)
+def _thickness(found: Thickness, errors: PrintErrors, printed: Printed | None) -> ThicknessRecord:
+    return ThicknessRecord(
+        mean_mm=found.mean,
+        cv=found.cv,
+        cv_near_medial_axis=found.near_cv,
+        printed_cv=None if found.cv is None else thickness_cv(found.cv, errors, printed),
+    )
 
 
 def _patches(plan: Plan) -> tuple[PatchRecord, ...]:

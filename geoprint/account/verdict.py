@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
-from geoprint.account.records.plan import EvennessRecord, MiddleRecord
+from geoprint.account.records.plan import EvennessRecord
+from geoprint.account.records.tried import MiddleRecord
 from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_SPACING, Covering, ranked as ranking
 
 # Uncovered or overlapped area below this share is not worth a word.
@@ -17,7 +18,9 @@ NOTABLE = 0.001
 NOTABLE_FRAGMENTS = 3
 
 
-def verdict(part: str, rows: Sequence[PlannedRecord | RefusedRecord]) -> tuple[str, ...]:
+def verdict(
+    part: str, rows: Sequence[PlannedRecord | RefusedRecord], *, printed: Sequence[str] = ()
+) -> tuple[str, ...]:
     """Return sentences that say which backend covers the part best, whether that is enough, and what prints.
 
     The first one decides; where it finds no print, the second says what to do; the last ones name what is not
@@ -26,12 +29,14 @@ def verdict(part: str, rows: Sequence[PlannedRecord | RefusedRecord]) -> tuple[s
     Args:
         part: its name.
         rows: a backend each, at least one that planned.
+        printed: sentences on what the cell makes of the paths; they follow what decides.
     """
     refused = [row for row in rows if isinstance(row, RefusedRecord)]
     order = ranked(rows)
     return (
         _decision(part, order, alone=not refused),
         *coverage_advice(order[0].uniformity, order[0].spacing_mm),
+        *printed,
         *_faults(order),
         *(text for row in order for text in middle_sentences(row.middles, backend=row.backend)),
         *_printing(order),

@@ -46,7 +46,7 @@ OutOrNone = Annotated[
 ]
 
 
-@takes("unit", "label", "spacing", "patches")
+@takes("unit", "label", "spacing", "patches", "cell")
 def measure(
     paths: Paths,
     *,

@@ -243,6 +243,19 @@ class SearchTable(Table):
     lean: NonNegativeFloat = 1.0
 
 
+class ErrorsTable(Table):
+    """How far a print strays from its plan."""
+
+    repeatability_mm: NonNegativeFloat
+    path_repeatability_mm: NonNegativeFloat
+    correlation_mm: Annotated[float, Field(ge=1.0, le=1000.0)]
+    placement_mm: NonNegativeFloat
+    placement_turn_deg: NonNegativeFloat
+    needle_runout_mm: NonNegativeFloat
+    flow_share: Annotated[float, Field(ge=0.0, lt=1.0)]
+    run_flow_share: Annotated[float, Field(ge=0.0, lt=1.0)]
+
+
 class CellFile(Table):
     """A cell file as it is written: lengths in mm, angles in degrees."""
 
@@ -261,3 +274,4 @@ class CellFile(Table):
     good_print: GoodPrintTable | None = None
     obstacles: list[BoxTable] = Field(default=[])
     search: SearchTable = SearchTable()
+    errors: ErrorsTable | None = None

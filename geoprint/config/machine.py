@@ -26,6 +26,7 @@ from geoprint.model import (
     GoodPrint,
     Lamp,
     Material,
+    PrintErrors,
     Process,
     Purge,
     Robot,
@@ -37,7 +38,7 @@ from geoprint.model import (
 from geoprint.motion.arm import read_urdf_file
 from geoprint.transforms import rigid
 
-Noun = TypeVar("Noun", Box, Flood, GoodPrint, Process, Purge, SearchWeights, Signals)
+Noun = TypeVar("Noun", Box, Flood, GoodPrint, PrintErrors, Process, Purge, SearchWeights, Signals)
 
 # What a value in the unit at the end of a key's name is in mm, s, rad and Pa; the longer name first.
 _UNITS: Mapping[str, Callable[[Any], Any]] = {
@@ -46,6 +47,7 @@ _UNITS: Mapping[str, Callable[[Any], Any]] = {
     "_mm_s": lambda value: value,
     "_mm": lambda value: value,
     "_s": lambda value: value,
+    "_share": lambda value: value,
 }
 
 
@@ -91,6 +93,7 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         material=None if file.material is None else _material(file.material),
         good_print=file.good_print and noun_of(GoodPrint, file.good_print),
         search=noun_of(SearchWeights, file.search),
+        errors=file.errors and noun_of(PrintErrors, file.errors),
     )
 
 

@@ -38,6 +38,11 @@ from geoprint.model.path import (
     Toolpath as Toolpath,
 )
 from geoprint.model.polylines import Polylines as Polylines
+from geoprint.model.print_errors import (
+    PATH_FACTOR as PATH_FACTOR,
+    POSE_FACTOR as POSE_FACTOR,
+    PrintErrors as PrintErrors,
+)
 from geoprint.model.process import (
     PASCAL_PER_KPA as PASCAL_PER_KPA,
     Flood as Flood,

@@ -10,6 +10,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model.arrays import FloatArray, freeze_arrays
 from geoprint.model.material import Material
+from geoprint.model.print_errors import PrintErrors
 from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
 from geoprint.model.values import comparable, frozen
 
@@ -260,6 +261,7 @@ class Cell:
         material: what the syringe holds, or None where nobody has measured it.
         good_print: to compare with, or None where nobody has named one.
         search: what the choice of rotation, lean and branch counts.
+        errors: how far a print strays from its plan, or None where the cell does not say.
     """
 
     name: str
@@ -276,6 +278,7 @@ class Cell:
     material: Material | None = None
     good_print: GoodPrint | None = None
     search: SearchWeights = SearchWeights()
+    errors: PrintErrors | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3")

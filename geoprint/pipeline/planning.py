@@ -43,6 +43,7 @@ from geoprint.motion.controller import (
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
+from geoprint.pipeline.expecting import with_print
 from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
@@ -79,7 +80,9 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
-    return paths if workpiece.placement is None else printed(paths, workpiece.placement, stage, chain=with_robot)
+    if workpiece.placement is not None:
+        paths = printed(paths, workpiece.placement, stage, chain=with_robot)
+    return with_print(paths, stage)
 
 
 def compared_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> tuple[Workpiece, str | None]:
@@ -114,11 +117,11 @@ def plan_compared(
     """
     paths = plan_paths(job, workpiece, stage)
     if workpiece.placement is None:
-        return replace(paths, not_printable=unplaced), ()
+        return with_print(replace(paths, not_printable=unplaced), stage), ()
     try:
-        return printed(paths, workpiece.placement, stage, chain=with_robot), ()
+        return with_print(printed(paths, workpiece.placement, stage, chain=with_robot), stage), ()
     except PlanError as error:
-        return replace(paths, timings=tuple(stage.timings), not_printable=str(error)), lost_shares(error)
+        return with_print(replace(paths, not_printable=str(error)), stage), lost_shares(error)
 
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:

@@ -12,6 +12,14 @@ from geoprint.quality.measuring import (
     PathMeasure as PathMeasure,
     measure_paths as measure_paths,
 )
+from geoprint.quality.printed import (
+    Interval as Interval,
+    Printed as Printed,
+    alike as alike,
+    difference as difference,
+    printed as printed,
+    thickness_cv as thickness_cv,
+)
 from geoprint.quality.ranking import (
     EVEN_ENOUGH as EVEN_ENOUGH,
     MOST_MISSED as MOST_MISSED,
@@ -26,6 +34,8 @@ from geoprint.quality.sides import (
     SideFigures as SideFigures,
     SideSpacing as SideSpacing,
 )
+from geoprint.quality.spans import Spans as Spans, joined_spans as joined_spans
+from geoprint.quality.straying import SOURCES as SOURCES
 from geoprint.quality.thickness import (
     LevelledLayer as LevelledLayer,
     Thickness as Thickness,

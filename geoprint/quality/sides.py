@@ -8,6 +8,7 @@ are left out of the figures and told as shares.
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import final
 
 import numpy as np
@@ -29,6 +30,7 @@ from geoprint.quality.oracle import (
     spatial,
 )
 from geoprint.quality.spacing import APART
+from geoprint.quality.spans import Spans, no_spans, spans_to_segments
 from geoprint.quality.stretches import joined
 
 # How far a neighbour may be, in spacings.
@@ -100,6 +102,7 @@ class SideSpacing:
         kinds: (k, 2) 0 where that is a neighbour, 1 none within reach, 2 only obliquely, 3 not known.
         nearest: (k, 2) run that is nearest, -1 for none.
         spacing: wanted [mm].
+        spans: from where to where the ratios were measured, on the left and on the right.
     """
 
     places: FloatArray
@@ -110,6 +113,7 @@ class SideSpacing:
     kinds: IntArray
     nearest: IntArray
     spacing: float
+    spans: tuple[Spans, Spans] = field(default_factory=lambda: (no_spans(), no_spans()))
 
     def __post_init__(self) -> None:
         if self.ratios.shape != (len(self.places), 2) or not self.places.size:
@@ -168,15 +172,24 @@ def side_spacing(
         mesh, path, stretches.segments, Places(faces, inside), ahead=flat, own=stretches.of[samples.runs],
         arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing, limit=REACH * spacing, windows=windows,
     )  # fmt: skip
+    ratios = found.distances / spacing
+    beside = [np.flatnonzero(kinds == FOUND) for kinds in found.kinds.T]
+    left, right = (
+        spans_to_segments(
+            mesh, path, samples.some(rows), segments=found.segments[rows, side], ratios=ratios[rows, side]
+        )
+        for side, rows in enumerate(beside)
+    )
     return SideSpacing(
         places=spatial(mesh, samples.places),
         normals=np.cross(axes[:, 0], axes[:, 1]),
         ahead=ahead,
         offsets=np.append(np.flatnonzero(np.diff(samples.runs, prepend=-1)), samples.runs.size),
-        ratios=found.distances / spacing,
+        ratios=ratios,
         kinds=found.kinds,
         nearest=np.where(found.segments < 0, -1, path.runs[found.segments]),
         spacing=spacing,
+        spans=(left, right),
     )
 
 

@@ -30,11 +30,15 @@ class OuterDistance:
         distances: (k,) length of the shortest way that was found; infinity where none was [mm].
         bounds: (k,) no way is shorter; equal to the distance where that is exact [mm].
         straight: (k,) distance through the air, to the runs cut into short even pieces [mm].
+        runs: (k,) run to which the way leads, -1 where there is none.
+        arcs: (k,) where on it the way ends [mm]; NaN for none.
     """
 
     distances: FloatArray
     bounds: FloatArray
     straight: FloatArray
+    runs: IntArray
+    arcs: FloatArray
 
     @property
     def exact(self) -> BoolArray:
@@ -65,10 +69,13 @@ def outer_distance(
     straight, least, aims = _in_space(mesh, path, samples, outer, step=spacing / PIECES_PER_SPACING)
     found = distance(samples.places, Ask.level(outer))
     distances, bounds = found.distances.copy(), found.bounds.copy()
+    runs, arcs = found.runs.copy(), found.arcs.copy()
     left = np.flatnonzero(~found.complete)
     if left.size:
         ways = distance(samples.some(left).places, Ask.level(outer[left], aims=aims[left]))
-        distances[left] = np.minimum(distances[left], ways.distances)
+        nearer = ways.distances < distances[left]
+        for values, of_ways in ((distances, ways.distances), (runs, ways.runs), (arcs, ways.arcs)):
+            values[left] = np.where(nearer, of_ways, values[left])
         bounds[left] = np.minimum(np.maximum(bounds[left], least[left]), distances[left])
     short = least - distances
     if short.max(initial=-np.inf) > ROUNDING:
@@ -77,7 +84,7 @@ def outer_distance(
             f"the distance over the surface at ({x:.3f}, {y:.3f}, {z:.3f}) mm is {short.max():.3g} mm shorter than the "
             "straight one, which is impossible: this is a defect of geoprint; report it with the part."
         )
-    return OuterDistance(distances, bounds, straight)
+    return OuterDistance(distances, bounds, straight, runs, arcs)
 
 
 def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float) -> float:

@@ -7,6 +7,7 @@ cover is measured for any number of levels; where there is but one, there is no 
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import NamedTuple, final
 
 import numpy as np
@@ -16,6 +17,7 @@ from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, sampled
 from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial
 from geoprint.quality.spacing import meeting_share, outer_distance
+from geoprint.quality.spans import Spans, no_spans, spans_to
 from geoprint.surfaces.remesh import refine
 
 # Samples per spacing along each run.
@@ -85,6 +87,7 @@ class Uniformity:
         fill: deposited length times spacing, over the area.
         length: deposited length [mm].
         spacing: wanted distance between neighbouring levels [mm].
+        spans: from where to where the ratios were measured.
     """
 
     places: FloatArray
@@ -108,6 +111,7 @@ class Uniformity:
     fill: float
     length: float
     spacing: float
+    spans: Spans = field(default_factory=no_spans)
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -196,9 +200,6 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         windows: budget of work for each of the three questions asked (spacing, nearest stretch, second stretch); what
             is left over then is bounded or unknown, and counted as such.
 
-    Returns:
-        The measurement.
-
     Raises:
         FieldError: the path lies on another surface.
     """
@@ -213,12 +214,13 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     outer = outer_distance(mesh, path, distance, chosen, spacing=spacing)
     reached = np.isfinite(outer.distances)
     measured, kept = chosen.some(reached), inner[reached]
+    ratios = outer.distances[reached] / spacing
     return Uniformity(
         places=spatial(mesh, measured.places),
         offsets=np.append(np.flatnonzero(np.diff(measured.runs, prepend=-1)), measured.runs.size),
         runs=np.unique(poses.runs[deposited_rows(poses)])[measured.runs],
         levels=path.levels[measured.runs],
-        ratios=outer.distances[reached] / spacing,
+        ratios=ratios,
         bounds=outer.bounds[reached] / spacing,
         straight=outer.straight[reached] / spacing,
         widths=covered.widths[kept],
@@ -235,4 +237,5 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         fill=float(path.lengths.sum()) * spacing / covered.area,
         length=float(path.lengths.sum()),
         spacing=spacing,
+        spans=spans_to(mesh, path, measured, runs=outer.runs[reached], arcs=outer.arcs[reached], ratios=ratios),
     )

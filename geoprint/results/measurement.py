@@ -5,8 +5,24 @@ from __future__ import annotations
 from typing import final
 
 from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
-from geoprint.quality import PathMeasure, RigidFit
+from geoprint.quality import PathMeasure, Printed, RigidFit
 from geoprint.surfaces.files import MeshFile
+
+
+@final
+@frozen
+class PrintedSides:
+    """The spacing in print that paths are expected to have; None where no path has a neighbour.
+
+    Attributes:
+        left: to the left of the paths.
+        right: to the right.
+        both: all samples of both sides.
+    """
+
+    left: Printed | None = None
+    right: Printed | None = None
+    both: Printed | None = None
 
 
 @final
@@ -22,6 +38,7 @@ class MeasuredFile:
         dropped: runs of a single point, left out.
         fit: the motion that laid it onto the part, or None where it was taken as it is.
         measured: how evenly it covers the part.
+        printed: how even prints of it are expected to be.
     """
 
     name: str
@@ -31,6 +48,7 @@ class MeasuredFile:
     dropped: int
     fit: RigidFit | None
     measured: PathMeasure
+    printed: PrintedSides = PrintedSides()
 
 
 @final
@@ -44,6 +62,7 @@ class Measurement:
         upright: (3, 3) rotation that turns the part's mean normal up.
         spacing: wanted [mm].
         files: in the order given, with names that differ.
+        own_errors: whether the cell was given whose errors the prints have, and says them.
     """
 
     part: MeshFile
@@ -51,6 +70,7 @@ class Measurement:
     upright: FloatArray
     spacing: float
     files: tuple[MeasuredFile, ...]
+    own_errors: bool = False
 
     def __post_init__(self) -> None:
         freeze_arrays(self, upright="float: 3 3")

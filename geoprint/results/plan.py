@@ -26,7 +26,7 @@ from geoprint.model import (
     comparable,
     frozen,
 )
-from geoprint.quality import Thickness, Uniformity
+from geoprint.quality import Printed, Thickness, Uniformity
 from geoprint.results.workpiece import Workpiece
 from geoprint.surfaces import united
 
@@ -140,6 +140,7 @@ class Plan:
         laid: the layer that the paths leave, or None before the flow is chosen.
         middles: what was tried where fronts meet; nothing where plain contours leave nothing, or none was to be found.
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
+        printed: the spacing that prints are expected to have; None where none was measured.
     """
 
     job: Job
@@ -155,6 +156,7 @@ class Plan:
     laid: Laid | None = None
     middles: tuple[TriedMiddle, ...] = ()
     not_printable: str | None = None
+    printed: Printed | None = None
 
     @property
     def flat_surface(self) -> Surface:

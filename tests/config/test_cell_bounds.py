@@ -80,6 +80,17 @@ def refused(changes: Mapping[str, object], match: str) -> None:
         ("search.singularities", 0.0, -0.01),
         ("search.lean", 0.0, -0.01),
         ("good_print.rounds", 1, 0),
+        ("errors.repeatability_mm", 0.0, -0.001),
+        ("errors.path_repeatability_mm", 0.0, -0.001),
+        ("errors.correlation_mm", 1.0, 0.99),
+        ("errors.correlation_mm", 1000.0, 1001.0),
+        ("errors.placement_mm", 0.0, -0.001),
+        ("errors.placement_turn_deg", 0.0, -0.001),
+        ("errors.needle_runout_mm", 0.0, -0.001),
+        ("errors.flow_share", 0.0, -0.001),
+        ("errors.flow_share", 0.99, 1.0),
+        ("errors.run_flow_share", 0.99, 1.0),
+        ("errors.run_flow_share", 0.0, -0.001),
     ],
 )
 def test_a_number_or_name_is_taken_just_inside_its_bound_and_refused_just_outside(

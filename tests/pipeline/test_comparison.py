@@ -23,7 +23,9 @@ from tests.meshes import plate, spherical_cap
 from tests.quality.deposits import deposited, straight_line
 from tests.report.browser import opened_browser
 
-SCHEMA_KEYS = {"part", "input", "settings", "surface", "verdict", "best", "backends", "path_distances_mm"}
+SCHEMA_KEYS = {
+    "part", "input", "settings", "surface", "verdict", "best", "backends", "printed_apart", "path_distances_mm"
+}  # fmt: skip
 
 
 def said_of(comparison: Comparison) -> tuple[str, ...]:
@@ -94,10 +96,20 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
 ) -> None:
     save_comparisons(parts, tmp_path / "out")
     found = json.loads((tmp_path / "out" / "compare.json").read_text())
-    assert found["schema"] == 5
+    assert found["schema"] == 6
     assert [part["part"] for part in found["parts"]] == ["part.ply", "broken.ply", "part.ply"]
     assert set(found["parts"][0]) == SCHEMA_KEYS
     assert set(found["parts"][1]) == {"part", "failed"}
+    (pair,) = found["parts"][0]["printed_apart"]
+    assert pair["backends"] == ["lscm", "heat"]
+    assert pair["low"] <= pair["mean"] <= pair["high"]
+    assert pair["indistinguishable"] is (pair["low"] <= 0.0 <= pair["high"])
+    for row in found["parts"][0]["backends"]:
+        printed = row["uniformity"]["printed"]
+        assert printed["low"] < printed["cv"] < printed["high"]
+        assert printed["cv"] > row["uniformity"]["spacing"]["cv"]
+        assert sum(printed["shares"].values()) == pytest.approx(1.0, abs=1e-5)
+        assert printed["errors"] == "packaged cell"
     apart = found["parts"][0]["path_distances_mm"]
     assert apart["backends"] == ["lscm", "heat"]
     assert apart["hausdorff"][0][1] == apart["hausdorff"][1][0] >= apart["mean"][0][1] > 0.0

@@ -7,6 +7,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from geoprint.account.prints.expected import record_printed
 from geoprint.account.records.measure import (
     MeasuredRecord,
     MeasurementRecord,
@@ -17,11 +18,11 @@ from geoprint.account.records.measure import (
 )
 from geoprint.account.records.plan import FileRecord, SpacingRecord
 from geoprint.account.records.rounding import place_of
-from geoprint.quality import RigidFit, SideFigures
+from geoprint.quality import Printed, RigidFit, SideFigures
 from geoprint.results import MeasuredFile, Measurement
 
 # Version of the layout of measure.json; a change that breaks a reader raises it.
-MEASURE_SCHEMA = 1
+MEASURE_SCHEMA = 2
 
 
 def record_measurement(found: Measurement) -> MeasurementRecord:
@@ -33,7 +34,7 @@ def record_measurement(found: Measurement) -> MeasurementRecord:
         part=FileRecord(name=part.name, sha256=part.digest, unit=part.unit),
         area_mm2=found.files[0].measured.area,
         spacing_mm=found.spacing,
-        files=tuple(_file(each) for each in found.files),
+        files=tuple(_file(each, own_errors=found.own_errors) for each in found.files),
     )
 
 
@@ -51,8 +52,8 @@ def record_measure_timings(found: Measurement) -> MeasureTimingsRecord:
     )
 
 
-def _file(each: MeasuredFile) -> MeasuredRecord:
-    measured = each.measured
+def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
+    measured, printed = each.measured, each.printed
     return MeasuredRecord(
         file=each.name,
         format=each.format,
@@ -64,9 +65,9 @@ def _file(each: MeasuredFile) -> MeasuredRecord:
         off_mean_mm=measured.off_mean,
         off_max_mm=measured.off_max,
         fit=None if each.fit is None else _fit(each.fit),
-        left=_side(measured.sides.left),
-        right=_side(measured.sides.right),
-        both=_side(measured.sides.both),
+        left=_side(measured.sides.left, printed.left, own_errors=own_errors),
+        right=_side(measured.sides.right, printed.right, own_errors=own_errors),
+        both=_side(measured.sides.both, printed.both, own_errors=own_errors),
         gap=measured.gap,
         overlap=measured.overlap,
         area_unknown=measured.unknown,
@@ -75,7 +76,7 @@ def _file(each: MeasuredFile) -> MeasuredRecord:
     )
 
 
-def _side(figures: SideFigures) -> SpacingSideRecord:
+def _side(figures: SideFigures, printed: Printed | None, *, own_errors: bool) -> SpacingSideRecord:
     spacing = None
     if figures.measured:
         p1, p5, p50, p95, p99, largest = (figures.percentile(share) for share in (1, 5, 50, 95, 99, 100))
@@ -85,6 +86,7 @@ def _side(figures: SideFigures) -> SpacingSideRecord:
         )  # fmt: skip
     return SpacingSideRecord(
         spacing=spacing,
+        printed=record_printed(printed, of_cell=own_errors),
         samples=figures.ratios.size,
         none=figures.none,
         oblique=figures.oblique,

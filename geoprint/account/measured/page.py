@@ -12,6 +12,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.account.prints.expected import expected_text, unbroken
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, SpacingSideRecord
 from geoprint.account.records.plan import SpacingRecord
 from geoprint.account.texts.measuring import measure_verdict
@@ -170,6 +171,8 @@ def _side_rows(name: str, sides: Sequence[SpacingSideRecord]) -> tuple[Row, ...]
     return (
         _row(group, f"{name}, variation (CV)", "standard deviation over mean; 0% is perfectly even",
              [_of(side, lambda s: f"{s.cv:.2%}") for side in sides], decides=True),
+        _row(group, f"{name}, printed, expected variation (CV)", "what 95 of 100 prints have",
+             [unbroken(expected_text(side.printed)) for side in sides]),
         _row(group, f"{name}, mean", "1 is as wanted", [_of(side, lambda s: f"{s.mean:.3f}") for side in sides]),
         _row(group, f"{name}, 1st and 99th percentile", "",
              [_of(side, lambda s: f"{s.p1:.3f} - {s.p99:.3f}") for side in sides]),

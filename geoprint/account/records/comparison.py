@@ -14,14 +14,15 @@ from geoprint.account.records.plan import (
     DepositionRecord,
     EvennessRecord,
     InputRecord,
-    MiddleRecord,
     PatchRecord,
     PathsRecord,
     PlanRecord,
     SettingsRecord,
     SurfaceRecord,
 )
+from geoprint.account.records.printed import PrintedApartRecord
 from geoprint.account.records.rounding import Record, Rounded
+from geoprint.account.records.tried import MiddleRecord
 from geoprint.model import frozen
 
 
@@ -68,6 +69,7 @@ class PartRecord(Record):
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
     best: str = Field(description="the backend that covers the part best: coverage counts first, then spacing")
     backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
+    printed_apart: tuple[PrintedApartRecord, ...] = Field(description="every two of those that planned, in print")
     path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
 
     @property
@@ -91,7 +93,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[5] = Field(alias="schema", description="version of this layout")
+    layout: Literal[6] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 

@@ -10,6 +10,7 @@ from typing import Literal
 from pydantic import Field
 
 from geoprint.account.records.plan import FileRecord, SpacingRecord
+from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 
@@ -17,6 +18,7 @@ class SpacingSideRecord(Record):
     """The spacing to the left, to the right or to both sides of the paths, as seen from outside along them."""
 
     spacing: SpacingRecord | None = Field(description="over the wanted one; null where no path has a neighbour there")
+    printed: PrintedRecord | None = Field(description="in print; null where no path has a neighbour there")
     samples: Count = Field(description="that have a neighbour there")
     none: Rounded = Field(description="share of the samples without one within three spacings, as at a rim")
     oblique: Rounded = Field(description="share with one only obliquely, at an open end or behind the path's own bend")
@@ -59,7 +61,7 @@ class MeasuredRecord(Record):
 class MeasurementRecord(Record):
     """The content of measure.json."""
 
-    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: FileRecord = Field(description="that the paths cover")
     area_mm2: Rounded = Field(description="of the part [mm2]")

@@ -10,8 +10,10 @@ from typing import Any, Literal
 
 from pydantic import Field, create_model
 
+from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
+from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.config.job import Job, PatchRegion
 from geoprint.config.key import keys_of
 from geoprint.surfaces.repair import PreparationReport, Repairs, described
@@ -81,29 +83,6 @@ def _prepared() -> dict[str, Any]:
 
 class PreparationRecord(create_model("PreparedRecord", __base__=Record, **_prepared())):
     """What preparing the mesh changed, and what it found."""
-
-
-class SourceRecord(Record):
-    """A source that was tried, because the best one was asked for."""
-
-    patch: int = Field(description="from 1")
-    source: str = Field(description="as `--from` takes it")
-    gap: Rounded = Field(description="share of the area that is missed")
-    overlap: Rounded = Field(description="share of the area that is laid twice")
-    cv: Rounded | None = Field(description="of the spacing; null where there is one level")
-    runs: Count = Field(description="how many")
-    taken: bool = Field(description="whether it is the one that covers best")
-
-
-class MiddleRecord(Record):
-    """What was tried where fronts meet."""
-
-    middle: str = Field(description="as `--middle` takes it")
-    gap: Rounded = Field(description="share of the area that is missed")
-    overlap: Rounded = Field(description="share of the area that is laid twice")
-    cv: Rounded | None = Field(description="of the spacing; null where there is one level")
-    runs: Count = Field(description="how many")
-    taken: bool = Field(description="whether it is the one that covers best")
 
 
 class SideRecord(Record):
@@ -274,6 +253,7 @@ class EvennessRecord(Record):
 
     method: str = Field(description="how the spacing was measured")
     spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
+    printed: PrintedRecord | None = Field(default=None, description="in print; left out where nobody expects one")
     straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
     samples: Count = Field(description="along the runs")
     samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
@@ -295,6 +275,7 @@ class ThicknessRecord(Record):
     mean_mm: Rounded = Field(description="[mm]")
     cv: Rounded | None = Field(description="where fronts are apart: standard deviation over mean; null: nowhere")
     cv_near_medial_axis: Rounded | None = Field(description="where fronts meet; null: nowhere")
+    printed_cv: Rounded | None = Field(description="where fronts are apart, with the errors of flow and arm")
 
 
 class FollowingRecord(ThicknessRecord):
@@ -334,7 +315,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[5] = Field(alias="schema", description="version of this layout")
+    layout: Literal[6] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")

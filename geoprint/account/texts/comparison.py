@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from typing import TypeAlias, final
 
 from geoprint.account.cautions import coverage_warnings, said_once
+from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.texts.marks import marked_lines
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
-    "backend": 0, "mean": 8, "CV": 1, "p95": 6, "gap": 2, "overlap": 4, "runs": 7, "length mm": 9, "print s": 5,
-    "printable": 3, "clear mm": 10, "planned in s": 11,
+    "backend": 0, "mean": 9, "CV": 1, "printed CV": 5, "p95": 7, "gap": 2, "overlap": 4, "runs": 8, "length mm": 10,
+    "print s": 6, "printable": 3, "clear mm": 11, "planned in s": 12,
 }  # fmt: skip
 LEFT_ALIGNED = {"part", "backend", "printable"}
 # Narrower than this a table tells nothing: each backend has a line of words.
@@ -40,7 +41,8 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
     """Return the table and, below it, what it means, why something is missing and what to mind.
 
     Mean, CV and p95 are of the spacing over the wanted one; gap is the share of the area farther than 0.55 spacings
-    from every path, overlap the share within 0.45 spacings of two stretches.
+    from every path, overlap the share within 0.45 spacings of two stretches; printed CV is the mean of prints and, in
+    brackets, what 95 of 100 of them have.
 
     Args:
         told: what is said of the comparison.
@@ -141,6 +143,7 @@ def _row(row: PlannedRecord, seconds: float) -> Cells:
         "backend": row.backend,
         "mean": _NONE if spacing is None else f"{spacing.mean:.3f}",
         "CV": _NONE if spacing is None else f"{spacing.cv:.2%}",
+        "printed CV": expected_text(measured.printed, digits=1),
         "p95": _NONE if spacing is None else f"{spacing.p95:.3f}",
         "gap": f"{measured.gap:.2%}",
         "overlap": f"{measured.overlap:.2%}",

@@ -6,13 +6,14 @@ import csv
 import io
 from collections.abc import Callable, Mapping, Sequence
 
+from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord, SpacingSideRecord
 from geoprint.account.records.plan import SpacingRecord
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
-    "file": 0, "mean": 7, "CV": 1, "p95": 8, "left": 9, "left CV": 2, "right": 10, "right CV": 3, "gap": 4,
-    "overlap": 5, "hole mm2": 6, "runs": 11, "length mm": 12, "off mm": 13, "CPU s/m": 14,
+    "file": 0, "mean": 8, "CV": 1, "printed CV": 6, "p95": 9, "left": 10, "left CV": 2, "right": 11, "right CV": 3,
+    "gap": 4, "overlap": 5, "hole mm2": 7, "runs": 12, "length mm": 13, "off mm": 14, "CPU s/m": 15,
 }  # fmt: skip
 # Where more of the samples than this share have no neighbour squarely beside them it is worth a word.
 NOTABLE = 0.02
@@ -25,7 +26,8 @@ def measure_table(
 ) -> str:
     """Return the table and what to mind, below it.
 
-    Mean, CV and p95 are of the spacing over the wanted one, to both sides; left and right are their means.
+    Mean, CV and p95 are of the spacing over the wanted one, to both sides; left and right are their means. Printed CV
+    is the mean of prints to be expected, to both sides, and in brackets what 95 of 100 of them have.
 
     Args:
         told: what is said of the files.
@@ -59,7 +61,9 @@ def measure_csv(told: MeasurementRecord) -> str:
     sides = ("left", "right", "both")
     of_side = ("none", "oblique", "unknown")
     of_spacing = tuple(SpacingRecord.model_fields)
-    header = [*figures, *(f"{side}_{name}" for side in sides for name in (*of_side, *of_spacing))]
+    of_print = ("cv", "low", "high")
+    names = (*of_side, *of_spacing, *(f"printed_{name}" for name in of_print))
+    header = [*figures, *(f"{side}_{name}" for side in sides for name in names)]
     written = io.StringIO()
     writer = csv.writer(written, lineterminator="\n")
     writer.writerow(header)
@@ -68,6 +72,7 @@ def measure_csv(told: MeasurementRecord) -> str:
         for side in (row.left, row.right, row.both):
             cells += [getattr(side, name) for name in of_side]
             cells += ["" if side.spacing is None else getattr(side.spacing, name) for name in of_spacing]
+            cells += ["" if side.printed is None else getattr(side.printed, name) for name in of_print]
         writer.writerow(cells)
     return written.getvalue()
 
@@ -77,7 +82,8 @@ def measure_verdict(told: MeasurementRecord) -> tuple[str, ...]:
     order = sorted(told.files, key=lambda row: (row.gap + row.overlap > NOTABLE, _cv(row.both)))
     said = [
         f"{row.file}: the spacing varies by {_percent(row.left)} to the left and {_percent(row.right)} to the right "
-        f"(standard deviation over mean); {row.gap:.2%} of the area is missed and {row.overlap:.2%} laid twice."
+        f"(standard deviation over mean), in print by {expected_text(row.both.printed)} to both, what 95 of 100 "
+        f"prints have in brackets; {row.gap:.2%} of the area is missed and {row.overlap:.2%} laid twice."
         for row in order
     ]
     if len(order) == 1:
@@ -90,6 +96,7 @@ def _row(row: MeasuredRecord) -> dict[str, str]:
         "file": row.file,
         "mean": _of(row.both, lambda s: f"{s.mean:.3f}"),
         "CV": _of(row.both, lambda s: f"{s.cv:.2%}"),
+        "printed CV": expected_text(row.both.printed, digits=1),
         "p95": _of(row.both, lambda s: f"{s.p95:.3f}"),
         "left": _of(row.left, lambda s: f"{s.mean:.3f}"),
         "left CV": _of(row.left, lambda s: f"{s.cv:.2%}"),

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
+from geoprint.account.prints.expected import WORDS, expected_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
+from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.account.texts.marks import marked_lines
@@ -35,6 +37,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(
             f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
         )
+        lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
     if len(told.patches) > 1:
         lines += [
             f"patch {number}: {patch.area_mm2:.4g} mm2, runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, spacing "
@@ -73,17 +76,26 @@ def again_text(folder: str, *, written_by: str, differing: Sequence[str], change
     return f"warning: {again}, but {len(differing)} files differ ({', '.join(differing[:3])} ...): {other}"
 
 
+def _printed_text(told: PrintedRecord) -> str:
+    """Return the line on the spacing in print."""
+    mend = "the plan itself makes most of it" if told.mend_first is None else f"mend first {WORDS[told.mend_first]}"
+    whose = "" if told.errors == "cell" else "; errors of the packaged cell"
+    return f"in print: spacing expected to vary by {expected_text(told)}, 95 of 100 prints in brackets; {mend}{whose}"
+
+
 def _layer_text(told: DepositionRecord) -> str:
     away = told.constant_flow.cv is not None
     constant, following = (
         f"{(found.cv if away else found.cv_near_medial_axis) or 0.0:.2%}"
         for found in (told.constant_flow, told.following_flow)
     )
+    laid = told.constant_flow if told.flow == "constant" else told.following_flow
+    printed = "" if laid.printed_cv is None else f", in print {laid.printed_cv:.2%} are expected"
     which = "is constant" if told.flow == "constant" else "follows"
     where = "" if away else "; fronts meet all over this part"
     return (
         f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
-        f"it {which}{where}"
+        f"it {which}{printed}{where}"
     )
 
 

@@ -13,13 +13,13 @@ from geoprint.account.measured.page import measure_picture, measure_report
 from geoprint.account.records.measure import MeasurementRecord
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.texts.measuring import measure_csv
-from geoprint.config import Job
+from geoprint.config import Job, load_cell
 from geoprint.errors import UsageError, VerificationError, naming
 from geoprint.export import json_bytes, write_bundle
-from geoprint.model import FloatArray, Surface
+from geoprint.model import FloatArray, PrintErrors, Surface
 from geoprint.pipeline.workpiece.several_patches import patches_of
-from geoprint.quality import measure_paths, moved, rigid_fit
-from geoprint.results import MeasuredFile, Measurement
+from geoprint.quality import SideSpacing, joined_spans, measure_paths, moved, printed, rigid_fit
+from geoprint.results import MeasuredFile, Measurement, PrintedSides
 from geoprint.surfaces import mean_normal, united
 from geoprint.surfaces.files import MeshFile, load_file
 from geoprint.surfaces.repair import prepare
@@ -43,7 +43,7 @@ def measure_files(
     """Measure how evenly files of toolpaths cover a part.
 
     Args:
-        job: its part, unit, label, patches and spacing count.
+        job: its part, unit, label, patches, spacing and cell count; of the cell the errors of a print.
         paths: files of toolpaths or bundles, one or more.
         offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
         fit: whether each is first laid onto the part by a rigid motion.
@@ -60,6 +60,7 @@ def measure_files(
         raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
     if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):
         raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
+    cell = load_cell(job.cell)
     observe("part")
     part = load_file(job.surface, unit=job.unit, label=job.label)
     surface = _surface(job, part)
@@ -71,8 +72,12 @@ def measure_files(
             fitted = rigid_fit(surface, read.curves) if fit else None
             curves = read.curves if fitted is None else moved(read.curves, fitted)
             measured = measure_paths(surface, curves, spacing=job.spacing, offset_up_to=offset_up_to)
-        found.append(MeasuredFile(name, read.format, read.deposit, read.points, read.dropped, fitted, measured))
-    return Measurement(part, surface, _upright(surface), job.spacing, tuple(found))
+        expected = _printed(measured.sides, cell.errors or PrintErrors())
+        found.append(
+            MeasuredFile(name, read.format, read.deposit, read.points, read.dropped, fitted, measured, expected)
+        )
+    own = job.cell is not None and cell.errors is not None
+    return Measurement(part, surface, _upright(surface), job.spacing, tuple(found), own_errors=own)
 
 
 def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bool = False) -> MeasurementRecord:
@@ -105,6 +110,14 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
+
+
+def _printed(sides: SideSpacing, errors: PrintErrors) -> PrintedSides:
+    """Return how even prints are expected to be; how the tool stands nobody knows."""
+    left, right = sides.spans
+    return PrintedSides(
+        *(printed(spans, errors, spacing=sides.spacing) for spans in (left, right, joined_spans(left, right)))
+    )
 
 
 def _surface(job: Job, part: MeshFile) -> Surface:

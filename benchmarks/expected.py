@@ -1,0 +1,153 @@
+"""What does the arm make of it? Planned and printed variation of the spacing, and whether the stated interval is true.
+
+    python -m benchmarks.expected [FILE ...] [--prints 10000] [--smoke]
+
+The first table plans the parts in data/ and any mesh files [mm], `SPACINGS` apart, with three backends, and tells what
+the packaged cell is expected to make of them. The second proves the interval: rings on a disc and on a dome of 12 mm
+radius are printed `--prints` times by `benchmarks.parts.reprints`, which shares nothing with geoprint's sampler (other
+seeds, errors on the points of the path, the spacing measured again by brute force); 93 to 97 % of these prints must lie
+within the interval that geoprint states. The last one shows which error changes spacing: each alone, on both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.parts.reprints import Shape, lines_of, planned_cv, reprinted
+from benchmarks.parts.rings import rings, shape_of, surface
+from benchmarks.parts.tables import row, table
+from geoprint.config import job_of
+from geoprint.model import PoseStream, PrintErrors
+from geoprint.pipeline import compare
+from geoprint.quality import Printed, Uniformity, printed, uniformity
+
+DATA = Path(__file__).parents[1] / "data"
+OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
+BACKENDS = ("lscm", "heat", "fast-marching")
+SPACINGS = (1.0, 0.4)
+SMOKE_SPACINGS = (4.0,)
+# Rings: spacing and how far they reach [mm]; the dome's radius [mm].
+RING_SPACING, RINGS, REACH, MESH_STEP = 1.0, 6, 6.0, 0.3
+DOME = 12.0
+SEED = 7
+NONE = PrintErrors(
+    repeatability=0.0, path_repeatability=0.0, placement=0.0, placement_turn=0.0, needle_runout=0.0, flow=0.0,
+    run_flow=0.0,
+)  # fmt: skip
+USUAL = PrintErrors()
+# Errors by what the tables call them.
+CASES = {
+    "packaged cell": USUAL,
+    "arm twice as good": replace(USUAL, repeatability=0.005, path_repeatability=0.015),
+    "runs only, RP 0.05 mm": replace(NONE, repeatability=0.05),
+    "fading over 2 mm": replace(USUAL, correlation=2.0),
+}
+ALONE = {
+    "runs, RP 0.01 mm": replace(NONE, repeatability=USUAL.repeatability),
+    "along runs, RT 0.03 mm": replace(NONE, path_repeatability=USUAL.path_repeatability),
+    "placement, 0.1 mm and 0.1 degrees": replace(
+        NONE, placement=USUAL.placement, placement_turn=USUAL.placement_turn
+    ),
+    "needle, 0.05 mm": replace(NONE, needle_runout=USUAL.needle_runout),
+}  # fmt: skip
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", type=Path, metavar="FILE", help="meshes [mm] besides")
+    parser.add_argument("--prints", type=int, default=10_000, help="independent prints of each small part")
+    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
+    arguments = parser.parse_args()
+    own = [DATA / name for name in (OWN[-1:] if arguments.smoke else OWN)]
+    spacings = SMOKE_SPACINGS if arguments.smoke else SPACINGS
+    prints = 50 if arguments.smoke else arguments.prints
+    for lines in (expected([*own, *arguments.parts], spacings=spacings), coverage(prints=prints), alone()):
+        for line in lines:
+            print(line, flush=True)
+
+
+def expected(parts: Sequence[Path], *, spacings: Sequence[float]) -> Iterator[str]:
+    """Yield a Markdown table of planned and printed variation in percent."""
+    yield from table(
+        "part", "spacing mm", "backend", "planned CV %", "printed CV %", "95 of 100 prints", "of it plan %",
+        "mend first", "s, of the plan %",
+    )  # fmt: skip
+    for part in parts:
+        for spacing in spacings:
+            compared = compare(job_of(surface=part, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
+            for name, outcome in compared.planned:
+                found, times = outcome.plan.printed, dict(outcome.plan.timings)
+                if found is None:
+                    continue
+                took = times["expected print"]
+                yield row(
+                    part.stem, f"{spacing:g}", name, *_figures(found), f"{100 * found.shares['plan']:.0f}",
+                    found.largest_error or "the plan", f"{took:.2f}, {100 * took / sum(times.values()):.1f}",
+                )  # fmt: skip
+
+
+def coverage(*, prints: int) -> Iterator[str]:
+    """Yield a Markdown table: the share of independent prints within the stated interval."""
+    yield from table(
+        "small part", "errors", "planned CV %", "printed CV %", "95 of 100 prints", f"mean of {prints} others",
+        "95 of 100 of them", "within the interval %", "s",
+    )  # fmt: skip
+    for name, radius in (("disc", np.inf), ("dome", DOME)):
+        shape, poses, measured = small_part(radius)
+        lines = lines_of(poses, shape, spacing=RING_SPACING)
+        for called, errors in CASES.items():
+            stated = expected_print(measured, errors, poses)
+            begun = time.perf_counter()
+            cvs = reprinted(lines, errors, shape, prints=prints, rng=np.random.default_rng(SEED))
+            low, high = np.percentile(cvs, [2.5, 97.5]).tolist()
+            _, least, most = stated.cv
+            yield row(
+                name, called, *_figures(stated), f"{100 * cvs.mean():.3f}", f"{100 * low:.3f} - {100 * high:.3f}",
+                f"{100 * ((cvs >= least) & (cvs <= most)).mean():.1f}", f"{time.perf_counter() - begun:.0f}",
+            )  # fmt: skip
+
+
+def alone() -> Iterator[str]:
+    """Yield a Markdown table: what each error does by itself, in percent of the spacing."""
+    yield from table("error alone", *(f"{name}: printed CV %, planned {cv}" for name, cv in _plans()))
+    parts = [small_part(radius) for radius in (np.inf, DOME)]
+    for called, errors in ALONE.items():
+        found = [expected_print(measured, errors, poses) for _, poses, measured in parts]
+        yield row(called, *(f"{100 * each.cv.mean:.3f}" for each in found))
+
+
+def small_part(radius: float) -> tuple[Shape, PoseStream, Uniformity]:
+    """Return rings on a disc (infinite radius) or a dome: shape, stream and measured spacing."""
+    shape = shape_of(radius)
+    poses = rings(shape, count=RINGS, spacing=RING_SPACING)
+    return shape, poses, uniformity(poses, surface(shape, reach=REACH, step=MESH_STEP), spacing=RING_SPACING)
+
+
+def expected_print(measured: Uniformity, errors: PrintErrors, poses: PoseStream) -> Printed:
+    """Return what geoprint expects of prints of a small part."""
+    found = printed(measured.spans, errors, spacing=RING_SPACING, poses=poses)
+    if found is None:
+        raise SystemExit("the small part has no spacing: this is a defect of the benchmark.")
+    return found
+
+
+def _plans() -> Iterator[tuple[str, str]]:
+    for name, radius in (("disc", np.inf), ("dome", DOME)):
+        shape, poses, _ = small_part(radius)
+        yield name, f"{100 * planned_cv(lines_of(poses, shape, spacing=RING_SPACING), shape):.3f}"
+
+
+def _figures(found: Printed) -> tuple[str, str, str]:
+    mean, low, high = found.cv
+    return f"{100 * found.planned:.3f}", f"{100 * mean:.3f}", f"{100 * low:.3f} - {100 * high:.3f}"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""What is said of prints before they are made."""

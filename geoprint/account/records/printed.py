@@ -1,0 +1,40 @@
+"""What is said of spacing in print: how much it is expected to vary, and what makes it."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from geoprint.account.records.rounding import Record, Rounded
+
+
+class VarianceRecord(Record):
+    """Shares of the expected variance in print."""
+
+    plan: Rounded = Field(description="of the planned paths")
+    repeatability: Rounded = Field(description="of the arm from run to run")
+    path_repeatability: Rounded = Field(description="of the arm along a run")
+    placement: Rounded = Field(description="of where the part stands")
+    needle_runout: Rounded = Field(description="of a bent needle; 0 where nobody knows how the tool stands")
+
+
+class PrintedRecord(Record):
+    """The variation of the spacing that prints are expected to have."""
+
+    cv: Rounded = Field(description="mean of the prints: standard deviation over mean")
+    low: Rounded = Field(description="lower end of what 95 of 100 prints have")
+    high: Rounded = Field(description="upper end of it")
+    shares: VarianceRecord = Field(description="of the variance in print, by what makes it")
+    mend_first: str | None = Field(description="the error that makes most of it; null where the plan itself does")
+    errors: Literal["cell", "packaged cell"] = Field(description="whose errors these are")
+
+
+class PrintedApartRecord(Record):
+    """Two backends, a print of each on the same cell."""
+
+    backends: tuple[str, str] = Field(description="their names")
+    mean: Rounded = Field(description="by how much more the spacing of the first varies than that of the second")
+    low: Rounded = Field(description="lower end of what 95 of 100 pairs of prints have")
+    high: Rounded = Field(description="upper end of it")
+    indistinguishable: bool = Field(description="whether 0 lies between")
