@@ -48,7 +48,7 @@ from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.quality import Printed, Thickness, Uniformity, thickness_cv
+from geoprint.quality import Printed, Thickness, Uniformity, thickness_cv, thickness_within
 from geoprint.results import Laid, Layer, Plan, TriedMiddle, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
@@ -284,6 +284,7 @@ def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:
         following_flow=FollowingRecord(
             **dict(following), least_mm3_per_mm=float(flow.min()), most_mm3_per_mm=float(flow.max())
         ),
+        printed_mean_within=thickness_within(errors),
         light=None if laid.light is None else LightRecord(**asdict(laid.light)),
     )
 

@@ -19,6 +19,7 @@ from geoprint.quality.printed import (
     difference as difference,
     printed as printed,
     thickness_cv as thickness_cv,
+    thickness_within as thickness_within,
 )
 from geoprint.quality.ranking import (
     EVEN_ENOUGH as EVEN_ENOUGH,

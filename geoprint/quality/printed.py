@@ -24,6 +24,8 @@ BATCH = 250
 MOST_SAMPLES = 2000
 # Percentiles between which 95 of 100 prints lie.
 PERCENTILES = (2.5, 97.5)
+# Standard deviations to either side that hold 95 of 100 normal numbers.
+NORMAL_95 = 1.96
 SEED = 120
 
 
@@ -144,6 +146,11 @@ def thickness_cv(planned: float, errors: PrintErrors, spacing: Printed | None) -
     """
     added = 0.0 if spacing is None else sum(spacing.variances[1:]) / 4.0
     return float(np.sqrt(planned**2 + errors.run_flow**2 + added))
+
+
+def thickness_within(errors: PrintErrors) -> float:
+    """Return within which share of the planned mean thickness that of 95 of 100 prints lies."""
+    return NORMAL_95 * errors.flow
 
 
 def _normal(batch: int, columns: int) -> NDArray[np.float64]:

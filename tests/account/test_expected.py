@@ -110,6 +110,8 @@ def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, 
     assert "mend first how the arm repeats from run to run" in text
     assert "packaged" not in text
     assert told.deposition is not None
+    # 0.05 of flow from print to print, 1.96 times to either side.
+    assert told.deposition.printed_mean_within == pytest.approx(0.098)
     # 0.3 of flow from run to run, and little else.
     assert told.deposition.constant_flow.printed_cv == pytest.approx(0.3, abs=0.01)
 

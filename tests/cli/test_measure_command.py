@@ -61,6 +61,7 @@ def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folde
     uneven = shifted.split()
     assert uneven[2:4] + uneven[5:10] == ["10.00%", "10.0%", "1.100", "1.000", "10.00%", "1.000", "10.00%"]
     assert "even.csv: no neighbour within three spacings for 14.3% of the path to the left and 14.3%" in stderr
+    assert "in brackets what 95 of 100 have; errors of the packaged cell, without a bent needle" in stderr
     assert sorted(folder.iterdir()) == before
 
 

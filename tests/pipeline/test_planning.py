@@ -16,11 +16,12 @@ from geoprint.account.records.comparison import PartRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
-from geoprint.model import JointPath, Slowdown, Surface
+from geoprint.model import JointPath, PrintErrors, Slowdown, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.reach import Easing
 from geoprint.pipeline import compare, plan, planning, save_comparisons, save_plan
 from geoprint.pipeline.saving import verify_files
+from geoprint.quality import printed
 from geoprint.results import Plan, Planned, RobotPlan
 from geoprint.surfaces import edge_lengths
 from geoprint.surfaces.files import load, save_ply
@@ -55,6 +56,16 @@ def test_forward_kinematics_return_every_commanded_pose(cap_plan: Plan) -> None:
     found = arm.tool_poses(robot.joint_path.joints)
     assert np.linalg.norm(found[:, :3, 3] - commanded[:, :3, 3], axis=1).max() < 1e-3
     assert rotation_angle(inverse(found)[:, :3, :3] @ commanded[:, :3, :3]).max() < 1e-5
+
+
+def test_print_is_expected_with_the_attitudes_that_are_commanded(cap_plan: Plan) -> None:
+    assert cap_plan.uniformity is not None
+    assert cap_plan.printed is not None
+    found = printed(cap_plan.uniformity.spans, PrintErrors(), spacing=1.5, poses=cap_plan.poses)
+    assert found is not None
+    assert cap_plan.printed.variances == found.variances
+    # The tool turns and leans from run to run, so that a bent needle counts.
+    assert cap_plan.printed.shares["needle_runout"] > 1e-3
 
 
 def test_the_written_trajectory_keeps_speeds_and_accelerations_and_goes_from_home_to_home(

@@ -302,6 +302,7 @@ class DepositionRecord(Record):
     share_away_from_medial_axis: Rounded = Field(description="of the area, where fronts are apart")
     constant_flow: ThicknessRecord = Field(description="with constant flow")
     following_flow: FollowingRecord = Field(description="with flow that follows the width")
+    printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
     light: LightRecord | None = Field(description="null where nobody measured the lamp")
 
 

@@ -46,7 +46,8 @@ def measure_table(
     lines = [f"{title}mean, p95, left and right are multiples of that", "", *_grid(names, rows), ""]
     if left_out:
         lines += [f"left out at this width, told with `--json` and `--out`: {', '.join(left_out)}", ""]
-    return "\n".join([*lines, *(sentence for each in told.files for sentence in _minded(each))]).rstrip()
+    sentences = [sentence for each in told.files for sentence in _minded(each)]
+    return "\n".join([*lines, *sentences, *_expected(told)]).rstrip()
 
 
 def measure_csv(told: MeasurementRecord) -> str:
@@ -144,6 +145,13 @@ def _minded(row: MeasuredRecord) -> list[str]:
             "of the area unmeasured"
         )
     return found
+
+
+def _expected(told: MeasurementRecord) -> list[str]:
+    """Return what the printed CV is, and whose errors it is with."""
+    whose = next((each.both.printed.errors for each in told.files if each.both.printed is not None), None)
+    what = "expected of prints, in brackets what 95 of 100 have"
+    return [] if whose is None else [f"printed CV: {what}; errors of the {whose}, without a bent needle"]
 
 
 def _width(names: Sequence[str], rows: Sequence[Mapping[str, str]]) -> int:

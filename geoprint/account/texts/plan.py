@@ -90,7 +90,11 @@ def _layer_text(told: DepositionRecord) -> str:
         for found in (told.constant_flow, told.following_flow)
     )
     laid = told.constant_flow if told.flow == "constant" else told.following_flow
-    printed = "" if laid.printed_cv is None else f", in print {laid.printed_cv:.2%} are expected"
+    printed = (
+        ""
+        if laid.printed_cv is None
+        else f", in print {laid.printed_cv:.1%} about a mean within {told.printed_mean_within:.0%}"
+    )
     which = "is constant" if told.flow == "constant" else "follows"
     where = "" if away else "; fronts meet all over this part"
     return (
