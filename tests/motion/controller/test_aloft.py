@@ -14,6 +14,7 @@ from geoprint.model import Box, FloatArray, Flood, JointPath, Purge, Targets
 from geoprint.motion.arm import Arm, configuration_data
 from geoprint.motion.collision import clearance
 from geoprint.motion.controller import LIFT, aloft_configuration, aloft_path, controller_path, there_and_back
+from geoprint.motion.controller.aloft import _course  # pyright: ignore[reportPrivateUsage]
 from geoprint.motion.controller.targets import required_poses
 from geoprint.motion.reach.pose_samples import tool_poses
 from geoprint.motion.timing import tips_at
@@ -58,6 +59,13 @@ def test_there_is_a_descent_to_the_first_target_of_each_later_run_and_up_again()
     # Whoever resumes there goes on as the print does: with the same joints, not a turn away from them.
     np.testing.assert_allclose(aloft.joints[first], path.joints[targets.poses[first]], atol=1e-9)
     controller_path(aloft, dry_targets, ARM, step=2.0)
+
+
+def test_each_of_several_later_runs_has_its_own_descent() -> None:
+    rows, raised = _course(np.array([0, 0, 1, 1, 1, 2]))
+    assert rows.tolist() == [0, 1, 2, 1, 2, 3, 4, 5, 4, 5]
+    # Down to the first targets of runs 1 and 2; everything else is aloft.
+    assert np.flatnonzero(~raised).tolist() == [2, 7]
 
 
 def test_a_dry_run_rounds_its_corners_as_the_print_does() -> None:
