@@ -39,11 +39,17 @@ def test_each_target_is_asked_by_itself_although_the_solids_were_found_right(
 def test_each_inflated_solid_is_put_on_every_target_and_well_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """The solid is 20 mm long, of radius 0.5 mm, and inflated by 0.5 mm and up to 12 more; its centre is 10 mm down."""
     wall = mesh_target(block((-400.0, -400.0, -400.0), (30.0, 40.0, 50.0)), role="body")
-    collide, places = fcl.collide, []
+    collide = fcl.collide
+    places: list[FloatArray] = []
 
-    def told(solid: fcl.CollisionObject, *rest: object) -> int:
-        places.append(np.array(solid.getTranslation()) - [0.0, 0.0, 10.0])
-        return collide(solid, *rest)
+    def told(
+        solid: fcl.CollisionObject,
+        model: fcl.CollisionObject,
+        request: fcl.CollisionRequest,
+        result: fcl.CollisionResult,
+    ) -> int:
+        places.append(solid.getTranslation() - [0.0, 0.0, 10.0])
+        return collide(solid, model, request, result)
 
     monkeypatch.setattr(fcl, "collide", told)
     CollisionWorld(INFLATED, targets=(POST, wall))
@@ -72,9 +78,14 @@ def test_the_library_is_asked_only_where_boxes_overlap_along_every_axis(
     asked: list[int] = []
     collide = fcl.collide
 
-    def told(*given: object) -> int:
+    def told(
+        solid: fcl.CollisionObject,
+        model: fcl.CollisionObject,
+        request: fcl.CollisionRequest,
+        result: fcl.CollisionResult,
+    ) -> int:
         asked.append(1)
-        return collide(*given)
+        return collide(solid, model, request, result)
 
     monkeypatch.setattr(fcl, "collide", told)
     for gap, count in ((0.9, 1), (1.2, 0)):

@@ -131,6 +131,10 @@ def test_a_line_on_which_the_wrist_flips_tells_joint_angle_and_how_straight_the_
     planted = np.tile(path.joints[0], (5, 1))
     planted[:, 4] = [-0.1, -0.2, -0.3, -0.4, -0.45]
     planted[3:, 3] += 2.0
-    monkeypatch.setattr(Arm, "solutions", lambda *_: planted[:, None])
+
+    def solutions(_arm: Arm, _poses: FloatArray) -> FloatArray:
+        return planted[:, None]
+
+    monkeypatch.setattr(Arm, "solutions", solutions)
     with pytest.raises(ReachError, match=r"joint 4 turns by 115 degrees at once \(joint 5 at 17\.2\)"):
         _followed(np.tile(np.eye(4), (5, 1, 1)), np.zeros(5, dtype=np.int64), path, arm_of(CELL))
