@@ -14,7 +14,10 @@ from geoprint.model import Box, FloatArray, Flood, JointPath, Purge, Targets
 from geoprint.motion.arm import Arm, configuration_data
 from geoprint.motion.collision import clearance
 from geoprint.motion.controller import LIFT, aloft_configuration, aloft_path, controller_path, there_and_back
-from geoprint.motion.controller.aloft import _course  # pyright: ignore[reportPrivateUsage]
+from geoprint.motion.controller.aloft import (
+    _course,  # pyright: ignore[reportPrivateUsage]
+    _refuse_rounded_ends,  # pyright: ignore[reportPrivateUsage]
+)
 from geoprint.motion.controller.targets import required_poses
 from geoprint.motion.reach.pose_samples import tool_poses
 from geoprint.motion.timing import tips_at
@@ -90,6 +93,14 @@ def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
         zones[row] = 0.1
         with pytest.raises(InputError, match="does not stop where run 2 begins"):
             aloft_path(path, replace(targets, zones=zones), ARM)
+
+
+@pytest.mark.parametrize(("rounded", "run"), [(1, 2), (2, 2), (3, 3), (4, 3)])
+def test_the_run_that_does_not_begin_at_rest_is_named(rounded: int, run: int) -> None:
+    zones = np.zeros(6)
+    zones[rounded] = 0.1
+    with pytest.raises(InputError, match=f"does not stop where run {run} begins"):
+        _refuse_rounded_ends(np.array([0, 0, 1, 1, 2, 2]), zones)
 
 
 def test_a_dry_run_stays_on_the_branch_and_turn_of_the_path() -> None:
