@@ -14,8 +14,14 @@ import pytest
 
 from geoprint.errors import ClearanceError, VerificationError
 from geoprint.model import FloatArray
-from geoprint.motion.collision.arm_clearance import ArmMotion, arm_control, check_arm
+from geoprint.motion.collision.arm_clearance import (
+    ArmMotion,
+    _refuse_inside,  # pyright: ignore[reportPrivateUsage]
+    arm_control,
+    check_arm,
+)
 from geoprint.motion.collision.closest import ranking_trees
+from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
 from geoprint.motion.collision.link_solids import Link
 from geoprint.motion.collision.surroundings import Target, mesh_target
 from geoprint.motion.collision.sweep import Placements
@@ -92,3 +98,22 @@ def test_the_control_of_the_links_notices_a_library_that_always_says_the_same(
     monkeypatch.setattr(fcl, "collide", always(answer))
     with pytest.raises(VerificationError, match=message):
         arm_control("irb120")
+
+
+@pytest.mark.parametrize(("places", "within"), [(((0.0, 0.0), (40.0, 0.0)), True), (((40.0, 0.0), (0.0, 0.0)), False)])
+def test_a_link_inside_a_closed_body_is_refused_where_the_path_begins(
+    places: tuple[tuple[float, float], ...], *, within: bool
+) -> None:
+    body = mesh_target(block((-20.0, -20.0, -20.0), (20.0, 20.0, 30.0)), role="body")
+    poses = np.tile(np.eye(4), (2, 1, 1))
+    poses[:, :2, 3] = places
+    moved = Placements(poses, runs=np.zeros(2, dtype=np.int64), deposit=np.zeros(2, dtype=np.bool_), corners=poses)
+    # One of two solids inside is enough.
+    aside = Solid("aside", np.array([300.0, 0.0, 0.0]), np.array([300.0, 0.0, 10.0]), RADIUS, RADIUS)
+    for solids in ((cylinder("link 2"), aside), (aside, cylinder("link 2"))):
+        world = CollisionWorld(InflatedSolids(solids, kept=(KEPT, KEPT)), targets=(FAR, body))
+        if within:
+            with pytest.raises(ClearanceError, match="is inside the closed body block where the path begins"):
+                _refuse_inside([(world, moved)])
+        else:
+            _refuse_inside([(world, moved)])

@@ -36,6 +36,66 @@ def test_each_target_is_asked_by_itself_although_the_solids_were_found_right(
         CollisionWorld(INFLATED, targets=(POST,))
 
 
+def test_each_inflated_solid_is_put_on_every_target_and_well_beside_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The solid is 20 mm long, of radius 0.5 mm, and inflated by 0.5 mm and up to 12 more; its centre is 10 mm down."""
+    wall = mesh_target(block((-400.0, -400.0, -400.0), (30.0, 40.0, 50.0)), role="body")
+    collide = fcl.collide
+    places: list[FloatArray] = []
+
+    def told(
+        solid: fcl.CollisionObject,
+        model: fcl.CollisionObject,
+        request: fcl.CollisionRequest,
+        result: fcl.CollisionResult,
+    ) -> int:
+        places.append(solid.getTranslation() - [0.0, 0.0, 10.0])
+        return collide(solid, model, request, result)
+
+    monkeypatch.setattr(fcl, "collide", told)
+    CollisionWorld(INFLATED, targets=(POST, wall))
+
+    assert len(places) == 20 * 2 * 2
+    found = np.array(places).reshape(20, 2, 2, 3)
+    for column, (target, highest) in enumerate(((POST, (1.0, 1.0, 5.0)), (wall, (30.0, 40.0, 50.0)))):
+        onto, beside = found[:, column, 0], found[:, column, 1]
+        middles = target.triangles.mean(axis=1)
+        assert np.linalg.norm(onto[:, None] - middles, axis=2).min(axis=1).max() < 1e-9
+        # From corner to corner the most inflated one is 20 mm and two of 13 mm long.
+        assert (beside[-1] - highest >= 46.0).all()
+        assert (beside - highest >= 20.0 + 2.0).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_library_is_asked_only_where_boxes_overlap_along_every_axis(
+    monkeypatch: pytest.MonkeyPatch, axis: int, side: float
+) -> None:
+    """The solid of radius 1 mm reaches from its tip at (0, 0, 0) to 20 mm above it, the cube from -50 to 50."""
+    cube = mesh_target(block((-50.0, -50.0, -50.0), (50.0, 50.0, 50.0)), role="body")
+    world = CollisionWorld(INFLATED, targets=(cube,))
+    # What lies beyond the box on that side: the length of the solid counts above the tip only.
+    beyond = 70.0 if (axis, side) == (2, -1.0) else 50.0
+    asked: list[int] = []
+    collide = fcl.collide
+
+    def told(
+        solid: fcl.CollisionObject,
+        model: fcl.CollisionObject,
+        request: fcl.CollisionRequest,
+        result: fcl.CollisionResult,
+    ) -> int:
+        asked.append(1)
+        return collide(solid, model, request, result)
+
+    monkeypatch.setattr(fcl, "collide", told)
+    for gap, count in ((0.9, 1), (1.2, 0)):
+        asked.clear()
+        tip = np.zeros((1, 3))
+        tip[0, axis] = side * (beyond + gap)
+        world.touches(pointing_down(tip), reaches=np.zeros((1, 1)))
+        assert len(asked) == count
+
+
 @pytest.mark.parametrize("row", [0, 1])
 def test_a_reach_beyond_12_mm_is_refused_wherever_it_stands(row: int) -> None:
     world = CollisionWorld(INFLATED, targets=(POST,))

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pinocchio
 import pytest
@@ -63,3 +65,16 @@ def test_links_hold_what_is_published(joint: int, point: tuple[float, float, flo
 def test_shape_that_is_no_cylinder_is_refused(old: str, new: str, message: str):
     with pytest.raises(UsageError, match=message):
         link_solids("irb120", urdf=read_urdf("irb120").replace(old, new))
+
+
+def test_a_shape_without_an_origin_is_refused_and_one_without_an_attitude_stands_upright():
+    text = read_urdf("irb120")
+    place = re.compile(r'(<collision>\s*)<origin [^>]*/>(\s*<geometry>\s*<cylinder radius="0.025" length="0.016"/>)')
+    assert len(place.findall(text)) == 1
+    with pytest.raises(UsageError, match="link_6 has a collision shape that is no cylinder with an origin"):
+        link_solids("irb120", urdf=place.sub(r"\1\2", text))
+    (upright,) = link_solids("irb120", urdf=place.sub(r'\1<origin xyz="0.001 0.002 0.003"/>\2', text))[6].solids
+    np.testing.assert_allclose(upright.start, [1.0, 2.0, -5.0])
+    np.testing.assert_allclose(upright.end, [1.0, 2.0, 11.0])
+    (turned,) = link_solids("irb120", urdf=place.sub(r'\1<origin rpy="0 1.5707963267948966 0"/>\2', text))[6].solids
+    np.testing.assert_allclose(turned.start, [-8.0, 0.0, 0.0], atol=1e-9)

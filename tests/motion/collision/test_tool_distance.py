@@ -11,6 +11,7 @@ from geoprint.motion.collision.surroundings import mesh_target
 from geoprint.motion.collision.tool_distance import (
     RESOLUTION,
     Revolution,
+    _distances_and_slopes,  # pyright: ignore[reportPrivateUsage]
     nearest,
     quarter,
     revolution,
@@ -52,6 +53,25 @@ def test_distance_changes_by_no_more_than_two_points_are_apart(seed: int):
     change = np.abs(signed_distances(BARREL, points) - signed_distances(BARREL, others))
 
     assert (change <= np.linalg.norm(points - others, axis=1) + 1e-12).all()
+
+
+def test_slopes_are_how_distances_change():
+    generator = np.random.default_rng(4)
+    points = generator.uniform([-15.0, -15.0, -130.0], [15.0, 15.0, 5.0], (300, 3))
+
+    slopes = _distances_and_slopes(BARREL, points)[1]
+
+    ahead, behind = (
+        np.column_stack([signed_distances(BARREL, points + step * axis) for axis in np.eye(3)])
+        for step in (1e-6, -1e-6)
+    )
+    np.testing.assert_allclose(slopes, (ahead - behind) / 2e-6, atol=1e-3)
+    np.testing.assert_allclose(np.linalg.norm(slopes, axis=1), 1.0)
+    # On the axis and on the surface no direction is any better.
+    known = _distances_and_slopes(BARREL, BARREL.origin + np.array([[0.0, 0.0, -40.0], [0.65, 0.0, 0.0]]))
+    assert np.isfinite(known[1]).all()
+    assert known[0][1] == 0.0
+    assert not known[1][1].any()
 
 
 def test_nearest_point_lies_inside_a_large_triangle():

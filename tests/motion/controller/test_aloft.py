@@ -14,6 +14,10 @@ from geoprint.model import Box, FloatArray, Flood, JointPath, Purge, Targets
 from geoprint.motion.arm import Arm, configuration_data
 from geoprint.motion.collision import clearance
 from geoprint.motion.controller import LIFT, aloft_configuration, aloft_path, controller_path, there_and_back
+from geoprint.motion.controller.aloft import (
+    _course,  # pyright: ignore[reportPrivateUsage]
+    _refuse_rounded_ends,  # pyright: ignore[reportPrivateUsage]
+)
 from geoprint.motion.controller.targets import required_poses
 from geoprint.motion.reach.pose_samples import tool_poses
 from geoprint.motion.timing import tips_at
@@ -60,6 +64,13 @@ def test_there_is_a_descent_to_the_first_target_of_each_later_run_and_up_again()
     controller_path(aloft, dry_targets, ARM, step=2.0)
 
 
+def test_each_of_several_later_runs_has_its_own_descent() -> None:
+    rows, raised = _course(np.array([0, 0, 1, 1, 1, 2]))
+    assert rows.tolist() == [0, 1, 2, 1, 2, 3, 4, 5, 4, 5]
+    # Down to the first targets of runs 1 and 2; everything else is aloft.
+    assert np.flatnonzero(~raised).tolist() == [2, 7]
+
+
 def test_a_dry_run_rounds_its_corners_as_the_print_does() -> None:
     path, targets = path_and_targets()
     aloft, dry_targets = aloft_path(path, targets, ARM)
@@ -82,6 +93,14 @@ def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
         zones[row] = 0.1
         with pytest.raises(InputError, match="does not stop where run 2 begins"):
             aloft_path(path, replace(targets, zones=zones), ARM)
+
+
+@pytest.mark.parametrize(("rounded", "run"), [(1, 2), (2, 2), (3, 3), (4, 3)])
+def test_the_run_that_does_not_begin_at_rest_is_named(rounded: int, run: int) -> None:
+    zones = np.zeros(6)
+    zones[rounded] = 0.1
+    with pytest.raises(InputError, match=f"does not stop where run {run} begins"):
+        _refuse_rounded_ends(np.array([0, 0, 1, 1, 2, 2]), zones)
 
 
 def test_a_dry_run_stays_on_the_branch_and_turn_of_the_path() -> None:

@@ -10,7 +10,11 @@ import pytest
 from geoprint.errors import ReachError
 from geoprint.model import FloatArray, JointPath, Targets
 from geoprint.motion.arm.kinematics import Arm
-from geoprint.motion.controller.interpolation import controller_path, there_and_back
+from geoprint.motion.controller.interpolation import (
+    _followed,  # pyright: ignore[reportPrivateUsage]
+    controller_path,
+    there_and_back,
+)
 from tests.motion.cells import bent_cell, straight_cell
 from tests.motion.joint_paths import arm_of, line, solved, stream, tilted
 
@@ -117,3 +121,20 @@ def test_a_target_that_is_reached_with_other_joints_than_planned_is_refused_to_e
                 controller_path(planned, targets, arm_of(CELL))
         else:
             controller_path(planned, targets, arm_of(CELL))
+
+
+def test_a_line_on_which_the_wrist_flips_tells_joint_angle_and_how_straight_the_wrist_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Joint 4 turns by 2 rad where joint 5 is at -0.3 rad."""
+    path, _ = three_targets()
+    planted = np.tile(path.joints[0], (5, 1))
+    planted[:, 4] = [-0.1, -0.2, -0.3, -0.4, -0.45]
+    planted[3:, 3] += 2.0
+
+    def solutions(_arm: Arm, _poses: FloatArray) -> FloatArray:
+        return planted[:, None]
+
+    monkeypatch.setattr(Arm, "solutions", solutions)
+    with pytest.raises(ReachError, match=r"joint 4 turns by 115 degrees at once \(joint 5 at 17\.2\)"):
+        _followed(np.tile(np.eye(4), (5, 1, 1)), np.zeros(5, dtype=np.int64), path, arm_of(CELL))

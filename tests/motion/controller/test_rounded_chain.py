@@ -12,6 +12,8 @@ from geoprint.motion.controller.rounded_chain import (
     Course,
     _leaves,  # pyright: ignore[reportPrivateUsage]
     _nearest,  # pyright: ignore[reportPrivateUsage]
+    _next_soon,  # pyright: ignore[reportPrivateUsage]
+    _patterns,  # pyright: ignore[reportPrivateUsage]
     _run_of,  # pyright: ignore[reportPrivateUsage]
 )
 from tests.motion.joint_paths import DOWN
@@ -67,3 +69,42 @@ def test_flags_are_counted_up_to_the_first_that_is_not_set(flags: list[bool], co
 def test_the_nearest_time_is_taken_on_either_side_and_at_both_ends() -> None:
     found: IntArray = _nearest(np.array([0.0, 1.0, 3.0]), np.array([-5.0, 0.4, 0.6, 1.9, 2.1, 9.0]))
     assert found.tolist() == [0, 0, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize(("bend", "within", "between"), [
+    ((20, 30), (0, 60), (20, 40)),  # from a rest on
+    ((30, 40), (0, 60), (20, 40)),  # up to a rest
+    ((25, 35), (0, 60), (20, 40)),  # between two rests
+    ((28, 32), (24, 36), (24, 36)),  # no farther than the stretch
+])  # fmt: skip
+def test_patterns_stay_between_the_rests_and_within_the_stretch(
+    bend: tuple[int, int], within: tuple[int, int], between: tuple[int, int]
+) -> None:
+    x = np.arange(61.0)
+    made = course(np.column_stack([x, np.zeros(61), np.zeros(61)]), 0.01 * x, rests=(20, 40))
+    patterns = list(_patterns(made, *bend, within=within))
+    firsts, lasts = (np.array([pattern[row] for pattern in patterns]) for row in (0, -1))
+    assert firsts.min() == between[0] + 1
+    assert lasts.max() == between[1] - 1
+    assert all((np.diff(pattern) > 0).all() and pattern.size >= 2 for pattern in patterns)
+    # Some begin before the bend and end behind it, where there is room.
+    assert (firsts <= max(bend[0], between[0] + 1)).any()
+    assert (lasts >= min(bend[1], between[1] - 1)).any()
+    # At even times, up to half a pose to either side of both ends.
+    assert all(np.ptp(np.diff(pattern)) <= 2 for pattern in patterns)
+
+
+@pytest.mark.parametrize(("count", "expected"), [(4, 40), (5, 30)])
+def test_where_one_move_in_25_comes_too_soon_only_those_below_the_least_time_are_mended(
+    count: int, expected: int
+) -> None:
+    """Of 100 moves, some of 0.02 s from the 30th on and one of 0.01 s, the 40th."""
+    steps = np.full(100, 0.03)
+    steps[30 : 30 + count - 1] = 0.02
+    steps[40] = 0.01
+    times = np.concatenate([[0.0], np.cumsum(steps)])
+    made = course(np.column_stack([np.arange(101.0), np.zeros((101, 2))]), times)
+    rows = np.arange(101)
+    assert _next_soon(made, rows, after=-1) == expected
+    assert _next_soon(made, rows, after=39) == 40
+    assert _next_soon(made, rows, after=40) is None

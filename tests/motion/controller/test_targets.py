@@ -159,6 +159,17 @@ def test_a_wobble_of_the_tool_alone_keeps_targets() -> None:
     assert deviations(wobble, found.poses)[1] <= ANGLE_TOLERANCE
 
 
+@pytest.mark.parametrize(("angle_deg", "kept"), [(0.095, False), (0.105, True)])
+def test_a_pose_that_leans_by_less_than_a_tenth_of_a_degree_is_left_out_where_moves_are_short(
+    angle_deg: float, *, kept: bool
+) -> None:
+    """The whole line takes 2.5 s, so that no move of it should be cut."""
+    angles = np.zeros(101)
+    angles[50] = np.radians(angle_deg)
+    poses = stream(line((0.0, 0.0, 0.0), (50.0, 0.0, 0.0), count=101), quaternions=tilted(angles))
+    assert (thinned(poses, period=3.0).poses.size > 4) == kept
+
+
 def test_stops_and_the_ends_of_deposit_are_targets_where_the_tool_rests() -> None:
     poses = two_runs()
     found = thinned(poses)

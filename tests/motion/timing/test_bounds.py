@@ -15,7 +15,12 @@ from geoprint.motion.timing.slowdown import (
     off_ramps,
     stepped,
 )
-from geoprint.motion.timing.topp import Motion
+from geoprint.motion.timing.topp import (
+    Motion,
+    _refined,  # pyright: ignore[reportPrivateUsage]
+    _times,  # pyright: ignore[reportPrivateUsage]
+    fastest_motion,
+)
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arm_of, solved, stream
 from tests.motion.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed
@@ -118,3 +123,44 @@ def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_t
     assert profile.arcs[0] == pytest.approx(20.0, abs=1e-6)
     np.testing.assert_allclose(np.diff(profile.tips[:, 0]), profile.lengths[:-1], atol=1e-6)
     np.testing.assert_allclose(profile.wanted, 20.0)
+
+
+@pytest.mark.parametrize(("broken", "quartered"), [(0, (0, 1)), (2, (1, 2, 3)), (5, (4, 5))])
+def test_a_broken_step_is_quartered_with_its_neighbours_and_no_others(broken: int, quartered: tuple[int, ...]) -> None:
+    grid = np.array([0.0, 1.0, 3.0, 4.0, 5.0, 7.0, 8.0])
+    flags = np.zeros(6, dtype=np.bool_)
+    flags[broken] = True
+    cuts = [grid[step] + share * (grid[step + 1] - grid[step]) for step in quartered for share in (0.25, 0.5, 0.75)]
+    np.testing.assert_allclose(_refined(grid, flags), np.sort(np.append(grid, cuts)))
+
+
+def test_a_step_takes_its_length_by_the_mean_of_the_speeds_at_its_ends() -> None:
+    times = _times(np.array([0.0, 1.0, 4.0]), np.array([0.0, 2.0, 4.0]))
+    np.testing.assert_allclose(times, [0.0, 1.0, 2.0])
+
+
+def profile(*speeds: tuple[float, float]) -> _Profile:
+    """Return steps of 2 mm on a leg that does not matter, all off the ramps."""
+    count = len(speeds)
+    path = made(np.zeros(COUNT))
+    knots = path_knots(path, process=PROCESS)
+    motion = fastest_motion(knots.joints, knots.lengths, ceilings=knots.ceilings, robot=ROBOT)
+    return _Profile(
+        motion=motion, rows=np.arange(count), run=0, lengths=np.full(count, 2.0), speeds=np.array(speeds).T,
+        wanted=np.full(count, 20.0), inner=np.ones(count, dtype=np.bool_), tips=np.zeros((count, 3)),
+        arcs=2.0 * np.arange(float(count)),
+    )  # fmt: skip
+
+
+def test_speed_is_counted_by_its_square_along_a_step() -> None:
+    """From 10 to 20 mm/s at one acceleration: 15 mm/s after 125 of 300, both ways; at one speed it is all or none."""
+    steps = profile((10.0, 20.0), (20.0, 10.0), (15.0, 15.0), (14.9, 14.9), (16.0, 18.0), (10.0, 14.0))
+    np.testing.assert_allclose(steps.above(15.0), [175.0 / 300.0, 175.0 / 300.0, 1.0, 0.0, 1.0, 0.0])
+    assert steps.slowest == 10.0
+
+
+def test_the_speed_of_a_step_alone_is_the_larger_of_its_ends_and_of_more_the_smaller() -> None:
+    assert profile((3.0, 8.0)).slowest == 8.0
+    assert profile((9.0, 4.0)).slowest == 9.0
+    assert profile((9.0, 4.0), (4.0, 9.0)).slowest == 4.0
+    assert profile((9.0, 6.0), (6.0, 5.0)).slowest == 5.0
