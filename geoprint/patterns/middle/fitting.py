@@ -18,8 +18,8 @@ from scipy.spatial import KDTree
 from geoprint.model import Contours, FloatArray, IntArray, Strokes, Surface, freeze_arrays, frozen
 from geoprint.patterns.middle.corners import drawn_out
 from geoprint.patterns.middle.counting import bead_counts
-from geoprint.patterns.middle.lines import Bead, MovedStrands, strokes_of
-from geoprint.patterns.middle.neighbours import Neighbours, neighbours
+from geoprint.patterns.middle.lines import LaidLine, MovedStrands, strokes_of
+from geoprint.patterns.middle.neighbours import InnerNeighbours, neighbours
 from geoprint.patterns.middle.ridges import middles, ridges, steps_along, stretches
 from geoprint.patterns.middle.strands import STEP_SHARE, Strands, strands_of
 from geoprint.surfaces import arc_lengths
@@ -47,7 +47,7 @@ class _Ridge:
     def __post_init__(self) -> None:
         freeze_arrays(self, rows="int: n", counts="int: n")
 
-    def beads(self, places: FloatArray, beside: Neighbours) -> list[Bead]:
+    def beads(self, places: FloatArray, beside: InnerNeighbours) -> list[LaidLine]:
         """Return the beads that lie on the ridge itself, where their number across it is odd.
 
         Args:
@@ -55,14 +55,14 @@ class _Ridge:
             beside: their neighbours.
         """
         tree = KDTree(places)
-        found = list[Bead]()
+        found = list[LaidLine]()
         for stretch in stretches(self.counts % 2 == 1, closed=False):
             rows, line = self.rows[stretch], middles(self.rows[stretch], places, beside)
             half = 0.5 * np.linalg.norm(places[rows] - places[beside.facing[rows]], axis=1)
             # At either end a third strand may be nearer than the two that face each other.
             clear = np.flatnonzero(tree.query(line)[0] > CLEAR_SHARE * half)
             if clear.size > 1:
-                found.append(Bead(line[clear[0] : clear[-1] + 1], int(self.counts[stretch[0]] - 1) // 2))
+                found.append(LaidLine(line[clear[0] : clear[-1] + 1], int(self.counts[stretch[0]] - 1) // 2))
         return found
 
 
@@ -92,7 +92,7 @@ def _crossing(levels: IntArray) -> IntArray:
     return 2 * (levels + 1)
 
 
-def _counted(rows: IntArray, strands: Strands, beside: Neighbours) -> _Ridge:
+def _counted(rows: IntArray, strands: Strands, beside: InnerNeighbours) -> _Ridge:
     """Return a ridge with the beads across it; where a bead of its own would be too short, it has none."""
     levels = strands.levels[rows]
     widths = 2.0 * (levels + 0.5 + beside.half[rows] / strands.spacing)
@@ -106,7 +106,7 @@ def _counted(rows: IntArray, strands: Strands, beside: Neighbours) -> _Ridge:
     return _Ridge(rows, counts)
 
 
-def _on_both_sides(found: list[_Ridge], strands: Strands, beside: Neighbours) -> IntArray:
+def _on_both_sides(found: list[_Ridge], strands: Strands, beside: InnerNeighbours) -> IntArray:
     """Return the (k,) beads across the ridge at each sample that lies on one, 0 elsewhere."""
     counts = np.zeros(strands.levels.size, dtype=np.int64)
     for ridge in found:
@@ -122,7 +122,7 @@ def _on_both_sides(found: list[_Ridge], strands: Strands, beside: Neighbours) ->
     return counts
 
 
-def _moves(counts: IntArray, strands: Strands, beside: Neighbours) -> FloatArray:
+def _moves(counts: IntArray, strands: Strands, beside: InnerNeighbours) -> FloatArray:
     """Return how far each sample moves so that beads share the width across the ridge inside of it (k, 3) [mm]."""
     stretched = np.ones(counts.size)
     for level in np.unique(strands.levels)[::-1]:

@@ -38,7 +38,7 @@ class MovedStrands(NamedTuple):
     merged: BoolArray
 
 
-class Bead(NamedTuple):
+class LaidLine(NamedTuple):
     """A line of material.
 
     Attributes:
@@ -50,7 +50,7 @@ class Bead(NamedTuple):
     level: int
 
 
-def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[Bead]) -> Strokes:
+def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[LaidLine]) -> Strokes:
     """Return what is left of the strands where they lie now, and the beads along ridges, level by level.
 
     Args:
@@ -60,7 +60,7 @@ def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads:
         beads: along ridges; they go on to the tips of what was merged there.
     """
     stays = _staying(moved)
-    left, tips = list[Bead](), list[FloatArray]()
+    left, tips = list[LaidLine](), list[FloatArray]()
     for strand in np.flatnonzero(~stays).tolist():
         bent = contours.curves.xyz(surface, strand)
         for bead in _left(moved, strand, bent, level=int(contours.levels[strand])):
@@ -86,17 +86,17 @@ def _staying(moved: MovedStrands) -> BoolArray:
     return np.bincount(strands.strand, far | moved.merged, minlength=strands.count) == 0
 
 
-def _left(moved: MovedStrands, strand: int, curve: FloatArray, *, level: int) -> list[Bead]:
+def _left(moved: MovedStrands, strand: int, curve: FloatArray, *, level: int) -> list[LaidLine]:
     """Return what a strand has become: its traced curve (n, 3) moved [mm], or what is not merged of its samples."""
     strands, held = moved.strands, moved.strands.rows(strand)
     closed, merged, places = bool(strands.closed[strand]), moved.merged[held], moved.places[held]
     if merged.any():
-        return [Bead(places[each], level) for each in stretches(~merged, closed=closed) if each.size >= LEAST_LEFT]
+        return [LaidLine(places[each], level) for each in stretches(~merged, closed=closed) if each.size >= LEAST_LEFT]
     arcs, moves, own = strands.arcs[held], places - strands.places[held], arc_lengths(curve)
     if closed:
         arcs, moves = np.append(arcs, own[-1]), np.vstack([moves, moves[:1]])
     bent = curve + interpolated(own, arcs, moves)
-    return [Bead(np.vstack([bent[:-1], bent[:1]]) if closed else bent, level)]
+    return [LaidLine(np.vstack([bent[:-1], bent[:1]]) if closed else bent, level)]
 
 
 def _is_tip(line: FloatArray, *, spacing: float) -> bool:
@@ -105,7 +105,7 @@ def _is_tip(line: FloatArray, *, spacing: float) -> bool:
     return 0.0 < across < TIP_WIDTH * spacing and float(arc_lengths(line)[-1]) < TIP_LENGTH * spacing
 
 
-def _to_the_end(bead: Bead, tips: list[FloatArray], beside: KDTree, *, spacing: float) -> Bead:
+def _to_the_end(bead: LaidLine, tips: list[FloatArray], beside: KDTree, *, spacing: float) -> LaidLine:
     """Return a bead that goes on to the tips at its ends, or straight on while there is room; closed where these meet.
 
     Args:
@@ -122,10 +122,10 @@ def _to_the_end(bead: Bead, tips: list[FloatArray], beside: KDTree, *, spacing: 
             line = np.vstack([line, tip])
     is_long = float(arc_lengths(line)[-1]) > 4.0 * CLOSING * spacing
     if is_long and np.linalg.norm(line[0] - line[-1]) < CLOSING * spacing:
-        return Bead(np.vstack([line, line[:1]]), bead.level)
+        return LaidLine(np.vstack([line, line[:1]]), bead.level)
     for _ in range(2):
         line = _straight_on(line, beside, spacing=spacing)[::-1]
-    return Bead(line, bead.level)
+    return LaidLine(line, bead.level)
 
 
 def _straight_on(line: FloatArray, beside: KDTree, *, spacing: float) -> FloatArray:

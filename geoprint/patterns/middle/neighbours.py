@@ -1,7 +1,7 @@
 """What lies beside a strand on its inner side: the strand that faces it across a ridge, or the next level.
 
 A ridge is where fronts meet: there the distance has its largest values, and the strands of one level face each other.
-Neighbours are found through the air; within two spacings that is the distance over the surface but for folds.
+InnerNeighbours are found through the air; within two spacings that is the distance over the surface but for folds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ALIKE = 0.7
 
 @final
 @frozen
-class Neighbours:
+class InnerNeighbours:
     """The inner neighbours of strands with k samples.
 
     Attributes:
@@ -48,12 +48,12 @@ class Neighbours:
         return self.facing >= 0
 
 
-def neighbours(strands: Strands) -> Neighbours:
+def neighbours(strands: Strands) -> InnerNeighbours:
     """Find the inner neighbour of each sample of the strands."""
     facing, across = _facing(strands)
     inside, away = _inside(strands)
     ridge = (facing >= 0) & (across < away)
-    return Neighbours(np.where(ridge, facing, -1), np.where(ridge, 0.5 * across, 0.0), np.where(ridge, -1, inside))
+    return InnerNeighbours(np.where(ridge, facing, -1), np.where(ridge, 0.5 * across, 0.0), np.where(ridge, -1, inside))
 
 
 def _facing(strands: Strands) -> tuple[IntArray, FloatArray]:

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.patterns.middle.neighbours import Neighbours
+from geoprint.patterns.middle.neighbours import InnerNeighbours
 from geoprint.patterns.middle.strands import STEP_SHARE, Strands
 
 # From one sample to the next the one that faces goes on by at most so many spacings, or the ridge branches there.
@@ -21,7 +21,7 @@ WIDE, NARROW = 0.6, 0.5
 LIKE = 0.3
 
 
-def ridges(strands: Strands, beside: Neighbours) -> list[IntArray]:
+def ridges(strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
     """Return the ridges: for each the rows of samples in order along it, of one of the two strands that face.
 
     Args:
@@ -32,7 +32,7 @@ def ridges(strands: Strands, beside: Neighbours) -> list[IntArray]:
     return _joined(pieces, strands, beside)
 
 
-def middles(rows: IntArray, places: FloatArray, beside: Neighbours) -> FloatArray:
+def middles(rows: IntArray, places: FloatArray, beside: InnerNeighbours) -> FloatArray:
     """Return the (n, 3) middles between samples and those that face them [mm].
 
     Args:
@@ -59,7 +59,7 @@ def stretches(chosen: BoolArray, *, closed: bool) -> list[IntArray]:
     return [(np.arange(first, behind) + start) % chosen.size for first, behind in bounds]
 
 
-def _pieces(strands: Strands, beside: Neighbours) -> list[IntArray]:
+def _pieces(strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
     """Return unbroken pieces of ridges, the longest first, none of which is seen from both sides."""
     found = list[IntArray]()
     for strand in range(strands.count):
@@ -83,7 +83,7 @@ def _pieces(strands: Strands, beside: Neighbours) -> list[IntArray]:
     return kept
 
 
-def _joined(pieces: list[IntArray], strands: Strands, beside: Neighbours) -> list[IntArray]:
+def _joined(pieces: list[IntArray], strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
     """Join pieces end to end, nearest first. End 2 i is where piece i starts, end 2 i + 1 where it ends."""
     partner = dict[int, int]()
     for first, second in _nearest_first(pieces, strands, beside):
@@ -112,7 +112,7 @@ def _is_joined(first: int, second: int, partner: dict[int, int]) -> bool:
     return _from(first, partner)[-1] ^ 1 == second
 
 
-def _nearest_first(pieces: list[IntArray], strands: Strands, beside: Neighbours) -> list[tuple[int, int]]:
+def _nearest_first(pieces: list[IntArray], strands: Strands, beside: InnerNeighbours) -> list[tuple[int, int]]:
     """Return pairs of ends between which a ridge goes on, the nearest first."""
     if not pieces:
         return []

@@ -7,14 +7,14 @@ import pytest
 
 from geoprint.backends import BACKENDS
 from geoprint.model import Surface
-from geoprint.patterns.middle.neighbours import Neighbours, neighbours
+from geoprint.patterns.middle.neighbours import InnerNeighbours, neighbours
 from geoprint.patterns.middle.ridges import middles, ridges, stretches
 from geoprint.patterns.middle.strands import Strands, strands_of
 from geoprint.surfaces import boundary_seed
 from tests.meshes import annulus, plate
 
 
-def found_on(surface: Surface, *, spacing: float) -> tuple[Strands, Neighbours]:
+def found_on(surface: Surface, *, spacing: float) -> tuple[Strands, InnerNeighbours]:
     contours = BACKENDS["fast-marching"](surface).contours(boundary_seed(surface), spacing=spacing)
     strands = strands_of(surface, contours)
     return strands, neighbours(strands)
