@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, NamedTuple, final
+from typing import ClassVar, final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -22,13 +22,6 @@ LEFT_OVER = 0.25
 SAME_POINT = 1e-6
 # What may be left of level curves beside the stroke, in rings of their own, over its length.
 MOST_BESIDE = 0.02
-
-
-class _Rings(NamedTuple):
-    """Curves in order along one stroke each: for each curve the one that it goes on in, or -1."""
-
-    curves: SurfaceCurves
-    following: IntArray
 
 
 @final
@@ -140,9 +133,7 @@ def _rim(surface: Surface, seed: SurfaceCurves, distance: FloatArray) -> IntArra
     )
 
 
-def _wound(
-    surface: Surface, slit: Slit, distance: FloatArray, shares: FloatArray, *, spacing: float
-) -> SurfaceCurves:
+def _wound(surface: Surface, slit: Slit, distance: FloatArray, shares: FloatArray, *, spacing: float) -> SurfaceCurves:
     """Return the level curve of distance less turns, joined across the slit, and small rings beside it.
 
     Raises:
@@ -150,7 +141,7 @@ def _wound(
     """
     phase = distance[slit.origins] / spacing - shares
     opened = Surface(surface.vertices[slit.origins], slit.faces, surface.name)
-    levels = np.arange(max(int(np.ceil(phase.max() - 0.5)), 1)) + 0.5
+    levels = np.arange(max(int(np.ceil(phase.max() - 0.5)), 1), dtype=np.float64) + 0.5
     curves, _ = isolines(opened, ScalarField(phase), levels=levels)
     strokes = [_from_rim(line, surface, distance) for line in _joined(opened, curves)]
     lengths = np.array([arc_lengths(stroke.xyz(surface, 0))[-1] for stroke in strokes])

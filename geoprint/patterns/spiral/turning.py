@@ -32,8 +32,9 @@ def turns(
         loose: vertices that it turns about: their triangles do not count.
     """
     count = len(surface.vertices)
-    stiffness = _stiffness(surface, slit, distance, counts=~np.isin(surface.faces, loose).any(axis=1))
-    fold = csc_array((np.ones(slit.origins.size), (np.arange(slit.origins.size), slit.origins)), (slit.origins.size, count))
+    stiffness = _stiffness(surface, slit, distance, apart=np.isin(surface.faces, loose))
+    size = slit.origins.size
+    fold = csc_array((np.ones(size), (np.arange(size), slit.origins)), (size, count))
     jump = slit.left.astype(np.float64)
     matrix, right = csc_array(fold.T @ stiffness @ fold), -(fold.T @ (stiffness @ jump))
     vertices, shares = held
@@ -50,8 +51,8 @@ def turns(
     return whole
 
 
-def _stiffness(surface: Surface, slit: Slit, distance: FloatArray, *, counts: BoolArray) -> csc_array:
-    """Return the (c, c) matrix of the integral, over the faces that count."""
+def _stiffness(surface: Surface, slit: Slit, distance: FloatArray, *, apart: BoolArray) -> csc_array:
+    """Return the (c, c) matrix of the integral, over the faces without a corner that is apart."""
     down = gradient(surface, distance)
     normal = face_normals(surface)
     length = np.linalg.norm(down, axis=1)
@@ -63,7 +64,7 @@ def _stiffness(surface: Surface, slit: Slit, distance: FloatArray, *, counts: Bo
     hats = np.cross(normal[:, None, :], opposite) / (2.0 * areas)[:, None, None]
     rise = np.einsum("mcx,mx->mc", hats, across), np.einsum("mcx,mx->mc", hats, along)
     local = np.einsum("ma,mb->mab", rise[0], rise[0]) + ALONG * np.einsum("ma,mb->mab", rise[1], rise[1])
-    local *= (areas * counts)[:, None, None]
+    local *= np.where(apart.any(axis=1), 0.0, areas)[:, None, None]
     rows, columns = np.repeat(slit.faces, 3, axis=1), np.tile(slit.faces, 3)
     shape = (slit.origins.size, slit.origins.size)
     return csc_array(coo_array((local.ravel(), (rows.ravel(), columns.ravel())), shape=shape))
