@@ -34,10 +34,10 @@ def way_between(surface: Surface, start: int, ends: IntArray) -> IntArray:
     lengths = np.linalg.norm(surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]], axis=1)
     count = len(surface.vertices)
     graph = coo_array((lengths, (sides[:, 0], sides[:, 1])), shape=(count, count)).tocsr()
-    away, before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
-    way = [int(ends[away[ends].argmin()])]
+    away, before = dijkstra(graph, directed=False, indices=np.array([start]), return_predecessors=True)
+    way = [int(ends[away[0, ends].argmin()])]
     while way[-1] != start:
-        way.append(int(before[way[-1]]))
+        way.append(int(before[0, way[-1]]))
     return np.array(way[::-1], dtype=np.int64)
 
 

@@ -17,7 +17,7 @@ from geoprint.surfaces import Piece, all_curves, arc_lengths, boundary_loops, eu
 # Along the rim the stroke rises by one spacing over so many spacings, at the end of its first turn.
 RISE = 8.0
 # The stroke ends this far from the innermost point of a piece [spacings].
-LEFT_OVER = 0.25
+LEFT_OVER = 0.5
 # Ends of the stroke on both sides of the slit are one point [mm].
 SAME_POINT = 1e-6
 # What may be left of level curves beside the stroke, in rings of their own, over its length.
@@ -73,7 +73,7 @@ class SpiralPattern:
         ]
         curves = all_curves(found)
         away = np.einsum("kc,kc->k", curves.points.weights, field.values[surface.faces[curves.points.faces]])
-        row = np.maximum(away / spacing - 0.5, 0.0)
+        row: FloatArray = np.maximum(away / spacing - 0.5, 0.0)
         return Strokes(curves, row, np.full(row.size, float(spacing)), np.ones(row.size))
 
     def _piece(self, piece: Piece, seed: SurfaceCurves, distance: FloatArray, *, spacing: float) -> SurfaceCurves:

@@ -31,7 +31,7 @@ def test_on_a_flat_disc_it_is_the_spiral_of_archimedes() -> None:
     radius, turns = _polar(strokes.curves.xyz(surface, 0))
     outer = radius > 1.0
     np.testing.assert_allclose(radius[outer], (9.5 - turns)[outer], atol=0.03)
-    assert radius[-1] < 0.5
+    assert radius[-1] < 0.7
     np.testing.assert_allclose(strokes.row[outer], turns[outer], atol=0.03)
 
 
