@@ -7,9 +7,10 @@ from types import MappingProxyType
 
 from geoprint.patterns.contours import ContourPattern
 from geoprint.patterns.interface import PatternFactory
+from geoprint.patterns.spiral import SpiralPattern
 from geoprint.registry import Entry, Registry
 
-PATTERNS: Mapping[str, PatternFactory] = MappingProxyType({"contours": ContourPattern})
+PATTERNS: Mapping[str, PatternFactory] = MappingProxyType({"contours": ContourPattern, "spiral": SpiralPattern})
 
 _KNOWN = Registry("pattern", group="geoprint.patterns", built_in=PATTERNS, members=("title", "strokes"))
 

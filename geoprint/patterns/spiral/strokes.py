@@ -1,0 +1,208 @@
+"""The `spiral` pattern: where distance less turns is half a spacing more than a whole number of them, in one stroke."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.backends import Backend, isolines, level_distances
+from geoprint.errors import FieldError, UsageError
+from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
+from geoprint.patterns.spiral.slits import Slit, slit_along, way_between
+from geoprint.patterns.spiral.turning import turns
+from geoprint.surfaces import Piece, all_curves, arc_lengths, boundary_loops, euler_characteristic, pieces, some_curves
+
+# Along the rim the stroke rises by one spacing over so many spacings, at the end of its first turn.
+RISE = 8.0
+# The stroke ends this far from the innermost point of a piece [spacings].
+LEFT_OVER = 0.5
+# Ends of the stroke on both sides of the slit are one point [mm].
+SAME_POINT = 1e-6
+# What may be left of level curves beside the stroke, in rings of their own, over its length.
+MOST_BESIDE = 0.02
+
+
+@final
+class SpiralPattern:
+    """The `spiral` pattern: one stroke a piece, from the rim inwards, or outwards from a point on a closed part.
+
+    It serves pieces whose level curves are rings about one middle: discs whose seed is the whole border, and closed
+    pieces whose seed is a point. A piece with a hole, or whose level curves part into two sets of rings, is refused.
+    Rings about a middle of less than a fiftieth of the stroke's length are strokes of their own.
+
+    Args:
+        rise: spacings of the rim over which the first turn rises to the next; 0 for the whole turn, steadily. What the
+            rise leaves open at the rim is half of it times the spacing.
+
+    Raises:
+        UsageError: the rise is negative.
+
+    Examples:
+        >>> SpiralPattern.title
+        'one stroke from the rim to the middle'
+    """
+
+    title: ClassVar[str] = "one stroke from the rim to the middle"
+    summary: ClassVar[str] = "Winds from the seed inwards in one stroke, one spacing farther with every turn."
+
+    def __init__(self, *, rise: float = RISE) -> None:
+        if not 0.0 <= rise < np.inf:
+            raise UsageError(f"the spiral's rise is {rise:g} spacings; it must be 0 (the whole turn) or more.")
+        self._rise = rise
+
+    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+        """Return one stroke a piece; its row rises by one a turn, less where the turn follows the rim.
+
+        Raises:
+            UsageError: the spacing is not the same everywhere, or the level curves of a piece are no rings about one
+                middle.
+            FieldError: not even the first level lies on the surface, or on a piece of it.
+        """
+        if isinstance(spacing, ScalarField):
+            raise UsageError(
+                "turns of a spiral lie one spacing apart everywhere, but a spacing at each vertex is given: give one "
+                "number, or choose another pattern."
+            )
+        field = backend.distance(seed)
+        level_distances(field, spacing=spacing)
+        found = [
+            piece.on_whole(self._piece(piece, piece.own(seed.curves), field.values[piece.vertices], spacing=spacing))
+            for piece in pieces(surface)
+        ]
+        curves = all_curves(found)
+        away = np.einsum("kc,kc->k", curves.points.weights, field.values[surface.faces[curves.points.faces]])
+        row: FloatArray = np.maximum(away / spacing - 0.5, 0.0)
+        return Strokes(curves, row, np.full(row.size, float(spacing)), np.ones(row.size))
+
+    def _piece(self, piece: Piece, seed: SurfaceCurves, distance: FloatArray, *, spacing: float) -> SurfaceCurves:
+        """Return the stroke of a piece, and small rings beside it."""
+        surface, middle = piece.surface, int(distance.argmax())
+        if distance[middle] <= 0.5 * spacing:
+            raise FieldError(
+                f"spacing is {spacing:g} mm, but no point of a piece of {surface.name} is farther than "
+                f"{distance[middle]:.3g} mm from the seed: choose a spacing below {2 * distance[middle]:.3g} mm."
+            )
+        rim = _rim(surface, seed, distance)
+        start = np.array([int(distance.argmin())]) if rim is None else rim
+        slit = slit_along(surface, way_between(surface, middle, start)[::-1])
+        if rim is None:
+            shares = turns(surface, slit, distance, held=_pinned(distance, start), loose=np.append(start, middle))
+        else:
+            held = self._along(surface, slit, rim, spacing=spacing)
+            shares = turns(surface, slit, distance, held=held, loose=np.array([middle]))
+        return _wound(surface, slit, distance, shares, spacing=spacing)
+
+    def _along(self, surface: Surface, slit: Slit, rim: IntArray, *, spacing: float) -> tuple[IntArray, FloatArray]:
+        """Return the shares of a turn along the rim: none until the rise, then evenly to one at the slit.
+
+        A rim has the surface on its left, so a slit that starts on it has its left side where the rim arrives.
+        """
+        copies = np.bincount(slit.origins, minlength=len(surface.vertices))
+        rim = np.roll(rim, -int(np.flatnonzero(copies[rim] > 1)[0]))
+        arcs = arc_lengths(surface.vertices[np.append(rim, rim[0])])
+        rise = min(self._rise * spacing, arcs[-1]) or arcs[-1]
+        return rim, np.clip((arcs[:-1] - arcs[-1]) / rise + 1.0, 0.0, 1.0)
+
+
+def _pinned(distance: FloatArray, start: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return one vertex where the share is none: the next to the start in distance."""
+    return np.array([int(np.where(np.arange(distance.size) == start[0], np.inf, distance).argmin())]), np.zeros(1)
+
+
+def _rim(surface: Surface, seed: SurfaceCurves, distance: FloatArray) -> IntArray | None:
+    """Return the rim that distance is measured from, or None where it is a point of a closed piece.
+
+    Raises:
+        UsageError: the seed is neither, or the piece has holes.
+    """
+    loops = boundary_loops(surface)
+    if not loops and euler_characteristic(surface) == 2 and seed.points.faces.size == seed.count == 1:
+        return None
+    if len(loops) == 1 and euler_characteristic(surface) == 1:
+        if distance[loops[0]].max() <= 1e-6 * distance.max():
+            return loops[0]
+        raise UsageError(
+            f"a spiral winds inwards from the whole border, but the seed is only a part of that of {surface.name} or "
+            "lies elsewhere: leave out `--from`, or use `--pattern contours`."
+        )
+    raise UsageError(
+        f"a spiral winds about one middle, but {surface.name} has {len(loops)} borders where it may have one, or none "
+        "and a point as its source (`--from point:X,Y,Z`): use `--pattern contours`."
+    )
+
+
+def _wound(surface: Surface, slit: Slit, distance: FloatArray, shares: FloatArray, *, spacing: float) -> SurfaceCurves:
+    """Return the level curve of distance less turns, joined across the slit, and small rings beside it.
+
+    Raises:
+        UsageError: what is left beside it is more than a small part.
+    """
+    phase = distance[slit.origins] / spacing - shares
+    opened = Surface(surface.vertices[slit.origins], slit.faces, surface.name)
+    levels = np.arange(max(int(np.ceil(phase.max() - 0.5)), 1), dtype=np.float64) + 0.5
+    curves, _ = isolines(opened, ScalarField(phase), levels=levels)
+    strokes = [_from_rim(line, surface, distance) for line in _joined(opened, curves)]
+    lengths = np.array([arc_lengths(stroke.xyz(surface, 0))[-1] for stroke in strokes])
+    first = int(lengths.argmax())
+    beside = [stroke for stroke, length in zip(strokes, lengths, strict=True) if stroke.closed[0] and length > spacing]
+    rest = float(sum(arc_lengths(ring.xyz(surface, 0))[-1] for ring in beside))
+    if rest > MOST_BESIDE * lengths[first]:
+        raise UsageError(
+            f"a spiral winds about one middle, but the level curves of {surface.name} part into several sets of rings: "
+            f"{rest:.3g} mm in {len(beside)} of them lie beside a spiral of {lengths[first]:.4g} mm; use "
+            "`--pattern contours`, or another source (`--from`)."
+        )
+    return all_curves([_trimmed(strokes[first], surface, distance, spacing=spacing), *beside])
+
+
+def _joined(surface: Surface, curves: SurfaceCurves) -> list[SurfaceCurves]:
+    """Return curves joined where the end of one is the start of another, each by itself."""
+    opened = np.flatnonzero(~curves.closed)
+    places = curves.points.xyz(surface)
+    starts, ends = places[curves.offsets[opened]], places[curves.offsets[opened + 1] - 1]
+    away, found = KDTree(starts).query(ends)
+    following = np.where(away < SAME_POINT, found, -1)
+    chains = [[int(curve)] for curve in np.flatnonzero(curves.closed)]
+    left = set(range(opened.size))
+    heads = [number for number in range(opened.size) if number not in set(following.tolist())]
+    for head in [*heads, *range(opened.size)]:
+        if head not in left:
+            continue
+        chain, at = list[int](), head
+        while at in left:
+            left.remove(at)
+            chain.append(int(opened[at]))
+            at = int(following[at])
+        chains.append(chain)
+    return [_one(curves, np.array(chain), places) for chain in chains]
+
+
+def _one(curves: SurfaceCurves, chain: IntArray, places: FloatArray) -> SurfaceCurves:
+    """Return curves of a chain as one curve; a point that two of them share counts once."""
+    picked = some_curves(curves, chain)
+    keep = np.ones(picked.points.faces.size, dtype=np.bool_)
+    keep[picked.offsets[1:-1]] = False
+    first, last = places[curves.offsets[chain[0]]], places[curves.offsets[chain[-1] + 1] - 1]
+    points = SurfacePoints(picked.points.faces[keep], picked.points.weights[keep])
+    closed = points.faces.size > 2 and float(np.linalg.norm(last - first)) < SAME_POINT
+    return SurfaceCurves(points, np.array([0, points.faces.size]), np.array([closed]))
+
+
+def _from_rim(curve: SurfaceCurves, surface: Surface, distance: FloatArray) -> SurfaceCurves:
+    """Return a curve turned so that its distance rises from its start to its end."""
+    away = np.einsum("kc,kc->k", curve.points.weights, distance[surface.faces[curve.points.faces]])
+    if away[0] <= away[-1]:
+        return curve
+    points = SurfacePoints(curve.points.faces[::-1].copy(), curve.points.weights[::-1].copy())
+    return SurfaceCurves(points, curve.offsets, curve.closed)
+
+
+def _trimmed(curve: SurfaceCurves, surface: Surface, distance: FloatArray, *, spacing: float) -> SurfaceCurves:
+    """Return a stroke without its last bit about the middle, where it would lie beside itself."""
+    away = np.einsum("kc,kc->k", curve.points.weights, distance[surface.faces[curve.points.faces]])
+    inside = np.flatnonzero(away > distance.max() - LEFT_OVER * spacing)
+    count = int(inside[0]) if inside.size and inside[0] > 1 else away.size
+    points = SurfacePoints(curve.points.faces[:count], curve.points.weights[:count])
+    return SurfaceCurves(points, np.array([0, count]), np.array([False]))
