@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 
-from geoprint.account import summary, tell_comparison
+from geoprint.account import tell_comparison
 from geoprint.account.records.comparison import PartRecord
+from geoprint.account.summary import record_plan
 from geoprint.config import job_of
 from geoprint.errors import UsageError
 from geoprint.model import Surface
@@ -48,12 +48,11 @@ def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
         assert alone.middles == ()
     assert (best.poses.tips == fitted.poses.tips).all()
     assert best.job.middle is None
-    told = summary(best)
-    assert [each["middle"] for each in told["middles"]] == ["fitted", "plain"]
-    (note,) = (note for note in told["notes"] if "fronts meet" in note)
+    told = record_plan(best)
+    assert [each.middle for each in told.middles] == ["fitted", "plain"]
+    (note,) = (note for note in told.notes if "fronts meet" in note)
     assert "contours are fitted; area missed + laid twice: 0.0% + 0.0% in 7 runs" in note
     assert "in 6 runs if plain (`--middle plain`)" in note
-    json.dumps(told)
 
 
 def test_plain_contours_stay_where_they_leave_next_to_nothing(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 from geoprint.config import job_of
 from geoprint.errors import ClearanceError, PlanError, ReachError
 from geoprint.model import Placement
-from geoprint.pipeline.planning import cover
+from geoprint.pipeline.covering import cover
 from geoprint.pipeline.refusals import changes, printed
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece

@@ -133,8 +133,9 @@ def _straight_on(line: FloatArray, beside: KDTree, *, spacing: float) -> FloatAr
     ahead = line[-1] - line[max(len(line) - 1 - STRAIGHT_SAMPLES, 0)]
     ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-12)
     steps = np.arange(1, STRAIGHT_SAMPLES + 1) * STEP_SHARE * spacing
-    free = beside.query(line[-1] + steps[:, None] * ahead)[0] > ROOM * spacing
-    count = int(np.argmin(free)) if not free.all() else len(free)
+    away = np.asarray(beside.query(line[-1] + steps[:, None] * ahead)[0])
+    near = np.flatnonzero(away <= ROOM * spacing)
+    count = int(near[0]) if near.size else STRAIGHT_SAMPLES
     return line if count == 0 else np.vstack([line, line[-1] + steps[count - 1] * ahead])
 
 
