@@ -200,9 +200,9 @@ def _from_rim(curve: SurfaceCurves, surface: Surface, distance: FloatArray) -> S
 
 
 def _trimmed(curve: SurfaceCurves, surface: Surface, distance: FloatArray, *, spacing: float) -> SurfaceCurves:
-    """Return a stroke without its last bit about the middle, where it would lie beside itself."""
-    away = np.einsum("kc,kc->k", curve.points.weights, distance[surface.faces[curve.points.faces]])
-    inside = np.flatnonzero(away > distance.max() - LEFT_OVER * spacing)
-    count = int(inside[0]) if inside.size and inside[0] > 1 else away.size
+    """Return a stroke without its last bit about the middle, where it would bend too tightly and lie beside itself."""
+    middle = surface.vertices[int(distance.argmax())]
+    away = np.linalg.norm(curve.xyz(surface, 0) - middle, axis=1)
+    count = max(int(np.flatnonzero(away >= LEFT_OVER * spacing).max(initial=0)) + 1, 2)
     points = SurfacePoints(curve.points.faces[:count], curve.points.weights[:count])
     return SurfaceCurves(points, np.array([0, count]), np.array([False]))

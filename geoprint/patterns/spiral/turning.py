@@ -16,7 +16,7 @@ from geoprint.patterns.spiral.slits import Slit
 from geoprint.surfaces import face_areas, face_normals, gradient
 
 # Weight of an even rise along the turns over an even distance between them.
-ALONG = 0.1
+ALONG = 0.02
 
 
 def turns(
