@@ -71,6 +71,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "calibrate.png": cells.calibrate,
     "fine-lines.png": cells.fine_lines,
     "middle.png": surfaces.middle,
+    "spiral.png": surfaces.spiral,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

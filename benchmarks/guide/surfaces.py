@@ -76,6 +76,19 @@ def middle(data: Path) -> bytes:
     return small_png(figure)
 
 
+def spiral(data: Path) -> bytes:
+    """Draw the tip of a heart covered by rings, and by one stroke."""
+    figure, axes = panels(2, width=8.2, height=4.0)
+    for axis, pattern in zip(axes, ("contours", "spiral"), strict=True):
+        job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, robot=False, pattern=pattern)
+        planned = plan(job)
+        view = view_from(mean_normal(planned.workpiece.surface), up=np.array([0.0, 1.0, 0.0]))
+        _draw_paths(axis, planned, view, colour=BLUE)
+        count = planned.toolpath.curves.count
+        axis.set_title(f"{pattern}: {count} {'run' if count == 1 else 'runs'}", fontsize=10)
+    return small_png(figure)
+
+
 def several_patches(data: Path) -> bytes:
     """Draw two patches of a heart from below, with their runs numbered."""
     patches = [{"at": TIP, "radius": 6.0}, {"at": SECOND, "radius": 4.0}]

@@ -16,6 +16,8 @@ from geoprint.surfaces import Piece, all_curves, arc_lengths, boundary_loops, eu
 
 # Along the rim the stroke rises by one spacing over so many spacings, at the end of its first turn.
 RISE = 8.0
+# But over no more of the rim than this share of it.
+MOST_RISE = 0.125
 # The stroke ends this far from the innermost point of a piece [spacings].
 LEFT_OVER = 0.5
 # Ends of the stroke on both sides of the slit are one point [mm].
@@ -33,8 +35,8 @@ class SpiralPattern:
     Rings about a middle of less than a fiftieth of the stroke's length are strokes of their own.
 
     Args:
-        rise: spacings of the rim over which the first turn rises to the next; 0 for the whole turn, steadily. What the
-            rise leaves open at the rim is half of it times the spacing.
+        rise: spacings of the rim over which the first turn rises to the next, an eighth of the rim at most; 0 for the
+            whole turn, steadily. What the rise leaves open at the rim is half of it times the spacing.
 
     Raises:
         UsageError: the rise is negative.
@@ -102,7 +104,7 @@ class SpiralPattern:
         copies = np.bincount(slit.origins, minlength=len(surface.vertices))
         rim = np.roll(rim, -int(np.flatnonzero(copies[rim] > 1)[0]))
         arcs = arc_lengths(surface.vertices[np.append(rim, rim[0])])
-        rise = min(self._rise * spacing, arcs[-1]) or arcs[-1]
+        rise = min(self._rise * spacing, MOST_RISE * arcs[-1]) or arcs[-1]
         return rim, np.clip((arcs[:-1] - arcs[-1]) / rise + 1.0, 0.0, 1.0)
 
 

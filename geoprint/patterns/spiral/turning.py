@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from geoprint.backends.sparse_solver import factorised
+from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.patterns.spiral.slits import Slit
 from geoprint.surfaces import face_areas, face_normals, gradient
@@ -42,7 +42,9 @@ def turns(
     found[vertices] = shares
     free = np.setdiff1d(np.arange(count), np.union1d(vertices, loose))
     right = right - matrix @ found
-    found[free] = factorised(csc_array(matrix[free][:, free])).solve(right[free])
+    inner = csc_array(matrix[free][:, free])
+    order = nested_dissection(inner, coordinates=surface.vertices[free])
+    found[free] = SymmetricSolver(inner, order=order).solve(right[free])
     whole = found[slit.origins] + jump
     for vertex in loose.tolist():
         around = slit.faces[(surface.faces == vertex).any(axis=1)]
