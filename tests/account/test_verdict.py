@@ -20,7 +20,8 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> PlannedRecord:
     """Return what is said of one backend on a plate."""
     path = tmp_path_factory.mktemp("plate") / "plate.ply"
     save_ply(plate((20.0, 16.0), (10, 8)), path)
-    compared = compare(job_of(surface=path, unit="mm", spacing=2.0, robot=False), backends=["heat"])
+    job = job_of(surface=path, unit="mm", spacing=2.0, robot=False, middle="plain")
+    compared = compare(job, backends=["heat"])
     (part,) = tell_comparison([compared]).record.parts
     assert isinstance(part, PartRecord)
     return part.planned[0]
