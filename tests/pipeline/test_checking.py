@@ -163,6 +163,7 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("station", ["purge", "flood"])
+@pytest.mark.usefixtures("brief_proofs")
 def test_a_station_at_which_the_arm_hits_something_is_refused_by_name(tmp_path: Path, station: str) -> None:
     cell = f"{cell_text()}\n[{station}]\nduration_s = 2\njoints_deg = [0, 75, 20, 0, 87, 180]\n"
     with pytest.raises(ClearanceError, match=rf"the joints of \[{station}\]: on the way from home .* table"):

@@ -190,6 +190,7 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Pat
     assert "exact geodesic distance" in words
 
 
+@pytest.mark.usefixtures("brief_proofs")
 def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_loses(tmp_path: Path) -> None:
     part, cell = tmp_path / "part.ply", tmp_path / "far.toml"
     save_ply(plate((30.0, 24.0), (20, 16), jitter_seed=1), part)

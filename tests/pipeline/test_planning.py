@@ -232,6 +232,7 @@ def plate_beside_a_wall(tmp_path: Path) -> tuple[Path, Path]:
     return saved(tmp_path, plate((40.0, 30.0), (20, 15))), body
 
 
+@pytest.mark.usefixtures("brief_proofs")
 def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_and_depth(tmp_path: Path) -> None:
     part, body = plate_beside_a_wall(tmp_path)
     with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the \w+ reaches \d+\.\d\d mm into the body"):
@@ -271,6 +272,7 @@ def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Pa
     assert "leans in" in outcome_text(record_plan(planned))
 
 
+@pytest.mark.usefixtures("brief_proofs")
 def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
     cell = tmp_path / "far.toml"
@@ -524,6 +526,7 @@ def test_heart_patches_are_planned_on_one_branch_away_from_the_wrist_singularity
     assert np.degrees(robot_of(planned).joint_path.smallest_wrist_angle) > 15.0
 
 
+@pytest.mark.usefixtures("brief_proofs")
 def test_a_needle_too_short_for_the_groove_of_a_whole_heart_is_refused(tmp_path: Path) -> None:
     cell = tmp_path / "short.toml"
     cell.write_text(packaged_cell_text("irb120-bent45").replace("needle_length_mm = 25.4", "needle_length_mm = 4"))

@@ -10,6 +10,7 @@ import pytest
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.pipeline import compare, plan, save_comparisons, save_plan
 from geoprint.surfaces.files import save_ply
+from tests.brief_proofs import proving_briefly
 from tests.meshes import plate
 
 CALIBRATED = """source = "calibrated"
@@ -47,7 +48,8 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert "[900, 0, 50]" in text
     (folder / "far.toml").write_text(text)
     job = job_of(surface=folder / "plate.ply", unit="mm", rounds=3, place="demo", cell=folder / "far.toml")
-    save_comparisons([compare(job, backends=["lscm", "heat", "fast-marching"])], folder / "out")
+    with proving_briefly():
+        save_comparisons([compare(job, backends=["lscm", "heat", "fast-marching"])], folder / "out")
     (folder / "plate.ply").unlink()
     return folder / "out"
 

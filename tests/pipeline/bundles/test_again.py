@@ -40,6 +40,7 @@ def test_seconds_stand_beside_the_manifest(printed: Path) -> None:
     assert "timings_s" not in json.loads((printed / "plan.json").read_text())
 
 
+@pytest.mark.usefixtures("brief_proofs")
 def test_a_backend_of_a_comparison_is_planned_again_on_the_surface_of_all_of_them(
     compared: Path, tmp_path: Path
 ) -> None:
@@ -86,6 +87,7 @@ def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
     return int(ended.value.code or 0)
 
 
+@pytest.mark.usefixtures("brief_proofs")
 def test_the_command_says_whether_the_bytes_are_the_same(
     compared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

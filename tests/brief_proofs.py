@@ -1,0 +1,35 @@
+"""Refusals whose proof is brief: few poses are searched, coarsely, and no change is tried.
+
+A whole proof takes 15 s and more. tests/pipeline/test_refusing.py asks what it says and tries, and the mistake `out of
+reach` in tests/guide/test_mistakes.py takes one through the whole chain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+
+import numpy as np
+import pytest
+
+from geoprint.motion.reach import Grid
+from geoprint.pipeline.refusals import proving
+
+COARSE = partial(Grid, lean_step=float(np.radians(5.0)), turn_step=float(np.radians(30.0)))
+FEW = {"EVENLY": 6, "UPRIGHT": 6, "NARROWEST": 1, "NEAREST": 1}
+
+
+@contextmanager
+def proving_briefly() -> Iterator[None]:
+    """Make the proofs of all refusals brief."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, count in FEW.items():
+            patch.setattr(f"geoprint.motion.reach.exhaustion.{name}", count)
+        patch.setattr(proving, "Grid", COARSE)
+        patch.setattr(proving, "changes", no_changes)
+        yield
+
+
+def no_changes(_: object) -> tuple[()]:
+    return ()
