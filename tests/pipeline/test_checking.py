@@ -43,7 +43,9 @@ def write(folder: Path, *, cell: str) -> Path:
     """Plan a small plate and write its bundle."""
     save_ply(plate((16.0, 12.0), (12, 9), jitter_seed=1), folder / "plate.ply")
     (folder / "cell.toml").write_text(cell)
-    job = job_of(surface=folder / "plate.ply", unit="mm", spacing=2.5, backend="lscm", cell=folder / "cell.toml")
+    job = job_of(
+        surface=folder / "plate.ply", unit="mm", spacing=2.5, backend="lscm", middle="plain", cell=folder / "cell.toml"
+    )
     save_plan(plan(job), folder / "out")
     return folder / "out"
 

@@ -492,7 +492,7 @@ def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_
 
 def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
-    compared = compare(job_of(surface=part, unit="mm", spacing=20.0, robot=False))
+    compared = compare(job_of(surface=part, unit="mm", spacing=20.0, robot=False, middle="plain"))
     for _, planned in compared.planned:
         assert not planned.uniformity.spaced
         # One rectangle 10 mm inside the rim: 3.7 % of the plate, at its corners, is farther than 11 mm from it, and a

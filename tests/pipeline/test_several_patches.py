@@ -90,7 +90,7 @@ def test_a_patch_is_finished_before_the_next_and_the_nearest_one_is_next(table: 
 
 def test_rounds_divide_the_distance_of_the_deepest_patch(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
-    planned = plan(job(ball, *regions, spacing=None, rounds=3))
+    planned = plan(job(ball, *regions, spacing=None, rounds=3, middle="plain"))
     assert planned.contours.spacing == plan(job(ball, regions[0], spacing=None, rounds=3)).contours.spacing
     lengths = [last - first + 1 for first, last in (figures.runs for figures in record_plan(planned).patches)]
     assert lengths == [3, 2]

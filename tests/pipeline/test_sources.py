@@ -91,13 +91,13 @@ def test_a_curve_that_is_none_is_refused(points: list[list[float]], why: str) ->
 
 
 def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) -> None:
-    best = planned(tmp_path, BAND, source="best")
+    best = planned(tmp_path, BAND, source="best", middle="plain")
     tried = {each.source: each for each in best.workpiece.tried}
     assert list(tried) == ["border", "loops:1", "loops:2"]
     (taken,) = (each for each in tried.values() if each.taken)
     # Each is what planning from it alone finds, and none is better.
     for source, each in tried.items():
-        alone = planned(tmp_path, BAND, source=source)
+        alone = planned(tmp_path, BAND, source=source, middle="plain")
         assert alone.uniformity is not None
         assert (alone.uniformity.uncovered, alone.uniformity.overlap) == (each.gap, each.overlap)
         assert alone.toolpath.curves.count == each.runs

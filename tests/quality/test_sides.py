@@ -99,7 +99,7 @@ def test_on_exact_contours_the_outer_side_is_the_outward_figure(name: str) -> No
 
 @pytest.mark.parametrize("part", ["plate", "heart_apex_patch"])
 def test_on_planned_contours_the_outer_side_is_the_outward_figure(part: str) -> None:
-    job = job_of(surface=f"data/{part}.ply", unit="mm", spacing=2.0, backend="heat", robot=False)
+    job = job_of(surface=f"data/{part}.ply", unit="mm", spacing=2.0, backend="heat", robot=False, middle="plain")
     planned = plan(job)
     surface = planned.workpiece.surface
     before = uniformity(planned.poses, surface, spacing=2.0)

@@ -1,4 +1,4 @@
-"""A surface slit open along a way of edges, so that a number that rises by one round it has one value a vertex."""
+"""A surface slit open along a line of edges, so that a number that rises by one round it has one value a vertex."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Slit:
     Attributes:
         faces: (m, 3) vertices of the slit surface.
         origins: (c,) vertex of the whole surface that each of its vertices is.
-        left: (c,) whether it is the copy on the left of the way.
+        left: (c,) whether it is the copy on the left of the line.
     """
 
     faces: IntArray
@@ -28,24 +28,24 @@ class Slit:
         freeze_arrays(self, faces="int: m 3", origins="int: c", left="bool: c")
 
 
-def way_between(surface: Surface, start: int, ends: IntArray) -> IntArray:
-    """Return the (k,) vertices of the shortest way along edges from a vertex to the nearest of some others."""
+def line_between(surface: Surface, start: int, ends: IntArray) -> IntArray:
+    """Return the (k,) vertices of the shortest line along edges from a vertex to the nearest of some others."""
     sides = edges(surface.faces)
     lengths = np.linalg.norm(surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]], axis=1)
     count = len(surface.vertices)
     graph = coo_array((lengths, (sides[:, 0], sides[:, 1])), shape=(count, count)).tocsr()
     away, before = dijkstra(graph, directed=False, indices=np.array([start]), return_predecessors=True)
-    way = [int(ends[away[0, ends].argmin()])]
-    while way[-1] != start:
-        way.append(int(before[0, way[-1]]))
-    return np.array(way[::-1], dtype=np.int64)
+    line = [int(ends[away[0, ends].argmin()])]
+    while line[-1] != start:
+        line.append(int(before[0, line[-1]]))
+    return np.array(line[::-1], dtype=np.int64)
 
 
-def slit_along(surface: Surface, way: IntArray) -> Slit:
-    """Return a surface slit open along a way of edges; its ends stay one vertex unless they lie on the border."""
+def slit_along(surface: Surface, line: IntArray) -> Slit:
+    """Return a surface slit open along a line of edges; its ends stay one vertex unless they lie on the border."""
     count = len(surface.vertices)
     halves, other = half_edges(surface.faces), twins(surface.faces)
-    ahead = np.column_stack([way[:-1], way[1:]])
+    ahead = np.column_stack([line[:-1], line[1:]])
     on_way = np.isin(edge_keys(halves, vertices=count), edge_keys(ahead, vertices=count))
     half = np.flatnonzero((other >= 0) & ~on_way)
     following = half - half % 3 + (half + 1) % 3

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from geoprint.backends import Backend, isolines, level_distances
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
-from geoprint.patterns.spiral.slits import Slit, slit_along, way_between
+from geoprint.patterns.spiral.slits import Slit, line_between, slit_along
 from geoprint.patterns.spiral.turning import turns
 from geoprint.surfaces import Piece, all_curves, arc_lengths, boundary_loops, euler_characteristic, pieces, some_curves
 
@@ -88,7 +88,7 @@ class SpiralPattern:
             )
         rim = _rim(surface, seed, distance)
         start = np.array([int(distance.argmin())]) if rim is None else rim
-        slit = slit_along(surface, way_between(surface, middle, start)[::-1])
+        slit = slit_along(surface, line_between(surface, middle, start)[::-1])
         if rim is None:
             shares = turns(surface, slit, distance, held=_pinned(distance, start), loose=np.append(start, middle))
         else:
