@@ -46,8 +46,8 @@ def slit_along(surface: Surface, line: IntArray) -> Slit:
     count = len(surface.vertices)
     halves, other = half_edges(surface.faces), twins(surface.faces)
     ahead = np.column_stack([line[:-1], line[1:]])
-    on_way = np.isin(edge_keys(halves, vertices=count), edge_keys(ahead, vertices=count))
-    half = np.flatnonzero((other >= 0) & ~on_way)
+    on_line = np.isin(edge_keys(halves, vertices=count), edge_keys(ahead, vertices=count))
+    half = np.flatnonzero((other >= 0) & ~on_line)
     following = half - half % 3 + (half + 1) % 3
     beyond = other[half] - other[half] % 3 + (other[half] + 1) % 3
     corner = connected_nodes(
