@@ -107,6 +107,6 @@ def test_options_join_those_of_the_job_file_and_are_told_only_where_given(tmp_pa
 
 def test_settings_are_named_with_their_units_in_their_order() -> None:
     assert list(Job(surface=Path("a.ply")).settings()) == [
-        "backend", "middle", "spacing_mm", "resolution", "rounds", "source", "flip", "label", "patches", "fill_holes_mm",
-        "cell", "place", "max_tilt_deg", "on_slowdown", "robot",
+        "backend", "middle", "spacing_mm", "resolution", "rounds", "source", "flip", "label", "patches",
+        "fill_holes_mm", "cell", "place", "max_tilt_deg", "on_slowdown", "robot",
     ]  # fmt: skip
