@@ -6,7 +6,7 @@ reach` in tests/guide/test_mistakes.py takes one through the whole chain.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import partial
 
@@ -21,7 +21,7 @@ FEW = {"EVENLY": 6, "UPRIGHT": 6, "NARROWEST": 1, "NEAREST": 1}
 
 
 @contextmanager
-def proving_briefly() -> Iterator[None]:
+def proving_briefly() -> Generator[None]:
     """Make the proofs of all refusals brief."""
     with pytest.MonkeyPatch.context() as patch:
         for name, count in FEW.items():
