@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from benchmarks.field.figures import loaded
+from benchmarks.field.picture import field_picture
 from benchmarks.guide import cells, measured, proof, surfaces
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
@@ -64,6 +66,11 @@ def own_backend(data: Path) -> bytes:
     return surfaces.own_backend(data)
 
 
+def yardstick(_data: Path) -> bytes:
+    """Draw the figures that are kept of every planner."""
+    return field_picture(loaded())
+
+
 PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "first-comparison.png": surfaces.first_comparison,
     "your-part.png": surfaces.your_part,
@@ -77,6 +84,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "again.png": proof.again,
     "report.png": report,
     "measure.png": measured.measured,
+    "yardstick.png": yardstick,
     "checked.png": cells.checked,
     "scripting.png": scripting,
     "own-backend.png": own_backend,
