@@ -17,6 +17,9 @@ Range = Annotated[list[float], Field(min_length=2, max_length=2)]
 SixRanges = Annotated[list[Range], Field(min_length=6, max_length=6)]
 # From slower than any bead to what is allowed beside a person [ISO 10218-1, 5.6.2].
 TipSpeed = Annotated[float, Field(ge=0.1, le=250.0)]
+# Flow over that of a strip one spacing wide: three spacings are more than any strip between two paths.
+LeastFlow = Annotated[float, Field(gt=0.0, le=1.0)]
+MostFlow = Annotated[float, Field(ge=1.0, le=3.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 # Equipment that follows later than this is not switched in step with a tip; nobody waits that long by design.
 Lag = Annotated[float, Field(ge=0.0, le=2.0)]
@@ -146,6 +149,8 @@ class ProcessTable(Table):
     layer_height_mm: PositiveFloat
     pressure_kpa: PositiveFloat | None = None
     rounds: Rounds | None = None
+    least_flow_share: LeastFlow | None = None
+    most_flow_share: MostFlow | None = None
 
     @model_validator(mode="after")
     def _lifts_clear(self) -> Self:

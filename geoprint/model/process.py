@@ -27,6 +27,8 @@ class Process:
         layer_height: [mm].
         pressure: of the air on the syringe [Pa], or None where nobody has said it.
         rounds: levels that a part gets where a job names neither rounds nor spacing, or None.
+        least_flow: of flow that follows the strip, over that of a strip one spacing wide; in (0, 1].
+        most_flow: likewise, at least 1.
     """
 
     speed: float
@@ -38,6 +40,8 @@ class Process:
     layer_height: float
     pressure: float | None = None
     rounds: int | None = None
+    least_flow: float = 0.5
+    most_flow: float = 1.5
 
 
 @final

@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from geoprint.config import load_cell
 from geoprint.deposition import following_flow
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, PoseStream, Surface
+from geoprint.model import FloatArray, PoseStream, Process, Surface
 from geoprint.quality import LevelledLayer, uniformity
 from tests.meshes import disc, plate, spherical_cap
 from tests.quality.deposits import circle, deposited, rectangle_line, straight_line
+
+
+def process(layer_height: float) -> Process:
+    return replace(load_cell(None).process, layer_height=layer_height)
 
 
 def lines_at(heights: list[float]) -> PoseStream:
@@ -26,7 +31,7 @@ def fine_plate() -> Surface:
 
 def followed(stream: PoseStream, surface: Surface, *, spacing: float, layer_height: float) -> FloatArray:
     widths = uniformity(stream, surface, spacing=spacing).pose_widths
-    return following_flow(widths, deposit=stream.deposit, spacing=spacing, layer_height=layer_height)
+    return following_flow(widths, deposit=stream.deposit, spacing=spacing, process=process(layer_height))
 
 
 def test_lines_one_spacing_apart_make_an_even_layer_of_the_right_height() -> None:
@@ -112,7 +117,7 @@ def test_rows_of_triangles_that_run_along_the_paths_do_not_bias_the_widths() -> 
     means = [widths[stream.deposit & (stream.levels == level)].mean() for level in range(1, 13)]
     # Triangles judged by their middles alone were off by up to 0.8 %, and the layer by 0.3 %.
     np.testing.assert_allclose(means, 1.0, atol=0.002)
-    flow = following_flow(widths, deposit=stream.deposit, spacing=1.0, layer_height=0.5)
+    flow = following_flow(widths, deposit=stream.deposit, spacing=1.0, process=process(0.5))
     found = LevelledLayer(stream, surface, spacing=1.0)(flow)
     assert found.cv is not None
     assert found.cv < 0.0013
@@ -120,7 +125,10 @@ def test_rows_of_triangles_that_run_along_the_paths_do_not_bias_the_widths() -> 
 
 def test_flow_is_width_times_spacing_times_layer_height_within_its_bounds() -> None:
     widths, deposit = np.array([1.0, 1.2, 0.1, 5.0, 1.0]), np.array([True, True, True, True, False])
-    found = following_flow(widths, deposit=deposit, spacing=2.0, layer_height=0.5)
-    np.testing.assert_allclose(found, [1.0, 1.2, 0.4, 2.0, 0.0])
+    found = following_flow(widths, deposit=deposit, spacing=2.0, process=process(0.5))
+    np.testing.assert_allclose(found, [1.0, 1.2, 0.5, 1.5, 0.0])
+    narrow = replace(process(0.5), least_flow=0.9, most_flow=1.1)
+    found = following_flow(widths, deposit=deposit, spacing=2.0, process=narrow)
+    np.testing.assert_allclose(found, [1.0, 1.1, 0.9, 1.1, 0.0])
     with pytest.raises(InputError, match="positive spacing and layer height"):
-        following_flow(widths, deposit=deposit, spacing=0.0, layer_height=0.5)
+        following_flow(widths, deposit=deposit, spacing=0.0, process=process(0.5))
