@@ -8,6 +8,8 @@ from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.verdict import coverage_advice, covers, middle_sentences
 from geoprint.backends import accuracy, backend, most_accurate_backend
+from geoprint.config import common_needles
+from geoprint.model import Cell
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import creases
 from geoprint.results import Plan, Workpiece
@@ -58,6 +60,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *middle_sentences(told.middles),
         *_paths(told),
         *_creases(plan),
+        *(wide_needle_notes(plan.workpiece.cell, told.settings.spacing_mm) if plan.robot else []),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
         *(sentence for robot in told.robot for sentence in _bends(robot)),
     )
@@ -105,6 +108,27 @@ def near_borders(motion: MotionRecord) -> list[str]:
         "an arm calibrated otherwise has another configuration there: where its controller stops, move or turn the part"
     )
     return [f"within 1 degree of a border of quadrants on deposit: {told}; {risk}."]
+
+
+def wide_needle_notes(cell: Cell, spacing: float) -> list[str]:
+    """Return that the needle passes over the beads beside its own, how high, and which needle would not, if it does.
+
+    Args:
+        cell: its tool and process.
+        spacing: of the paths [mm].
+    """
+    width, height = cell.tool.needle_diameter, cell.process.standoff - cell.process.layer_height
+    if width <= spacing:
+        return []
+    passes = f"{height:.2g} mm above" if height > 0.0 else f"{-height:.2g} mm within" if height else "along the top of"
+    narrow = next((needle for needle in common_needles() if needle.outer <= spacing), None)
+    other = f"one of {narrow.gauge} gauge ({narrow.outer:g} mm) does not" if narrow else "no common one is thinner"
+    return [
+        (
+            f"the needle is {width:g} mm wide and the paths are {spacing:g} mm apart: its rim passes {passes} the "
+            f"beads beside its own; {other} (`geoprint guide fine-lines`)."
+        )
+    ]
 
 
 def coverage_warnings(told: PlanRecord) -> list[str]:
@@ -217,9 +241,10 @@ def _paths(told: PlanRecord) -> Iterator[str]:
             f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
             "in all."
         )
-    # Fitted contours vary on purpose.
-    fitted = any(each.taken and each.middle != "plain" for each in told.middles)
-    cv, nearest = 0.0 if spacing is None or fitted else spacing.cv, most_accurate_backend()
+    # Fitted contours vary on purpose, and so do runs without whole levels where they rise.
+    meant = any(each.taken and each.middle != "plain" for each in told.middles)
+    meant = meant or (told.uniformity is not None and told.uniformity.left is not None)
+    cv, nearest = 0.0 if spacing is None or meant else spacing.cv, most_accurate_backend()
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:

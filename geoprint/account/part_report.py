@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
-from typing import TypeVar
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -14,9 +13,10 @@ from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
 from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
 from geoprint.account.prints.expected import expected_rows
+from geoprint.account.prints.sides import of_spacing, side_rows
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.account.records.evidence import STAGES
-from geoprint.account.records.plan import PlanRecord, SettingsRecord, SpacingRecord
+from geoprint.account.records.plan import PlanRecord, SettingsRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.replaying import machine, motion_shades, replay
 from geoprint.backends import backend, predicted_spacing
@@ -37,8 +37,6 @@ from geoprint.report import (
 )
 from geoprint.results import Comparison, Plan, Planned
 from geoprint.surfaces import in_words
-
-Told = TypeVar("Told", str, float)
 
 # Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
@@ -155,7 +153,7 @@ def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
     return (
         ("covers best", best.backend),
         ("missed or laid twice", f"{best.uniformity.gap + best.uniformity.overlap:.2%}"),
-        ("its spacing CV", _of_spacing(best, lambda s: f"{s.cv:.2%}", "-")),
+        ("its spacing CV", of_spacing(best, lambda s: f"{s.cv:.2%}", "-")),
         ("printable", "not asked" if best.printable is None else ", ".join(printable) or "none"),
     )
 
@@ -196,7 +194,7 @@ def report_table(
         plans: in the order of the columns.
     """
     planned, *others = _evenness(rows)
-    table = [planned, *expected_rows(rows), *others, *_path(rows), *_patches(rows)]
+    table = [planned, *side_rows(rows), *expected_rows(rows), *others, *_path(rows), *_patches(rows)]
     if any(plan.flattenings for plan in plans):
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:
@@ -209,21 +207,21 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
     return [
         _row(
             group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
-            lambda r: _of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
-            badness=lambda r: _of_spacing(r, lambda s: s.cv, 0.0), decides=True,
+            lambda r: of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
+            badness=lambda r: of_spacing(r, lambda s: s.cv, 0.0), decides=True,
         ),
         _row(group, "spacing, mean", "1 is as wanted", rows,
-            lambda r: _of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
+            lambda r: of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
         ),
         _row(
             group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", rows,
-            lambda r: _of_spacing(r, lambda s: f"{s.p5:.3f} - {s.p95:.3f}", "-"),
-            badness=lambda r: _of_spacing(r, lambda s: s.p95 - s.p5, 0.0),
+            lambda r: of_spacing(r, lambda s: f"{s.p5:.3f} - {s.p95:.3f}", "-"),
+            badness=lambda r: of_spacing(r, lambda s: s.p95 - s.p5, 0.0),
         ),
         _row(
             group, "within 5% of the wanted", "share of the path", rows,
-            lambda r: _of_spacing(r, lambda s: f"{s.within_5_percent:.1%}", "-"),
-            badness=lambda r: _of_spacing(r, lambda s: -s.within_5_percent, 0.0),
+            lambda r: of_spacing(r, lambda s: f"{s.within_5_percent:.1%}", "-"),
+            badness=lambda r: of_spacing(r, lambda s: -s.within_5_percent, 0.0),
         ),
         _row(
             group, "area uncovered", "farther than 0.55 spacings from every path", rows,
@@ -243,11 +241,6 @@ def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
         ),
         _row(group, "measured by", "", rows, lambda r: r.uniformity.method),
     ]  # fmt: skip
-
-
-def _of_spacing(row: PlannedRecord, figure: Callable[[SpacingRecord], Told], otherwise: Told) -> Told:
-    """Return a figure of a backend's spacing, or another value where there is but one level and so no spacing."""
-    return otherwise if row.uniformity.spacing is None else figure(row.uniformity.spacing)
 
 
 def _patches(rows: Sequence[PlannedRecord]) -> list[Row]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from geoprint.backends import distortion, locate
 from geoprint.model import Seed
@@ -15,6 +16,8 @@ from geoprint.surfaces import pieces, positions
 
 # Pixels across the chart in the picture: what a panel shows, whatever the raster of the plan.
 PICTURE_PIXELS = 640
+# Path farther than this share of the spacing from every measured sample was not measured.
+UNMEASURED_SHARE = 0.5
 
 
 def chart_pictures(plan: Plan) -> dict[str, bytes]:
@@ -81,10 +84,18 @@ def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]
 
 
 def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
-    """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing."""
+    """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing.
+
+    Where runs have no level, these are what has no neighbour squarely beside it on either side.
+    """
     measured, poses = outcome.uniformity, outcome.plan.poses
     outermost = poses.deposit & (poses.levels == poses.levels[poses.deposit].min())
-    _, counts = np.unique(poses.runs[outermost], return_counts=True)
+    if measured.sides is not None:
+        away, _ = KDTree(measured.places).query(poses.surface_points)
+        outermost = poses.deposit & (away > UNMEASURED_SHARE * measured.spacing)
+    rows = np.flatnonzero(outermost)
+    breaks = np.flatnonzero((np.diff(rows) != 1) | (np.diff(poses.runs[rows]) != 0)) + 1
+    counts = np.diff(np.concatenate([[0], breaks, [rows.size]])) if rows.size else np.empty(0, dtype=np.int64)
     sizes = np.concatenate([np.diff(measured.offsets), counts])
     return CoveragePanel(
         title=name,
@@ -98,4 +109,7 @@ def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
 
 def spread_of(measured: Uniformity, *, digits: int) -> str:
     """Return in words how much the spacing varies, or that there is none."""
+    if measured.sides is not None and measured.spaced:
+        left, right = (f"{side.cv:.{digits}%}" for side in (measured.sides.left, measured.sides.right))
+        return f"spacing CV {left} left, {right} right"
     return f"spacing CV {measured.cv:.{digits}%}" if measured.spaced else "one level of paths"

@@ -11,6 +11,7 @@ import numpy as np
 from geoprint.account.cautions import notes_of, warnings_of
 from geoprint.account.patches import record_cut
 from geoprint.account.prints.expected import record_printed, says_errors
+from geoprint.account.prints.sides import record_side
 from geoprint.account.records.plan import (
     AreaScaleRecord,
     ChartLevelRecord,
@@ -33,8 +34,6 @@ from geoprint.account.records.plan import (
     RefinementRecord,
     SettingsRecord,
     SideRecord,
-    SpacingRecord,
-    StraightRecord,
     SurfaceRecord,
     ThicknessRecord,
     TimingsRecord,
@@ -42,6 +41,7 @@ from geoprint.account.records.plan import (
 )
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import as_json, place_of
+from geoprint.account.records.spacing import SpacingRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.account.robot_summary import record_robot
 from geoprint.backends import diagnostics, distortion, predicted_spacing
@@ -106,6 +106,8 @@ def record_evenness(measured: Uniformity, *, printed: PrintedRecord | None = Non
     return EvennessRecord(
         method=measured.method,
         spacing=_spacing(measured) if measured.spaced else None,
+        left=None if measured.sides is None else record_side(measured.sides.left),
+        right=None if measured.sides is None else record_side(measured.sides.right),
         printed=printed,
         straight=(
             StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean()))
@@ -163,6 +165,7 @@ def _settings(plan: Plan) -> SettingsRecord:
             "clearance_mm": process.clearance,
             "retract_mm": process.retract,
             "layer_height_mm": process.layer_height,
+            "flow_shares": (process.least_flow, process.most_flow),
             "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
             "flood_s": None if cell.flood is None else cell.flood.duration,
         }
@@ -216,7 +219,7 @@ def _paths(plan: Plan) -> PathsRecord:
     of_runs = np.bincount(poses.runs[:-1][poses.laid], weights=lengths[poses.laid], minlength=toolpath.curves.count)
     return PathsRecord(
         runs=toolpath.curves.count,
-        levels=int(toolpath.levels.max()) + 1,
+        levels=int(np.floor(toolpath.rows).max()) + 1,
         poses=poses.count,
         deposit_mm=float(lengths[poses.laid].sum()),
         travel_mm=float(lengths[~poses.laid].sum()),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.account.records.plan import EvennessRecord
 from geoprint.account.records.tried import MiddleRecord
@@ -123,17 +124,20 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
 
 
 def _spacing(row: PlannedRecord) -> str:
-    if row.uniformity.spacing is None:
+    varies = variation_text(row.uniformity, digits=1)
+    if varies is None:
         return "there is one level of paths, and so no spacing to measure"
-    return f"its spacing varies by {row.uniformity.spacing.cv:.1%} (standard deviation over mean)"
+    return f"its spacing varies by {varies} (standard deviation over mean)"
 
 
 def _spacings(order: Sequence[PlannedRecord]) -> str:
     """Return how much the spacing of several backends varies, that of the first in full."""
-    if any(row.uniformity.spacing is None for row in order):
+    varies = {row.backend: variation_text(row.uniformity, digits=1) for row in order}
+    if any(text is None for text in varies.values()):
         return "with one level of paths there is no spacing to compare, only what is covered, runs and time"
-    others = _listed([f"that of {row.backend} by {_cv(row):.1%}" for row in order[1:]])
-    return f"the spacing of {order[0].backend} varies by {_cv(order[0]):.1%} (standard deviation over mean), {others}"
+    others = _listed([f"that of {row.backend} by {varies[row.backend]}" for row in order[1:]])
+    first = order[0].backend
+    return f"the spacing of {first} varies by {varies[first]} (standard deviation over mean), {others}"
 
 
 def _enough(order: Sequence[PlannedRecord]) -> str:

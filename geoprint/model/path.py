@@ -30,6 +30,7 @@ class Toolpath:
         dropped_length: their length [mm].
         fillets: (f, 3) corners of runs that were rounded [mm].
         splits: (g, 3) corners at which a run was split, because no arc can round them at speed [mm].
+        rows: (k,) row that each of the k points lies on, as the pattern counts them; those of a contour are its level.
     """
 
     curves: SurfaceCurves
@@ -40,11 +41,16 @@ class Toolpath:
     dropped_length: float
     fillets: FloatArray
     splits: FloatArray
+    rows: FloatArray
 
     def __post_init__(self) -> None:
-        sizes = freeze_arrays(self, levels="int: c", layers="int: c", fillets="float: f 3", splits="float: g 3")
+        sizes = freeze_arrays(
+            self, levels="int: c", layers="int: c", fillets="float: f 3", splits="float: g 3", rows="float: k"
+        )
         if sizes["c"] != self.curves.count:
             raise InputError("a toolpath needs one level and one layer a run.")
+        if sizes["k"] != self.curves.points.faces.size:
+            raise InputError("a toolpath needs one row a point.")
 
 
 @final
@@ -61,7 +67,7 @@ class PoseStream:
         normals: (p, 3) outward unit normal of the surface below the tip, smoothed in creases too narrow for the
             stand-off (on travel: of the run's end nearby).
         runs: (p,) run each pose belongs to, not falling.
-        levels: (p,) contour level, -1 on travel.
+        levels: (p,) contour level, or where a run has no whole one the whole part of its row; -1 on travel.
         layers: (p,) layer.
         deposit: (p,) whether material is laid from this pose to the next one of the same run.
         stops: (p,) whether the tool comes to rest here: ends of runs, corners of travel.

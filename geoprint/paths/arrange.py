@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves, SurfacePoints, Toolpath, frozen
@@ -23,10 +24,11 @@ BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
 @frozen
 class _Run:
-    """One stroke that becomes a run: its points, where they are, and whether it is closed."""
+    """One stroke that becomes a run: its points, where they are and on which row, and whether it is closed."""
 
     points: SurfacePoints
     places: FloatArray
+    rows: FloatArray
     closed: bool
     level: int
     piece: int
@@ -60,11 +62,7 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
     spacing = float(strokes.spacing.min())
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
     if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
-        which = "the part" if not runs else f"patch {min(lost) + 1}"
-        raise FieldError(
-            f"at a spacing of {spacing:g} mm every contour of {which} is shorter than one spacing: choose a "
-            "smaller spacing."
-        )
+        raise _lost(min(lost) if runs else None, spacing=spacing)
     ordered = _piece_by_piece(runs)
     closed = [run.closed for run in ordered]
     smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
@@ -81,6 +79,7 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
         dropped_length=float(sum(_length(run) for run in dropped)),
         fillets=rounded.fillets,
         splits=rounded.splits,
+        rows=_rows(surface, curves, [ordered[run.run] for run in rounded.pieces]),
     )
 
 
@@ -93,6 +92,7 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
         _Run(
             points=SurfacePoints(curves.points.faces[piece], curves.points.weights[piece]),
             places=places[piece],
+            rows=strokes.row[piece],
             closed=bool(closed),
             level=int(level),
             piece=int(label),
@@ -121,6 +121,18 @@ def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error:
     )
 
 
+def _rows(surface: Surface, curves: SurfaceCurves, runs: list[_Run]) -> FloatArray:
+    """Return the row of each point of some curves: that of the nearest point of the stroke that it comes from."""
+    places = positions(surface, curves.points)
+    found = [
+        run.rows[KDTree(run.places).query(places[begin:end])[1]]
+        if np.ptp(run.rows)
+        else np.full(end - begin, run.rows[0])
+        for run, (begin, end) in zip(runs, pairwise(curves.offsets.tolist()), strict=True)
+    ]
+    return np.concatenate(found)
+
+
 def _length(run: _Run) -> float:
     return float(arc_lengths(run.places)[-1])
 
@@ -130,6 +142,14 @@ def _worth_printing(runs: list[_Run], *, spacing: float) -> tuple[list[_Run], li
     long_enough = [_length(run) >= (spacing if run.closed else spacing / 100) for run in runs]
     kept = [run for run, keep in zip(runs, long_enough, strict=True) if keep]
     return kept, [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+
+
+def _lost(piece: int | None, *, spacing: float) -> FieldError:
+    which = "the part" if piece is None else f"patch {piece + 1}"
+    return FieldError(
+        f"at a spacing of {spacing:g} mm every contour of {which} is shorter than one spacing: choose a "
+        "smaller spacing."
+    )
 
 
 def _piece_by_piece(runs: list[_Run]) -> list[_Run]:
@@ -184,4 +204,4 @@ def _started_near(run: _Run, here: FloatArray) -> _Run:
 
 def _reordered(run: _Run, order: IntArray) -> _Run:
     points = SurfacePoints(run.points.faces[order], run.points.weights[order])
-    return _Run(points, run.places[order], closed=run.closed, level=run.level, piece=run.piece)
+    return _Run(points, run.places[order], run.rows[order], closed=run.closed, level=run.level, piece=run.piece)

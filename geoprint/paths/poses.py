@@ -198,12 +198,14 @@ def _joined(stretches: list[_Stretch], toolpath: Toolpath, *, standoff: float, f
     sizes = np.array([stretch.tips.shape[0] for stretch in stretches])
     runs = np.repeat([stretch.run for stretch in stretches], sizes)
     deposit = np.repeat([stretch.deposit for stretch in stretches], sizes)
+    levels = np.full(runs.size, -1)
+    levels[deposit] = np.floor(toolpath.rows)
     return PoseStream(
         tips=np.concatenate([stretch.tips for stretch in stretches]),
         quaternions=same_sign(np.concatenate([stretch.quaternions for stretch in stretches])),
         normals=np.concatenate([stretch.normals for stretch in stretches]),
         runs=runs,
-        levels=np.where(deposit, toolpath.levels[runs], -1),
+        levels=levels,
         layers=toolpath.layers[runs],
         deposit=deposit,
         stops=np.concatenate([stretch.stops for stretch in stretches]),

@@ -233,7 +233,7 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
         The stream with the flow to print, and both layers.
     """
     cell = workpiece.cell
-    followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, layer_height=cell.process.layer_height)
+    followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process)
     layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
     light = exposure(cell.material, speed=cell.process.speed, spacing=spacing, flood=cell.flood)
     laid = Laid(

@@ -103,6 +103,20 @@ def at_poses(poses: PoseStream, path: SurfacePath, samples: Samples, values: Flo
     return result
 
 
+def levels_at(poses: PoseStream, path: SurfacePath, samples: Samples) -> IntArray:
+    """Return the (k,) level of the pose before each sample, of the poses that the path was laid from."""
+    rows = deposited_rows(poses)
+    _, runs = np.unique(poses.runs[rows], return_inverse=True)
+    points, levels = poses.surface_points[rows], np.zeros(samples.runs.size, dtype=np.int64)
+    for run in range(path.lengths.size):
+        here, sampled_here = np.flatnonzero(runs == run), samples.runs == run
+        arcs = arc_lengths(points[here])
+        along: FloatArray = samples.arcs[sampled_here] * (arcs[-1] / float(path.lengths[run]))
+        before: IntArray = np.maximum(np.searchsorted(arcs, along, side="right") - 1, 0)
+        levels[sampled_here] = poses.levels[rows[here[before]]]
+    return levels
+
+
 def sampled(path: SurfacePath, *, step: float) -> Samples:
     """Return samples along every run at even distances of at most one step, ends included.
 

@@ -1,8 +1,9 @@
 """How evenly a toolpath covers a surface, by exact distances over it.
 
 For exact level sets of an exact distance, every point of level k is one spacing away from level k - 1. The distance is
-that of the shortest way over the triangles, from an oracle that belongs to no backend (`quality.oracle`). What the runs
-cover is measured for any number of levels; where there is but one, there is no spacing to measure.
+that of the shortest way over the triangles, from an oracle that belongs to no backend (`quality.oracle`). Paths without
+whole levels, such as a spiral, are measured to the left and to the right instead. What the runs cover is measured for
+any number of levels; where there is but one, there is no spacing to measure.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ from typing import NamedTuple, final
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
+from geoprint.quality.apart import beside, levelled, outwards
 from geoprint.quality.coverage import coverage
-from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, sampled
+from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, levels_at, sampled
 from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial
-from geoprint.quality.spacing import meeting_share, outer_distance
-from geoprint.quality.spans import Spans, no_spans, spans_to
+from geoprint.quality.sides import SideSpacing
+from geoprint.quality.spans import Spans, no_spans
 from geoprint.surfaces.remesh import refine
 
 # Samples per spacing along each run.
@@ -63,11 +65,12 @@ class WorstPlace(NamedTuple):
 class Uniformity:
     """How even the spacing is; distances to the neighbouring level outside, over the spacing: 1 is ideal.
 
-    Where there is but one level, k is 0 and the figures of the ratios are not a number.
+    Where there is but one level, k is 0 and the figures of the ratios are not a number. Where runs have no whole level,
+    ratios are of both sides: first all samples with a neighbour on the left, then all with one on the right.
 
     Attributes:
         places: (k, 3) samples along the runs of every level but the first, run after run [mm].
-        offsets: (r + 1,) samples of run i are `places[offsets[i]:offsets[i + 1]]`.
+        offsets: (r + 1,) samples of stretch i are `places[offsets[i]:offsets[i + 1]]`; a run, or a part of one.
         runs: (k,) run of the stream that each sample lies on.
         levels: (k,) level of each sample.
         ratios: (k,) distance of each sample to the nearest run of the level before, over the spacing.
@@ -88,6 +91,7 @@ class Uniformity:
         length: deposited length [mm].
         spacing: wanted distance between neighbouring levels [mm].
         spans: from where to where the ratios were measured.
+        sides: all that is known of the left and the right; None where every run has a level.
     """
 
     places: FloatArray
@@ -112,6 +116,7 @@ class Uniformity:
     length: float
     spacing: float
     spans: Spans = field(default_factory=no_spans)
+    sides: SideSpacing | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -157,6 +162,8 @@ class Uniformity:
     @property
     def method(self) -> str:
         """How the spacing was measured."""
+        if self.sides is not None:
+            return "exact geodesic distance to the nearest other stretch on the left and on the right"
         if not self.spaced:
             return "not measured: there is one level of paths"
         if self.bounded == 0.0:
@@ -209,33 +216,34 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     distance = GeodesicDistance(mesh, path, windows=windows)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
     covered = coverage(mesh, path, distance, samples, spacing=spacing)
-    inner = np.flatnonzero(path.levels[samples.runs] > path.levels.min())
-    chosen = samples.some(inner)
-    outer = outer_distance(mesh, path, distance, chosen, spacing=spacing)
-    reached = np.isfinite(outer.distances)
-    measured, kept = chosen.some(reached), inner[reached]
-    ratios = outer.distances[reached] / spacing
+    found = (
+        outwards(mesh, path, distance, samples, spacing=spacing)
+        if levelled(poses)
+        else beside(mesh, path, samples, spacing=spacing, windows=windows)
+    )
+    measured = samples.some(found.kept)
     return Uniformity(
         places=spatial(mesh, measured.places),
-        offsets=np.append(np.flatnonzero(np.diff(measured.runs, prepend=-1)), measured.runs.size),
+        offsets=found.offsets,
         runs=np.unique(poses.runs[deposited_rows(poses)])[measured.runs],
-        levels=path.levels[measured.runs],
-        ratios=ratios,
-        bounds=outer.bounds[reached] / spacing,
-        straight=outer.straight[reached] / spacing,
-        widths=covered.widths[kept],
+        levels=levels_at(poses, path, samples)[found.kept],
+        ratios=found.ratios,
+        bounds=found.bounds,
+        straight=found.straight,
+        widths=covered.widths[found.kept],
         pose_widths=at_poses(poses, path, samples, covered.widths),
         width_cv=covered.width_cv,
         uncovered=covered.gap,
         overlap=covered.overlap,
         unknown=covered.unknown,
-        unreached=int((~reached).sum()),
-        meeting=meeting_share(path, distance, measured, spacing=spacing),
+        unreached=found.unreached,
+        meeting=found.meeting,
         judged_places=spatial(mesh, covered.places),
         gaps=covered.gaps,
         overlaps=covered.overlaps,
         fill=float(path.lengths.sum()) * spacing / covered.area,
         length=float(path.lengths.sum()),
         spacing=spacing,
-        spans=spans_to(mesh, path, measured, runs=outer.runs[reached], arcs=outer.arcs[reached], ratios=ratios),
+        spans=found.spans,
+        sides=found.sides,
     )

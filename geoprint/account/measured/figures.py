@@ -7,18 +7,17 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.account.prints.expected import record_printed
+from geoprint.account.prints.sides import record_side
 from geoprint.account.records.measure import (
     MeasuredRecord,
     MeasurementRecord,
     MeasureSecondsRecord,
     MeasureTimingsRecord,
     MotionFitRecord,
-    SpacingSideRecord,
 )
-from geoprint.account.records.plan import FileRecord, SpacingRecord
+from geoprint.account.records.plan import FileRecord
 from geoprint.account.records.rounding import place_of
-from geoprint.quality import Printed, RigidFit, SideFigures
+from geoprint.quality import RigidFit
 from geoprint.results import MeasuredFile, Measurement
 
 # Version of the layout of measure.json; a change that breaks a reader raises it.
@@ -65,32 +64,14 @@ def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
         off_mean_mm=measured.off_mean,
         off_max_mm=measured.off_max,
         fit=None if each.fit is None else _fit(each.fit),
-        left=_side(measured.sides.left, printed.left, own_errors=own_errors),
-        right=_side(measured.sides.right, printed.right, own_errors=own_errors),
-        both=_side(measured.sides.both, printed.both, own_errors=own_errors),
+        left=record_side(measured.sides.left, printed.left, own_errors=own_errors),
+        right=record_side(measured.sides.right, printed.right, own_errors=own_errors),
+        both=record_side(measured.sides.both, printed.both, own_errors=own_errors),
         gap=measured.gap,
         overlap=measured.overlap,
         area_unknown=measured.unknown,
         largest_hole_mm2=measured.hole,
         fill=measured.fill,
-    )
-
-
-def _side(figures: SideFigures, printed: Printed | None, *, own_errors: bool) -> SpacingSideRecord:
-    spacing = None
-    if figures.measured:
-        p1, p5, p50, p95, p99, largest = (figures.percentile(share) for share in (1, 5, 50, 95, 99, 100))
-        spacing = SpacingRecord(
-            mean=figures.mean, cv=figures.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
-            within_5_percent=figures.within_5_percent,
-        )  # fmt: skip
-    return SpacingSideRecord(
-        spacing=spacing,
-        printed=record_printed(printed, of_cell=own_errors),
-        samples=figures.ratios.size,
-        none=figures.none,
-        oblique=figures.oblique,
-        unknown=figures.unknown,
     )
 
 

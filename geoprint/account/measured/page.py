@@ -13,8 +13,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.prints.expected import expected_text, unbroken
-from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, SpacingSideRecord
-from geoprint.account.records.plan import SpacingRecord
+from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord
+from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord
 from geoprint.account.texts.measuring import measure_verdict
 from geoprint.model import FloatArray, IntArray
 from geoprint.quality import SideSpacing

@@ -9,20 +9,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from geoprint.account.records.plan import FileRecord, SpacingRecord
-from geoprint.account.records.printed import PrintedRecord
+from geoprint.account.records.plan import FileRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
-
-
-class SpacingSideRecord(Record):
-    """The spacing to the left, to the right or to both sides of the paths, as seen from outside along them."""
-
-    spacing: SpacingRecord | None = Field(description="over the wanted one; null where no path has a neighbour there")
-    printed: PrintedRecord | None = Field(description="in print; null where no path has a neighbour there")
-    samples: Count = Field(description="that have a neighbour there")
-    none: Rounded = Field(description="share of the samples without one within three spacings, as at a rim")
-    oblique: Rounded = Field(description="share with one only obliquely, at an open end or behind the path's own bend")
-    unknown: Rounded = Field(description="share for which the budget of work did not suffice")
+from geoprint.account.records.spacing import SpacingSideRecord
 
 
 class MotionFitRecord(Record):

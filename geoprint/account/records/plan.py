@@ -13,6 +13,7 @@ from pydantic import Field, create_model
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
+from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.config.job import Job, PatchRegion
 from geoprint.config.key import keys_of
@@ -61,6 +62,9 @@ class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     clearance_mm: float = Field(description="that the tool keeps [mm]")
     retract_mm: float = Field(description="height of travel above the surface [mm]")
     layer_height_mm: float = Field(description="of the layer [mm]")
+    flow_shares: tuple[float, float] = Field(
+        description="least and most of flow that follows, over that of a strip one spacing wide"
+    )
     pressure_kpa: float | None = Field(description="of the air [kPa]")
     flood_s: float | None = Field(description="final exposure of the whole part [s]")
 
@@ -210,27 +214,6 @@ class ChartRecord(Record):
     predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
 
 
-class SpacingRecord(Record):
-    """The measured spacing over the wanted one; 1 is ideal."""
-
-    mean: Rounded = Field(description="ratio")
-    cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
-    p1: Rounded = Field(description="ratio")
-    p5: Rounded = Field(description="ratio")
-    p50: Rounded = Field(description="ratio")
-    p95: Rounded = Field(description="ratio")
-    p99: Rounded = Field(description="ratio")
-    max: Rounded = Field(description="ratio")
-    within_5_percent: Rounded = Field(description="share of the samples")
-
-
-class StraightRecord(Record):
-    """The same through the air."""
-
-    mean: Rounded = Field(description="ratio")
-    cv: Rounded = Field(description="standard deviation over mean")
-
-
 class LevelRecord(Record):
     """The spacing of one level to the one outside, over the wanted one."""
 
@@ -253,6 +236,8 @@ class EvennessRecord(Record):
 
     method: str = Field(description="how the spacing was measured")
     spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
+    left: SpacingSideRecord | None = Field(default=None, description="to the left; left out where runs have levels")
+    right: SpacingSideRecord | None = Field(default=None, description="to the right; left out where runs have levels")
     printed: PrintedRecord | None = Field(default=None, description="in print; left out where nobody expects one")
     straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
     samples: Count = Field(description="along the runs")

@@ -10,13 +10,16 @@ from geoprint.account.cautions import coverage_warnings, said_once
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.spacing import SpacingSideRecord
 from geoprint.account.texts.marks import marked_lines
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
-    "backend": 0, "mean": 9, "CV": 1, "printed CV": 5, "p95": 7, "gap": 2, "overlap": 4, "runs": 8, "length mm": 10,
-    "print s": 6, "printable": 3, "clear mm": 11, "planned in s": 12,
+    "backend": 0, "mean": 9, "CV": 1, "left CV": 3, "right CV": 3, "printed CV": 5, "p95": 7, "gap": 2, "overlap": 4,
+    "runs": 8, "length mm": 10, "print s": 6, "printable": 3, "clear mm": 11, "planned in s": 12,
 }  # fmt: skip
+# Of paths whose runs have no level; others have no such columns.
+OF_SIDES = {"left CV", "right CV"}
 LEFT_ALIGNED = {"part", "backend", "printable"}
 # Narrower than this a table tells nothing: each backend has a line of words.
 NARROWEST_TABLE = 60
@@ -40,9 +43,9 @@ class _Rows:
 def comparison_table(told: ToldComparison, *, width: int | None = None, verbose: bool = False) -> str:
     """Return the table and, below it, what it means, why something is missing and what to mind.
 
-    Mean, CV and p95 are of the spacing over the wanted one; gap is the share of the area farther than 0.55 spacings
-    from every path, overlap the share within 0.45 spacings of two stretches; printed CV is the mean of prints and, in
-    brackets, what 95 of 100 of them have.
+    Mean, CV and p95 are of the spacing over the wanted one, left and right CV of either side where runs have no level;
+    gap is the share of the area farther than 0.55 spacings from every path, overlap the share within 0.45 spacings of
+    two stretches; printed CV is the mean of prints and, in brackets, what 95 of 100 of them have.
 
     Args:
         told: what is said of the comparison.
@@ -62,17 +65,18 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
 
 
 def _table(parts: Sequence[_Rows], *, width: int | None) -> Iterator[str]:
-    """Return the lines of the table, with as many columns as fit."""
+    """Return the lines of the table, with as many columns as fit; those of sides where paths have any."""
     if width is not None and width < NARROWEST_TABLE:
         yield from _lines(parts)
         return
     several = len(parts) > 1
     beside = [{"part": part.part, **cells} for part in parts for cells in part.cells]
-    names = ["part", *COLUMNS] if several else [*COLUMNS]
+    columns = [name for name in COLUMNS if name not in OF_SIDES or any(row[name] != _NONE for row in beside)]
+    names = ["part", *columns] if several else columns
     if width is None or _width(names, beside) <= width:
         yield from _grid(names, [beside], [None])
         return
-    names, left_out = [*COLUMNS], list[str]()
+    names, left_out = columns, list[str]()
     while _width(names, beside) + 2 * several > width:
         left_out.append(names.pop(names.index(max(names, key=COLUMNS.__getitem__))))
     yield from _grid(names, [part.cells for part in parts], [part.part if several else None for part in parts])
@@ -143,6 +147,8 @@ def _row(row: PlannedRecord, seconds: float) -> Cells:
         "backend": row.backend,
         "mean": _NONE if spacing is None else f"{spacing.mean:.3f}",
         "CV": _NONE if spacing is None else f"{spacing.cv:.2%}",
+        "left CV": _side(measured.left),
+        "right CV": _side(measured.right),
         "printed CV": expected_text(measured.printed, digits=1),
         "p95": _NONE if spacing is None else f"{spacing.p95:.3f}",
         "gap": f"{measured.gap:.2%}",
@@ -154,6 +160,10 @@ def _row(row: PlannedRecord, seconds: float) -> Cells:
         "clear mm": _NONE if row.smallest_clearance_mm is None else f"{row.smallest_clearance_mm:.2f}",
         "planned in s": f"{seconds:.1f}",
     }
+
+
+def _side(side: SpacingSideRecord | None) -> str:
+    return _NONE if side is None or side.spacing is None else f"{side.spacing.cv:.2%}"
 
 
 def _empty(name: str, why: str) -> Cells:

@@ -7,8 +7,8 @@ import io
 from collections.abc import Callable, Mapping, Sequence
 
 from geoprint.account.prints.expected import expected_text
-from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord, SpacingSideRecord
-from geoprint.account.records.plan import SpacingRecord
+from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord
+from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {

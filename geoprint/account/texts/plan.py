@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.prints.expected import WORDS, expected_text
+from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
@@ -32,8 +33,8 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         )
     ]
     if told.uniformity is not None:
-        spacing = told.uniformity.spacing
-        varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing.cv:.2%} (CV)"
+        spacing = variation_text(told.uniformity)
+        varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing} (CV)"
         lines.append(
             f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
         )
