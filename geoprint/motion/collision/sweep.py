@@ -227,16 +227,26 @@ def _settle(
     nothing = np.full((1, len(world.solids)), NOT_TESTED)
     beside = np.maximum(np.concatenate([nothing, reaches]), np.concatenate([reaches, nothing]))
     rounding = rounding_of(world.solids, poses, corners)
-    pairs = world.touches(poses, reaches=np.where(beside > NOT_TESTED, beside + rounding, NOT_TESTED))
-    doubtful = np.flatnonzero(pairs.any(axis=(1, 2)))
-    asked = np.where(pairs.any(axis=2), beside, NOT_TESTED)[doubtful]
-    fan = _Fan.of(poses[doubtful], corners[doubtful], rounding=rounding[doubtful])
-    near = fan.touches(world, np.where(asked > NOT_TESTED, asked + rounding[doubtful] / fan.parts[:, None], NOT_TESTED))
+    # A corner that is rounded by more than any inflation covers is asked across the path alone.
+    covered = beside + rounding <= world.reaches[-1]
+    pairs = world.touches(poses, reaches=np.where((beside > NOT_TESTED) & covered, beside + rounding, NOT_TESTED))
+    open_there = pairs.any(axis=2) | ((beside > NOT_TESTED) & ~covered)
+    doubtful = np.flatnonzero(open_there.any(axis=1))
+    if not doubtful.size:
+        return None, np.zeros(reaches.shape, dtype=np.bool_)
+    asked = np.where(open_there, beside, NOT_TESTED)[doubtful]
+    certain = world.touches(poses[doubtful], reaches=np.where(asked > NOT_TESTED, 0.0, NOT_TESTED))
+    # What is struck in the middle of its path need not be asked across it.
+    across = np.flatnonzero(~certain.any(axis=(1, 2)))
+    rows_across, asked_across = doubtful[across], asked[across]
+    fan = _Fan.of(poses[rows_across], corners[rows_across], rounding=rounding[rows_across])
+    covering = asked_across + rounding[rows_across] / fan.parts[:, None]
+    near = fan.touches(world, np.where(asked_across > NOT_TESTED, covering, NOT_TESTED))
     touched = np.zeros(beside.shape, dtype=np.bool_)
-    touched[doubtful] = near.any(axis=2)
+    touched[rows_across] = near.any(axis=2)
     open_solids = (touched[:-1] | touched[1:]) & (reaches > NOT_TESTED)
-    certain = fan.touches(world, np.where(touched[doubtful], 0.0, NOT_TESTED))
-    certain |= near & (asked <= FINEST)[:, :, None]
+    certain[across] = fan.touches(world, np.where(touched[rows_across], 0.0, NOT_TESTED))
+    certain[across] |= near & (asked_across <= FINEST)[:, :, None]
     struck = certain.any(axis=(1, 2))
     if not struck.any():
         return None, open_solids

@@ -100,6 +100,17 @@ def test_a_corner_that_is_rounded_by_far_is_found_on_both_sides_wherever_it_lies
         assert is_hit(moving(points, corners), post) == found
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_corner_that_is_rounded_by_more_than_any_inflation_is_found_on_both_sides(side: float) -> None:
+    points = np.column_stack([np.linspace(0.0, 0.4, 5), np.zeros(5)])
+    corners = points.copy()
+    corners[2, 1] += 30.0
+
+    for gap, found in ((KEPT - NEARER, True), (KEPT + FARTHER, False)):
+        post = np.array([points[2, 0], side * (30.0 + RADIUS + HALF + gap)])
+        assert is_hit(moving(points, corners), post) == found
+
+
 def test_planted_posts_are_found_where_plane_geometry_has_them_and_nowhere_else() -> None:
     random = np.random.default_rng(11)
     hits, misses = 0, 0

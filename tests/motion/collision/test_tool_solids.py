@@ -11,7 +11,15 @@ from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import FloatArray
 from geoprint.motion.collision.tool_distance import revolution, signed_distances
-from geoprint.motion.collision.tool_solids import ARC_ALLOWANCE, EXCESS, TIP_ZONE, movements, polytope, tool_solids
+from geoprint.motion.collision.tool_solids import (
+    ARC_ALLOWANCE,
+    EXCESS,
+    TIP_ZONE,
+    Solid,
+    movements,
+    polytope,
+    tool_solids,
+)
 from tests.motion.cells import bent_cell, straight_cell
 
 SOLIDS = tool_solids(straight_cell().tool)
@@ -77,6 +85,15 @@ def test_polytope_adds_no_more_than_its_excess(index: int, by: float):
     corners, _ = polytope(SOLIDS[index], by=by)
 
     assert signed_distances(revolution((SOLIDS[index],)), corners).max() < by + EXCESS
+
+
+@pytest.mark.parametrize(("start", "end"), [(5.0, 40.0), (40.0, 5.0)])
+def test_polytope_of_a_cone_as_wide_as_a_hand_adds_less_than_half_a_tenth_of_a_millimetre(start: float, end: float):
+    wide = Solid("cone", np.zeros(3), np.array([0.0, 0.0, 200.0]), start, end)
+
+    corners, _ = polytope(wide, by=0.5)
+
+    assert signed_distances(revolution((wide,)), corners).max() < 0.5 + 0.045
 
 
 def test_polytope_of_a_cylinder_has_its_volume_and_is_wound_outwards():

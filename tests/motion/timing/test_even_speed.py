@@ -74,6 +74,15 @@ def test_all_but_the_ramps_is_at_speed_at_the_largest_speed_and_not_at_a_higher_
     assert followed(path, 1.05 * largest).slowdowns
 
 
+def test_a_leg_that_lays_only_along_a_part_of_it_counts() -> None:
+    path = made(0.24 * LENGTH * (SHARES - 0.5) - ROBOT.home[5])
+    laid = (SHARES > 0.2) & (SHARES < 0.7)
+    partly = replace(path, poses=replace(path.poses, deposit=laid, levels=np.where(laid, 0, -1)))
+    assert even_speed(partly) == pytest.approx(np.radians(420.0) / 0.24, rel=1e-3)
+    nothing = replace(path, poses=replace(path.poses, deposit=laid & False, levels=np.full(COUNT, -1)))
+    assert even_speed(nothing) == float("inf")
+
+
 def test_a_run_too_short_for_its_ramps_has_a_lower_speed() -> None:
     path = made(0.1 * SHARES, length=0.1)
     assert followed(path, 20.0).slowdowns

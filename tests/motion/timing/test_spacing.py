@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geoprint.model import FloatArray, JointPath, Trajectory
+from geoprint.model import Bend, FloatArray, JointPath, Slowdown, Trajectory
 from geoprint.motion.controller import written_targets
 from geoprint.motion.timing import joints_at, largest_jerk, retime, timed_targets
+from geoprint.motion.timing.spacing import (
+    _place_lowered,  # pyright: ignore[reportPrivateUsage]
+    _run_lowered,  # pyright: ignore[reportPrivateUsage]
+)
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arc, arm_of, line, solved, stream
 
@@ -59,6 +63,16 @@ def test_a_run_is_lowered_no_farther_than_its_targets_need(angle: float) -> None
     assert [bend for bend in targets.bends if bend.kind == "close"] == []
     # By the shortest move among the targets of the set speed it would be 10 mm/s.
     assert 15.0 <= slow.held_speed < 20.0
+
+
+@pytest.mark.parametrize("angle", [2.0, 3.1, 5.0])
+def test_targets_at_both_ends_of_moves_that_are_wide_stand_outside_of_the_bend(angle: float) -> None:
+    path = hairpin(angle)
+    targets = written_targets(path, retime(path, ROBOT, process=PROCESS), process=PROCESS)
+    moved = targets.poses[targets.moved]
+    assert moved.size >= 3
+    # The bend is the same from either end, but for how its poses fall.
+    np.testing.assert_allclose(moved, path.poses.count - 1 - moved[::-1], atol=6.0)
 
 
 def test_a_run_whose_targets_have_time_keeps_its_speed() -> None:
@@ -137,3 +151,55 @@ def test_with_follow_only_the_place_is_lowered_where_targets_come_too_soon() -> 
     np.testing.assert_allclose(speeds[legs], PROCESS.speed, rtol=1e-6)
     assert trajectory.share_at_speed > 0.7
     assert timed_targets(path, ROBOT, process=PROCESS).trajectory.share_at_speed == 0.0
+
+
+def close_bend(*, arc: float = 50.0, shortest: float = 0.0108, run: int = 0) -> Bend:
+    """Return a bend of three targets, one of them nine tenths of 12 ms behind the other."""
+    return Bend(run, "close", place=(1.0, 2.0, 3.0), arc=arc, radius=0.2, targets=3, offset=0.0, shortest=shortest)
+
+
+def dip(arc: float, *, held: float, length: float = 2.0, run: int = 0) -> Slowdown:
+    return Slowdown(
+        run=run, kind="dip", place=(0.0, 0.0, 0.0), arc=arc, length=length, set_speed=20.0, held_speed=held, joint=0,
+        limit="targets",
+    )  # fmt: skip
+
+
+def test_a_place_is_lowered_by_what_is_missing_and_as_long_as_its_targets_and_half_a_mm_on_either_side() -> None:
+    found = _place_lowered(close_bend(), (), PROCESS)
+    assert found is not None
+    assert (found.run, found.kind, found.arc, found.place, found.limit) == (0, "dip", 50.0, (1.0, 2.0, 3.0), "targets")
+    # 18 mm/s, down to what is written; three targets of 12 ms at 20 mm/s and two halves of a millimetre.
+    assert 17.5 <= found.held_speed <= 18.0
+    assert found.length == pytest.approx(3 * 0.012 * 20.0 + 1.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "counts"),
+    [
+        (dip(50.9, held=12.0), True),
+        (dip(49.1, held=12.0), True),
+        (dip(51.1, held=12.0), False),
+        (dip(48.9, held=12.0), False),
+        (dip(20.0, held=12.0), False),
+        (dip(50.0, held=12.0, run=1), False),
+    ],
+)
+def test_only_what_is_lowered_there_already_is_lowered_from_its_own_speed(before: Slowdown, *, counts: bool) -> None:
+    found = _place_lowered(close_bend(), (before, dip(50.0, held=16.0)), PROCESS)
+    assert found is not None
+    assert found.held_speed == pytest.approx(0.9 * (12.0 if counts else 16.0), abs=0.5)
+
+
+def test_one_lowering_keeps_four_fifths_of_the_speed_and_all_of_them_a_quarter_of_the_set_one() -> None:
+    tight = close_bend(shortest=0.002)
+    once = _place_lowered(tight, (), PROCESS)
+    assert once is not None
+    assert once.held_speed == pytest.approx(16.0, abs=0.5)
+    assert _place_lowered(tight, (dip(50.0, held=6.0),), PROCESS) is None
+    path = hairpin(1.0)
+    whole = _run_lowered(path, tight, 20.0, PROCESS)
+    assert whole is not None
+    assert whole.held_speed == pytest.approx(16.0, abs=0.5)
+    assert _run_lowered(path, tight, 6.0, PROCESS) is None
+    assert _run_lowered(path, tight, 7.0, PROCESS) is not None
