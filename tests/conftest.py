@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 
 import pytest
 
@@ -10,7 +10,7 @@ from tests.brief_proofs import proving_briefly
 
 
 @pytest.fixture
-def brief_proofs() -> Iterator[None]:
+def brief_proofs() -> Generator[None]:
     """Refuse in seconds, for a test that asks for the refusal and not for its proof."""
     with proving_briefly():
         yield
