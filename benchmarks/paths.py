@@ -22,11 +22,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.parts.slicer import dome_gcode
+from benchmarks.parts.streams import deposited
 from benchmarks.parts.surfaces import cap, triangulated
 from benchmarks.peers import METHODS
 from geoprint import job_of, measure_paths, plan, read_paths
 from geoprint.errors import GeoprintError
-from geoprint.model import FloatArray, Polylines, PoseStream, Surface
+from geoprint.model import FloatArray, Polylines, Surface
 from geoprint.quality import PathMeasure, uniformity
 from geoprint.surfaces.files import save_ply
 from geoprint.surfaces.remesh import refine
@@ -80,13 +81,6 @@ def circles(spacing: float, shift: float) -> Polylines:
         flat = np.sin(polar) * np.column_stack([np.cos(turns), np.sin(turns)])
         lines.append(RADIUS * np.column_stack([flat, np.full(turns.size, np.cos(polar))]))
     return Polylines(np.concatenate(lines), np.cumsum([0, *map(len, lines)]))
-
-
-def deposited(poses: PoseStream) -> Polylines:
-    """Return what a stream deposits, without its levels."""
-    rows = np.flatnonzero(poses.deposit)
-    firsts = np.flatnonzero(np.diff(poses.runs[rows], prepend=-1))
-    return Polylines(poses.surface_points[rows], np.append(firsts, rows.size))
 
 
 def _ours(part: Path, name: str, spacing: float) -> Iterator[str]:

@@ -36,6 +36,7 @@ def test_hall_around_everything_is_found(scene: Scene):
     assert scene.is_refused(body)
 
 
+@pytest.mark.dear
 def test_near_misses_two_tenths_of_a_millimetre_beyond_the_clearance_are_not_reported(scene: Scene):
     planted = list(near_misses(scene, count=3, random=np.random.default_rng(5)))
 
@@ -68,6 +69,7 @@ def test_obstacle_at_any_spot_is_no_farther_than_its_distance_from_what_moves(sc
     assert scene.sweep.distance(spot.obstacle("post", distance=1.0)) <= 1.0 + 0.15
 
 
+@pytest.mark.dear
 @settings(max_examples=6, deadline=None)
 @given(near=st.floats(0.7, 12.0), farther=st.floats(0.05, 8.0))
 def test_moving_a_body_farther_away_never_lowers_the_clearance(near: float, farther: float):

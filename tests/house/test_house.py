@@ -22,6 +22,7 @@ def copy(tmp_path: Path) -> House:
     return House(tmp_path)
 
 
+@pytest.mark.dear
 def test_what_breaks_a_rule_is_found(copy: House) -> None:
     before = set(breaches(copy))
     package = copy.root / "geoprint"
@@ -44,6 +45,7 @@ def test_what_breaks_a_rule_is_found(copy: House) -> None:
     assert found.count("\n") == 4
 
 
+@pytest.mark.dear
 def test_the_table_has_a_row_for_each_room_and_wing() -> None:
     names = {line.split("|")[1].strip() for line in table(HOUSE)}
     folders = {path.parent for path in (ROOT / "geoprint").rglob("*.py")}

@@ -159,6 +159,7 @@ def compiled(path: Path) -> Path:
     return Path(os.environ["NUMBA_CACHE_DIR"], name)
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize("kind", RECIPES)
 def test_a_recipe_touches_only_the_files_that_it_names_and_breaks_no_rule(tree: Path, kind: str) -> None:
     before, rules = contents(tree), set(breaches(House(tree)))
@@ -171,6 +172,7 @@ def test_a_recipe_touches_only_the_files_that_it_names_and_breaks_no_rule(tree: 
     assert set(breaches(House(tree))) <= rules
 
 
+@pytest.mark.dear
 def test_what_the_recipes_made_works(tree: Path) -> None:
     plate = load(ROOT / "data" / "plate.ply", unit="mm")
     part = tree / "part.tri"

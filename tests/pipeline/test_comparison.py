@@ -91,6 +91,7 @@ def rows_of(text: str) -> list[str]:
     return text.split("\n\n")[1].splitlines()
 
 
+@pytest.mark.dear
 def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its_schema(
     parts: tuple[Comparison | FailedPart, ...], tmp_path: Path
 ) -> None:
@@ -151,6 +152,7 @@ def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparis
     assert said_of(refused)[0].startswith("Only heat covers part.ply")
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize("backend", sorted(BACKENDS))
 def test_renumbering_a_part_leaves_its_evenness_as_it_is(backend: str, tmp_path: Path) -> None:
     cap = spherical_cap(radius=25.0, angle=0.9, rings=12, jitter_seed=7)
@@ -177,6 +179,7 @@ def test_paths_that_lie_apart_by_a_known_distance_are_measured_so() -> None:
     np.testing.assert_allclose(found.mean, found.hausdorff, atol=1e-9)
 
 
+@pytest.mark.dear
 def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Path) -> None:
     save_ply(spherical_cap(radius=30.0, angle=0.5, rings=10, jitter_seed=1), tmp_path / "cap.ply")
     compared = compare(job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=3.0, place="demo"))
@@ -190,6 +193,7 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Pat
     assert "exact geodesic distance" in words
 
 
+@pytest.mark.dear
 @pytest.mark.usefixtures("brief_proofs")
 def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_loses(tmp_path: Path) -> None:
     part, cell = tmp_path / "part.ply", tmp_path / "far.toml"

@@ -83,6 +83,7 @@ def refusal(paths: Plan, chain: Chain, *, seen: list[str] | None = None) -> Plan
     return caught.value
 
 
+@pytest.mark.dear
 def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that_the_chain_takes(bowl: Plan) -> None:
     seen: list[str] = []
     chain = Chain(rim(bowl), prints=(0.72,))
@@ -109,6 +110,7 @@ def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that
     assert "trying a 25.4 mm needle of 22 gauge: reach" in seen
 
 
+@pytest.mark.dear
 def test_nothing_is_named_that_the_chain_refuses_and_no_more_motions_are_planned_than_the_plan_took(bowl: Plan) -> None:
     chain = Chain(rim(bowl), motions=7)
     error = refusal(bowl, chain)
@@ -119,6 +121,7 @@ def test_nothing_is_named_that_the_chain_refuses_and_no_more_motions_are_planned
     assert "(the needle's rim has -0.12 mm of room)" in str(error)
 
 
+@pytest.mark.dear
 def test_poses_that_are_free_one_by_one_are_said_to_be(tmp_path: Path) -> None:
     wide = spherical_cap(radius=60.0, angle=0.1, rings=4)
     save_ply(wide, tmp_path / "wide.ply")

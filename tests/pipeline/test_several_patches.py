@@ -67,6 +67,7 @@ def laid(planned: Plan, runs: tuple[int, int]) -> np.ndarray:
     return poses.tips[poses.deposit & (poses.runs >= runs[0]) & (poses.runs <= runs[1])]
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize("backend", list(BACKENDS))
 def test_each_patch_is_as_even_and_lies_as_when_it_is_planned_alone(ball: Path, backend: str) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
@@ -88,6 +89,7 @@ def test_a_patch_is_finished_before_the_next_and_the_nearest_one_is_next(table: 
     assert [runs.index(one) for one in sorted(runs)] == [0, 2, 3, 1]
 
 
+@pytest.mark.dear
 def test_rounds_divide_the_distance_of_the_deepest_patch(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     planned = plan(job(ball, *regions, spacing=None, rounds=3, middle="plain"))

@@ -52,6 +52,7 @@ def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0), rise: flo
     )
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize("unit", list(UNITS))
 def test_an_iges_file_has_the_size_that_its_unit_says(tmp_path: Path, unit: str) -> None:
     millimetres = UNITS[unit][1]
@@ -70,6 +71,7 @@ def test_another_unit_than_that_of_the_file_is_refused(tmp_path: Path) -> None:
         load_file(tmp_path / "plate.igs", unit="in")
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize(
     ("name", "mesh"),
     [("heart_lv_anterior_nurbs", "lv_anterior_disc_r30"), ("heart_lv_apex_nurbs", "lv_apex_disc_r20")],
@@ -84,6 +86,7 @@ def test_a_heart_patch_is_the_same_from_step_and_iges_and_near_its_mesh(name: st
     assert face_areas(step).sum() == pytest.approx(face_areas(iges).sum(), rel=1e-3)
 
 
+@pytest.mark.dear
 def test_the_faces_of_a_solid_become_one_closed_surface_that_faces_out() -> None:
     solid, report = prepare(load(shared("cad/screw.step"), unit=None))
     assert report.topology == "closed, genus 0"

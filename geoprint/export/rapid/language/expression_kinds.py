@@ -151,7 +151,7 @@ def _function(call: FunctionCall, here: Context) -> Kind | None:
         here.say(call.line, f"{call.name} is no function")
     elif isinstance(symbol.node, Routine) and symbol.node.kind != "FUNC":
         here.say(call.line, f"{call.name} is a {symbol.node.kind}, and a function is wanted")
-    elif call.name.lower() == "present" and not symbol.file:
+    elif call.name.lower() == "present":
         _present(call, here)
         return BOOL
     elif isinstance(symbol.node, Routine):

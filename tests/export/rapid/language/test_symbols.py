@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.language.builtins import builtins
+from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import examine, read_task, resolve
 
@@ -112,6 +114,10 @@ def test_what_a_controller_takes_passes(line: str) -> None:
         ("grid{1}:=1;", "1 indices are given to a num{*,*}"),
         ("piece:=[1,[0,0,0]];", "a part has 3 components, found 2"),
         ("p:=[1,2,x,3];", "a pos has 3 components, found 4"),
+        ("p:=[1,2,TRUE];", "TRUE is no num"),
+        ("RAISE 5; ERROR (s) RAISE;", "ERROR wants a num, found a string"),
+        ("RAISE 5; ERROR (1, s) RAISE;", "ERROR wants a num, found a string"),
+        ("RAISE 5; ERROR y:=1;", "y is declared nowhere"),
         ("plain 1;", "plain takes no a further argument"),
         ("twice 1;", "twice is a FUNC, and a procedure is wanted"),
         ("x:=plain();", "plain is a PROC, and a function is wanted"),
@@ -248,3 +254,22 @@ def test_a_task_read_from_files_is_the_same_as_from_memory(tmp_path: Path) -> No
     (tmp_path / "A.mod").write_text(HEAD + TAIL)
     text = (tmp_path / "A.mod").read_text()
     assert read_task([("A.mod", text)], signals=SIGNALS).modules == (parse_module("A.mod", HEAD + TAIL),)
+
+
+@pytest.mark.parametrize(
+    ("deep", "line"), [("x:=" + "(" * 4000 + "1" + ")" * 4000 + ";", FIRST), ("x:=" + "+".join(["1"] * 9000) + ";", 1)]
+)
+def test_what_is_nested_too_deeply_is_refused_and_not_a_crash(deep: str, line: int) -> None:
+    with pytest.raises(VerificationError, match=rf"A\.mod, line {line}: .*too deeply"):
+        read_task([("A.mod", HEAD + deep + TAIL)], signals=SIGNALS)
+
+
+def test_cycles_are_collected_again_after_reading_and_not_where_nobody_collected_them() -> None:
+    for collecting in (True, False):
+        (gc.enable if collecting else gc.disable)()
+        try:
+            with uncollected():
+                assert not gc.isenabled()
+            assert gc.isenabled() == collecting
+        finally:
+            gc.enable()
