@@ -42,6 +42,14 @@ def measured_cover(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan,
     return (replace(fitted, middles=middles), fits) if taken else (replace(plain, middles=middles), found)
 
 
+def taken_job(paths: Plan) -> Job:
+    """Return the job of a plan with the middle that was taken for it: covering with it makes the same paths again."""
+    if not seeks_middle(paths.job):
+        return paths.job
+    taken = next((tried.middle for tried in paths.middles if tried.taken), PLAIN)
+    return paths.job.model_copy(update={"middle": taken})
+
+
 def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, Uniformity]:
     """Return the paths of a job, kept as those of what was asked for, and how even they are."""
     paths = cover(job, workpiece, stage)

@@ -30,13 +30,17 @@ class Chain:
         error: of a refused plan.
         prints: names of changes with which it plans.
         motions: that it plans each time.
+        height: of the tip over the part from which on every needle prints [mm].
         asked: outer diameter of the needle and largest lean of each plan, in order.
+        heights: of the tip over the part of each plan, in order [mm].
     """
 
     error: PlanError
     prints: tuple[float, ...] = ()
     motions: int = 1
+    height: float = np.inf
     asked: list[tuple[float, float]] = field(default_factory=list[tuple[float, float]])
+    heights: list[float] = field(default_factory=list[float])
 
     def __call__(self, paths: Plan, _: Placement, stage: Stages) -> Plan:
         for _motion in range(self.motions):
@@ -44,7 +48,8 @@ class Chain:
                 pass
         width = paths.workpiece.cell.tool.needle_diameter
         self.asked.append((width, paths.job.max_tilt))
-        if width in self.prints:
+        self.heights.append(paths.poses.standoff)
+        if width in self.prints or paths.poses.standoff >= self.height:
             return paths
         raise self.error
 
@@ -135,6 +140,28 @@ def test_poses_that_are_free_one_by_one_are_said_to_be(tmp_path: Path) -> None:
     assert error.details["poses_blocked"] == 0
     # The place counts before the needle where the nozzle has room.
     assert "needle" not in str(error.details["changes_tried"]).split(";")[0]
+
+
+@pytest.mark.dear
+def test_needle_whose_rim_lacks_room_is_tried_again_higher_by_what_it_lacks(bowl: Plan) -> None:
+    chain = Chain(rim(bowl), height=0.45)
+    error = refusal(bowl, chain)
+    # The rim is 0.12 mm into the part and needs 0.01 mm: 0.43 mm, told in tenths. Another needle comes first.
+    assert chain.heights == [0.3, 0.3, 0.3, 0.5]
+    assert chain.asked[3] == chain.asked[2]
+    assert "gauge 0.5 mm above the part prints it (tried: the whole program is checked)" in str(error)
+    assert str(error.details["change_keys"]).endswith("; [process] standoff_mm = 0.5")
+    assert str(error.details["change_keys"]).startswith("[nozzle] outer_diameter_mm = ")
+
+
+@pytest.mark.dear
+@pytest.mark.parametrize(("room", "highest"), [(-0.48, 0.8), (-0.52, 0.3)])
+def test_no_needle_is_raised_by_more_than_half_a_millimetre(bowl: Plan, room: float, highest: float) -> None:
+    error = rim(bowl)
+    error.details["room"] = room
+    chain = Chain(error, height=1.0)
+    refusal(bowl, chain)
+    assert max(chain.heights) == highest
 
 
 def test_plan_that_prints_is_returned_as_it_is(bowl: Plan) -> None:

@@ -1,10 +1,12 @@
 """What might make a refused part printable: another needle, more lean, the other cell, another place.
 
-The clearance that is stated is never touched, nor what the part asks for: spacing, paths, stand-off and speed.
+The clearance that is stated is never touched, nor what the part asks for: spacing, paths and speed. The stand-off is
+raised only where a needle is thin enough to reach everywhere but for its rim, and only by what the rim lacks.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -24,16 +26,23 @@ from geoprint.config import (
 )
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import Cell, Placement, frozen
+from geoprint.motion.collision import SMALLEST_ROOM
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Stand, demo_placement
+from geoprint.pipeline.covering import cover
+from geoprint.pipeline.middles import taken_job
+from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import pose_stream, room_of, with_flow_of
 from geoprint.results import Plan
 
 # Kinds of changes.
-NEEDLE, LEAN, CELL, PLACE = "needle", "lean", "cell", "place"
+NEEDLE, STANDOFF, LEAN, CELL, PLACE = "needle", "stand-off", "lean", "cell", "place"
 # The gauge that goes with a change of another kind where only the needle is too wide then.
 THINNER = 21
 # Leans that are tried where the nozzle may not lean so far [degrees].
 LARGER_TILTS = (20.0, 25.0, 30.0, 45.0)
+# A stand-off is told in steps of this, and raised by no more altogether [mm]: what falls far lies where it likes.
+STANDOFF_STEP = 0.1
+LARGEST_RAISE = 0.5
 # How far a demonstration is moved: along x, towards the arm and away from it, and upwards [mm].
 MOVES = ((0.0, 50.0), (0.0, 100.0), (50.0, 0.0), (50.0, 100.0), (-50.0, 100.0))
 # A needle that differs less from that of the cell is the same [mm]: makers round.
@@ -46,7 +55,7 @@ class Change:
     """A change of job or cell.
 
     Attributes:
-        kind: of change: needle, lean, cell or place.
+        kind: of change: needle, stand-off, lean, cell or place.
         name: what changes, as a sentence begins with it.
         keys: what a person writes or types for it.
         job: with it.
@@ -60,8 +69,13 @@ class Change:
     cell: Cell
 
     def paths(self, paths: Plan) -> Plan:
-        """Return a plan of paths with the change: the deposits stay, attitudes and travel may not."""
+        """Return a plan of paths with the change: the deposits stay, attitudes and travel may not.
+
+        Where the stand-off differs, lines turn elsewhere, and the part is covered again, with constant flow.
+        """
         changed = replace(paths.workpiece, cell=self.cell, placement=self.placement(paths))
+        if self.cell.process.standoff != paths.workpiece.cell.process.standoff:
+            return cover(taken_job(replace(paths, job=self.job)), changed, Stages(lambda _: None))
         stream = pose_stream(paths.toolpath, changed, max_tilt_deg=self.job.max_tilt)
         return replace(paths, job=self.job, workpiece=changed, poses=with_flow_of(stream, paths.poses))
 
@@ -74,6 +88,21 @@ class Change:
         name = f"{self.name} with a {needle_of(tool).length:g} mm needle of {THINNER} gauge"
         keys = "; ".join(part for part in (self.keys, needle_keys(self.cell.tool, tool)) if part)
         return Change(NEEDLE, name, keys, self.job, replace(self.cell, tool=tool))
+
+    def raised(self, error: PlanError) -> Change | None:
+        """Return the change with a stand-off higher by what a refusal of its needle lacks; None where that is too far.
+
+        Args:
+            error: as `of_the_needle` tells.
+        """
+        process = self.cell.process
+        steps = math.floor((process.standoff + lacking(error)) / STANDOFF_STEP) + 1
+        standoff = round(steps * STANDOFF_STEP, 6)
+        if standoff > process.standoff + LARGEST_RAISE:
+            return None
+        keys = "; ".join(part for part in (self.keys, f"[process] standoff_mm = {standoff:g}") if part)
+        cell = replace(self.cell, process=replace(process, standoff=standoff))
+        return Change(STANDOFF, f"{self.name} {standoff:g} mm above the part", keys, self.job, cell)
 
     def placement(self, paths: Plan) -> Placement:
         """Return where the part stands with it."""
@@ -109,6 +138,15 @@ def of_the_needle(error: PlanError) -> bool:
     """Say whether a refusal is about the needle beside the part."""
     solid, against = error.details.get("solid"), str(error.details.get("against", ""))
     return solid in {"needle's tip", "needle"} and against.startswith(("part ", "body "))
+
+
+def lacking(error: PlanError) -> float:
+    """Return what a refusal of the needle lacks [mm]."""
+    found, wanted = (error.details.get(key) for key in ("distance", "wanted"))
+    room = error.details.get("room")
+    if isinstance(room, float):
+        return SMALLEST_ROOM - room
+    return wanted - found if isinstance(found, float) and isinstance(wanted, float) else 0.0
 
 
 def _needles(paths: Plan) -> Iterator[Change]:

@@ -19,7 +19,17 @@ from geoprint.model import Cell, FloatArray, Placement
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import SinglePoses
 from geoprint.motion.reach import COARSE_TURN_STEP, Exhausted, Exhaustion, Grid, Worst, reach
-from geoprint.pipeline.refusals.changes import CELL, LEAN, NEEDLE, PLACE, Change, changes, of_the_needle, placement_of
+from geoprint.pipeline.refusals.changes import (
+    CELL,
+    LEAN,
+    NEEDLE,
+    PLACE,
+    STANDOFF,
+    Change,
+    changes,
+    of_the_needle,
+    placement_of,
+)
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import Chain, arm_of, leaning_of, placed
 from geoprint.results import Plan, Refusal, TriedChange
@@ -133,7 +143,8 @@ def _places(error: PlanError) -> list[FloatArray]:
 def _tried(paths: Plan, exhausted: Exhausted, worst: Worst, budget: _Budget, *, chain: Chain) -> Refusal:
     """Ask every change at the worst poses, and take those that free them through the chain, until one prints.
 
-    A place or a lean with which only the needle is too wide is tried with a thinner one next.
+    A place or a lean with which only the needle is too wide is tried with a thinner one next, and the roomiest needle,
+    which comes second, with a stand-off that is higher by what it lacks.
     """
     budget.screening()
     offered = changes(paths)
@@ -148,9 +159,17 @@ def _tried(paths: Plan, exhausted: Exhausted, worst: Worst, budget: _Budget, *, 
             tried += [] if refused is None else [TriedChange(change.name, change.keys, "")]
             break
         tried.append(TriedChange(change.name, change.keys, shortfall(refused)))
-        if change.kind != NEEDLE and of_the_needle(refused):
-            waiting[:0] = [change.with_thinner_needle()]
+        if of_the_needle(refused):
+            waiting[:0] = _next(change, refused, last=len(tried) > 1 or not waiting)
     return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried))
+
+
+def _next(change: Change, refused: PlanError, *, last: bool) -> list[Change]:
+    """Return what is tried next where only the needle refuses a change; none with more room comes after the last."""
+    if change.kind not in {NEEDLE, STANDOFF}:
+        return [change.with_thinner_needle()]
+    raised = change.raised(refused) if change.kind == NEEDLE and last else None
+    return [] if raised is None else [raised]
 
 
 def _room(change: Change, paths: Plan, worst: Worst) -> float:
