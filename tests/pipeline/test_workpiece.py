@@ -216,6 +216,7 @@ def test_a_calibrated_part_stands_where_it_was_touched_and_is_known_as_well_as_i
     found = prepared(part, robot=True, cell=calibrated(tmp_path, touched=touched))
     assert found.placement is not None
     assert found.placement.calibrated
+    assert not found.turnable, "it stands where it was touched, whatever a search would like better"
     np.testing.assert_allclose(found.placement.T_base_work[:3, 3], origin, atol=1e-9)
     # Four touches of 0.02 mm a corner of 50 mm from the middle: at the corners of the plate, (20, 15) mm off it, the
     # height is known with a deviation of 0.02 / 2 * sqrt(1 + (20 / 50)^2 + (15 / 50)^2) mm.
@@ -235,7 +236,9 @@ def test_place_demo_leaves_the_touched_points_of_a_calibrated_cell_alone(part: P
     demo = prepared(part, robot=True, place="demo", cell=calibrated(tmp_path))
     assert demo.placement is not None
     assert not demo.placement.calibrated
+    assert demo.turnable
     assert demo.uncertainty is None
+    assert not prepared(part, place="demo", cell=calibrated(tmp_path)).turnable, "no robot was asked for"
 
 
 def test_a_part_known_worse_than_the_stand_off_is_refused_while_reading(part: Path, tmp_path: Path) -> None:

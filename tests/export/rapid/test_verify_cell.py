@@ -114,6 +114,7 @@ OTHERS: list[tuple[str, tuple[int, ...], Value, str]] = [
     ("tGeoNozzle", (0,), False, "no tool held by the robot"),
     ("tGeoNozzle", (2,), [1.0, 2.0], "no tool held by the robot"),
     ("tGeoNozzle", (), "tool", "no tool held by the robot"),
+    ("tGeoNozzle", (), 5.0, "no tool held by the robot"),
     ("tGeoNozzle", (), [True, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]], "no tool held by the robot"),
     ("tGeoNozzle", (1,), [1.0, 2.0, 3.0], "tool frame is no pose"),
     ("wGeoPart", (0,), True, "wobjdata is True"),

@@ -166,6 +166,15 @@ def test_a_cut_path_rounds_its_corners_in_between_by_the_mean_of_both_ends() -> 
     assert found.deposit.tolist() == [False, False, True, True, True, True, False]
 
 
+def test_rows_between_a_run_and_a_joint_move_belong_to_the_joint_move_on_either_side_of_it() -> None:
+    still = np.zeros((4, 6))
+    path = ControllerPath(
+        joints=still, runs=np.array([-1, 0, 0, -1]), deposit=np.zeros(4, np.bool_), rounding=still, step=0.5
+    )
+    found = refined(path, parts=np.array([3, 3, 3]))
+    assert found.runs.tolist() == [-1, -1, -1, 0, 0, 0, 0, -1, -1, -1]
+
+
 def test_steps_are_cut_so_that_none_is_larger_than_allowed() -> None:
     assert step_parts(np.array([0.0, 0.5, 1.79, 1.81, 3.61]), largest=2.0).tolist() == [1, 1, 1, 2, 3]
 

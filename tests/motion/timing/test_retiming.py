@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.errors import InputError, LimitError, UsageError, VerificationError
 from geoprint.model import FloatArray, JointPath, OnSlowdown, Trajectory
 from geoprint.motion.timing import topp
-from geoprint.motion.timing.retiming import retime
+from geoprint.motion.timing.retiming import _labels, retime  # pyright: ignore[reportPrivateUsage]
 from geoprint.motion.timing.topp import fastest_motion, straight_motion
 from geoprint.motion.timing.verification import verify
 from tests.motion.cells import bent_cell
@@ -320,3 +320,17 @@ def test_a_pose_that_is_not_passed_is_found(path: JointPath, trajectory: Traject
 def test_rows_that_are_not_a_millisecond_apart_are_found(path: JointPath, trajectory: Trajectory) -> None:
     with pytest.raises(VerificationError, match=r"rows are 0\.001 s apart"):
         verify(replace(trajectory, times=trajectory.times * 1.5), path, robot=ROBOT, process=PROCESS)
+
+
+def test_a_row_bears_run_and_deposit_of_the_step_it_lies_on_and_neither_before_the_first_pose_nor_after_the_last() -> (
+    None
+):
+    poses = replace(
+        stream(line((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), count=5)),
+        runs=np.array([0, 0, 1, 1, 1]),
+        deposit=np.array([True, True, False, True, True]),
+    )
+    times = np.array([-0.5, 0.0, 0.5, 1.5, 2.5, 3.5, 4.5])
+    runs, deposit = _labels(poses, np.arange(5.0), times)
+    assert runs.tolist() == [-1, 0, 0, 1, 1, 1, -1]
+    assert deposit.tolist() == [False, True, True, False, False, True, False]

@@ -219,3 +219,11 @@ def test_after_a_power_failure_outputs_are_what_the_controller_gives_them() -> N
 def test_an_event_that_is_tied_to_nothing_is_an_error() -> None:
     found = ran('TPWrite "on";', Scenario(joints=HOME, ties={"Start": ("missing",)}))
     assert (found.ended, "is tied to missing" in found.reason) == ("error", True)
+
+
+@pytest.mark.parametrize("count", [1, 2, 30])
+def test_a_routine_of_the_program_that_bears_the_name_of_a_move_is_called_in_its_place(count: int) -> None:
+    own = 'PROC MoveL(robtarget goal, speeddata v, zonedata z, num held)\nTPWrite "own";\nENDPROC'
+    found = ran(f"MoveL {target(300)},v100,fine,one;\n" * count, declared=f"PERS num one:=1;\n{own}")
+    assert shown(found) == ["own"] * count
+    assert not found.moves.ends.size

@@ -9,6 +9,7 @@ import pytest
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.machine import NOT_KNOWN, Scenario
 from geoprint.export.rapid.machine.values.faults import ERRORS
+from geoprint.export.rapid.machine.values.poses import Orient, between
 from tests.export.rapid.machine.tasks import HOME, ran, shown
 
 # As the reference of RAPID lists them: zone of the tip, of the attitude, its angle.
@@ -203,3 +204,11 @@ def test_what_is_not_known_is_said_with_its_name(statement: str, what: str) -> N
 def test_what_is_declared_twice_or_not_executed_is_refused(declared: str, what: str) -> None:
     with pytest.raises(VerificationError, match=what):
         ran("", declared=declared)
+
+
+@pytest.mark.parametrize("end", [(0.5, 0.0, 0.0, 0.75**0.5), (-0.5, 0.0, 0.0, -(0.75**0.5))])
+def test_a_quarter_along_a_line_place_and_attitude_have_gone_a_quarter(end: Orient) -> None:
+    place, attitude = between(((1.0, 2.0, 3.0), (1.0, 0.0, 0.0, 0.0)), ((5.0, 10.0, 15.0), end), 0.25)
+    assert place == pytest.approx((2.0, 4.0, 6.0))
+    # 120 degrees about z, the shorter of both turns: 30 of them, cosine and sine of 15.
+    assert attitude == pytest.approx((0.9659258, 0.0, 0.0, 0.2588190), abs=1e-7)
