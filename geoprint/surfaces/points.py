@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 from scipy.spatial import KDTree
 
@@ -16,6 +19,8 @@ PAIRS_AT_A_TIME = 500_000
 # Triangles of one search tree differ in size by at most this factor, so that one large triangle does not widen
 # the search among small ones.
 SIZE_CLASS_FACTOR = 2.0
+# Surfaces whose triangles are kept sorted: curves are resampled one by one, on the same surface.
+SURFACES_KEPT = 2
 # Where the mean of three unit normals is shorter, they cancel out and its direction means nothing.
 SHORTEST_MEAN_NORMAL = 1e-3
 
@@ -97,11 +102,19 @@ def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArra
     if xyz.ndim != 2 or xyz.shape[1] != 3 or not np.isfinite(xyz).all():
         raise InputError(f"closest points need finite positions of shape (k, 3), found shape {xyz.shape}.")
     search = _Search(surface, xyz)
-    for members, centres, radii in _size_classes(surface):
-        search.among(members, centres, radii)
+    for alike in _size_classes(surface):
+        search.among(alike)
     weights = np.clip(search.weights, 0.0, 1.0)
     weights /= weights.sum(axis=1, keepdims=True)
     return SurfacePoints(faces=search.faces, weights=weights), np.sqrt(search.squares)
+
+
+class _Alike(NamedTuple):
+    """Similarly large triangles: their indices, their centres in a tree, and how far each reaches from its own [mm]."""
+
+    members: IntArray
+    tree: KDTree
+    radii: FloatArray
 
 
 class _Search:
@@ -114,9 +127,10 @@ class _Search:
         self.weights = np.tile([1.0, 0.0, 0.0], (len(xyz), 1))
         self.squares = np.full(len(xyz), np.inf)
 
-    def among(self, members: IntArray, centres: FloatArray, radii: FloatArray) -> None:
-        """Improve the best by the triangles `members`, which reach as far from their centres as their radii."""
-        tree, radius = KDTree(centres), float(radii.max())
+    def among(self, alike: _Alike) -> None:
+        """Improve the best by similarly large triangles."""
+        members, tree, radii = alike
+        radius = float(radii.max())
         open_points = np.arange(len(self.xyz))
         seen, wanted = 0, min(FIRST_CANDIDATES, len(members))
         while open_points.size and seen < len(members):
@@ -188,12 +202,13 @@ def _perpendicular_feet(points: FloatArray, corners: FloatArray) -> tuple[FloatA
     return weights, (square > 0) & (weights >= 0.0).all(axis=1)
 
 
-def _size_classes(surface: Surface) -> list[tuple[IntArray, FloatArray, FloatArray]]:
-    """Return members, centres and radii of each class of similarly large triangles, the smallest first."""
+@lru_cache(maxsize=SURFACES_KEPT)
+def _size_classes(surface: Surface) -> tuple[_Alike, ...]:
+    """Return the classes of similarly large triangles, the smallest first; of the same surface only once."""
     corners = surface.vertices[surface.faces]
     centres = corners.mean(axis=1)
     radii = np.linalg.norm(corners - centres[:, None, :], axis=2).max(axis=1)
     floor = max(float(radii.max()), np.finfo(np.float64).tiny) * np.finfo(np.float64).eps
     classes = np.floor(np.log(np.maximum(radii, floor)) / np.log(SIZE_CLASS_FACTOR)).astype(np.int64)
     groups = [np.flatnonzero(classes == size) for size in np.unique(classes)]
-    return [(members, centres[members], radii[members]) for members in groups]
+    return tuple(_Alike(members, KDTree(centres[members]), radii[members]) for members in groups)

@@ -12,7 +12,9 @@ the tip would come from rest to its speed on a straight path. Where a leg is all
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -34,6 +36,9 @@ from geoprint.motion.timing.slowdown import Pace, held_after_dips, held_speeds, 
 from geoprint.motion.timing.topp import Motion, fastest_motion, straight_motion
 from geoprint.motion.timing.verification import SAMPLE_TIME, verify
 
+# Motions of the legs of one path: by the first knot and the bytes of the ceilings.
+Known: TypeAlias = dict[tuple[int, bytes], Motion]
+
 # A true ramp may be longer than twice the ideal one: a lower speed is reached sooner. A run that still dips after so
 # many lowerings keeps its dips, and they are reported.
 MOST_LOWERINGS = 5
@@ -46,6 +51,7 @@ def retime(
     process: Process,
     on_slowdown: OnSlowdown = "lower",
     lowered: tuple[Slowdown, ...] = (),
+    known: Known | None = None,
 ) -> Trajectory:
     """Run through a joint path in the shortest time that joints and process allow.
 
@@ -55,6 +61,7 @@ def retime(
         process: speeds of the tip, and the share of the joint speeds from and to home.
         on_slowdown: what is done where the set speed is not held.
         lowered: runs, or places of them, that are slower for another reason; where the joints hold less, that counts.
+        known: motions of legs of this very path and robot that were timed before; what is timed now is added.
 
     Returns:
         The trajectory, verified by differentiating its own rows; poses in one place are passed at the same time.
@@ -68,7 +75,8 @@ def retime(
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
-    knots, legs, slower, found = _timed(knots, robot=robot, process=process, on_slowdown=on_slowdown, wanted=lowered)
+    timer = _LegTimer(robot, {} if known is None else known)
+    knots, legs, slower, found = _timed(knots, timer, process=process, on_slowdown=on_slowdown, wanted=lowered)
     rows = knots.legs
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
     back = _home_motion(knots.joints[-1], robot.home, robot=robot, process=process)
@@ -90,9 +98,10 @@ def retime(
 
 
 def _timed(
-    knots: Knots, *, robot: Robot, process: Process, on_slowdown: OnSlowdown, wanted: tuple[Slowdown, ...]
+    knots: Knots, timer: _LegTimer, *, process: Process, on_slowdown: OnSlowdown, wanted: tuple[Slowdown, ...]
 ) -> tuple[Knots, list[Motion], tuple[Slowdown, ...], Pace]:
     """Return the knots with the ceilings kept, the motions of the legs, what was lowered, and the pace."""
+    robot = timer.robot
     slower = (
         {slow.run: slow for slow in held_speeds(knots, robot=robot, process=process)} if on_slowdown == "lower" else {}
     )
@@ -100,7 +109,7 @@ def _timed(
     places = tuple(slow for slow in wanted if slow.kind == "dip")
     slower |= {slow.run: slow for slow in runs if slow.held_speed <= slower.get(slow.run, slow).held_speed}
     knots = lowered(knots, (*slower.values(), *places))
-    legs = [_leg(knots, first, last, robot=robot) for first, last in knots.legs]
+    legs = [timer(knots, first, last) for first, last in knots.legs]
     found = pace(knots, legs, robot=robot, process=process)
     for _ in range(MOST_LOWERINGS if on_slowdown == "lower" else 0):
         again = {slow.run: slow for slow in held_after_dips(knots, found.dips)}
@@ -110,22 +119,38 @@ def _timed(
         knots = lowered(knots, tuple(again.values()))
         for leg, (first, last) in enumerate(knots.legs):
             if int(knots.runs[last]) in again:
-                legs[leg] = _leg(knots, first, last, robot=robot)
+                legs[leg] = timer(knots, first, last)
         found = pace(knots, legs, robot=robot, process=process)
     return knots, legs, (*slower.values(), *places), found
 
 
-def _leg(knots: Knots, first: int, last: int, *, robot: Robot) -> Motion:
-    try:
-        return fastest_motion(
-            knots.joints[first : last + 1],
-            knots.lengths_of(first, last),
-            ceilings=knots.ceilings[first:last],
-            robot=robot,
-        )
-    except LimitError as error:
-        run = int(knots.runs[last])
-        raise LimitError(f"run {run + 1}: {error}", run=run) from error
+@final
+@dataclass(frozen=True, slots=True)
+class _LegTimer:
+    """Times legs of one path, each with the same ceilings only once."""
+
+    robot: Robot
+    known: Known
+
+    def __call__(self, knots: Knots, first: int, last: int) -> Motion:
+        """Return the fastest motion of a leg between two knots at rest."""
+        ceilings = knots.ceilings[first:last]
+        key = (first, ceilings.tobytes())
+        if key not in self.known:
+            self.known[key] = self._timed(knots, first, last, ceilings=ceilings)
+        return self.known[key]
+
+    def _timed(self, knots: Knots, first: int, last: int, *, ceilings: FloatArray) -> Motion:
+        try:
+            return fastest_motion(
+                knots.joints[first : last + 1],
+                knots.lengths_of(first, last),
+                ceilings=ceilings,
+                robot=self.robot,
+            )
+        except LimitError as error:
+            run = int(knots.runs[last])
+            raise LimitError(f"run {run + 1}: {error}", run=run) from error
 
 
 def _home_motion(start: FloatArray, end: FloatArray, *, robot: Robot, process: Process) -> list[Motion]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.model import Bend, JointPath, OnSlowdown, Process, Robot, Slowdown, Targets, Trajectory
 from geoprint.motion.controller import SHORTEST_TIME, written_targets
-from geoprint.motion.timing.retiming import retime
+from geoprint.motion.timing.retiming import Known, retime
 from geoprint.motion.timing.slowdown import stepped
 
 # A slower run gets other targets; after so many lowerings what is still too close stays, and is listed.
@@ -48,9 +48,10 @@ def timed_targets(
         LimitError: a limit cannot be kept.
         VerificationError: the result does not pass the poses.
     """
+    known: Known = {}
 
     def timed(lowered: tuple[Slowdown, ...]) -> TimedTargets:
-        trajectory = retime(joint_path, robot, process=process, on_slowdown=on_slowdown, lowered=lowered)
+        trajectory = retime(joint_path, robot, process=process, on_slowdown=on_slowdown, lowered=lowered, known=known)
         return TimedTargets(
             trajectory, written_targets(joint_path, trajectory, process=process, period=robot.target_period)
         )
