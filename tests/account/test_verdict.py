@@ -8,7 +8,8 @@ import pytest
 
 from geoprint.account import comparison_table, tell_comparison, verdict
 from geoprint.account.records.comparison import PartRecord, PlannedRecord, RefusedRecord
-from geoprint.account.verdict import ranked
+from geoprint.account.records.tried import MiddleRecord
+from geoprint.account.verdict import middle_sentences, ranked
 from geoprint.config import job_of
 from geoprint.pipeline import compare
 from geoprint.surfaces.files import save_ply
@@ -218,3 +219,14 @@ def test_on_a_comb_with_fingers_one_spacing_wide_nothing_is_even_enough(tmp_path
         if plan.uniformity
     )
     assert comparison_table(told).count("What to do: ") == 1
+
+
+def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing_where_there_is_no_choice() -> None:
+    fitted = MiddleRecord(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
+    plain = MiddleRecord(middle="plain", gap=0.02, overlap=0.013, cv=None, runs=9, taken=False)
+    said = "area missed + laid twice: 0.4% + 0.1% in 7 runs, 2.0% + 1.3% in 9 runs if plain (`--middle plain`)."
+    assert middle_sentences([plain, fitted]) == [f"Where fronts meet, contours are fitted; {said}"]
+    assert middle_sentences([fitted, plain], backend="heat") == [
+        f"Where fronts meet, contours with heat are fitted; {said}"
+    ]
+    assert middle_sentences([]) == middle_sentences([plain]) == middle_sentences([fitted]) == []

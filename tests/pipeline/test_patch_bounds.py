@@ -12,10 +12,11 @@ from geoprint.config import PatchRegion
 from geoprint.errors import FieldError, InputError, MeshError, UsageError
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.pipeline import PatchChoice, cut_patch
-from geoprint.pipeline.workpiece.patches import choice_of
+from geoprint.pipeline.workpiece.patches import _all_changes, choice_of  # pyright: ignore[reportPrivateUsage]
 from geoprint.results import Patch
 from geoprint.surfaces import boundary_loops, face_areas, face_normals, signed_volume, united
 from geoprint.surfaces.files import MeshFile
+from geoprint.surfaces.repair import join, prepare
 from tests.meshes import plate, sphere
 
 PLATE = plate((40.0, 30.0), (40, 30))
@@ -189,6 +190,28 @@ def test_all_changes_before_and_after_the_cut_are_told_but_not_what_it_leaves_ou
     assert told.repairs.welded_vertices == len(corners) - len(BALL.vertices)
     assert told.repairs.dropped_unreferenced_vertices == 0
     assert told.crossings_checked
+
+
+@pytest.mark.parametrize(("before", "after"), [(True, False), (False, True), (True, True)])
+def test_changes_of_every_step_add_up_and_crossings_count_as_checked_where_both_preparations_checked(
+    *, before: bool, after: bool
+) -> None:
+    joined, (_, report) = join(PLATE), prepare(PLATE)
+    steps = [
+        replace(report, repairs=replace(report.repairs, welded_vertices=count), crossings_checked=checked)
+        for count, checked in ((10, before), (100, after))
+    ]
+    told = _all_changes(replace(joined, repairs=replace(joined.repairs, welded_vertices=1)), *steps)
+    assert told.repairs.welded_vertices == 111
+    assert told.crossings_checked is (before and after)
+
+
+def test_a_radius_far_within_a_curve_takes_nothing_of_what_the_curve_is_drawn_on() -> None:
+    curve = rectangle((5.0, 5.0), (35.0, 25.0))
+    found = cut_patch(PLATE, chosen((20.0, 15.0, 0.0), radius=4.0, curve=curve))
+    assert area(found) == pytest.approx(16.0 * np.pi, rel=5e-3)
+    assert found.inside is not None
+    assert "50% of the area" in found.inside
 
 
 def test_a_hole_is_filled_up_to_the_longest_before_the_patch_is_cut() -> None:

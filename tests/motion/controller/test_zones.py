@@ -15,6 +15,7 @@ from geoprint.motion.arm.kinematics import Arm
 from geoprint.motion.collision.clearance import check_placements
 from geoprint.motion.collision.sweep import Placements, refined
 from geoprint.motion.collision.tool_solids import ARC_ALLOWANCE
+from geoprint.motion.controller.fitting import _distance  # pyright: ignore[reportPrivateUsage]
 from geoprint.motion.controller.interpolation import controller_path
 from geoprint.motion.controller.zones import triangle_middles
 from tests.meshes import plate
@@ -173,3 +174,15 @@ def test_tip_that_may_be_lower_in_a_corner_of_travel_must_not_touch_there_either
     assert over_a_bump(0.0).smallest > CELL.process.clearance
     with pytest.raises(ClearanceError, match="the needle's tip reaches"):
         over_a_bump(0.05)
+
+
+@pytest.mark.parametrize(
+    ("place", "distance"),
+    [((5.0, 3.0, 0.0), 3.0), ((13.0, 14.0, 0.0), 5.0), ((-3.0, 0.0, 4.0), 5.0), ((12.0, 4.0, 0.0), 2.0)],
+)
+def test_a_place_beyond_the_end_of_a_line_is_as_far_from_it_as_from_that_end(
+    place: tuple[float, float, float], distance: float
+) -> None:
+    # From (0, 0, 0) to (10, 0, 0), where it stands for a moment, and on to (10, 10, 0).
+    line = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0]])
+    assert _distance(np.array(place), line) == pytest.approx(distance)

@@ -179,3 +179,19 @@ def test_a_window_that_proves_too_narrow_is_widened(monkeypatch: pytest.MonkeyPa
     pull = ROBOT.accelerations.min() / 4.0
     np.testing.assert_allclose(speeds, np.minimum(np.sqrt(2.0 * pull * np.minimum(grid, 0.5 - grid)), 0.5), rtol=5e-3)
     assert strain.max() < 1.001
+
+
+def test_two_points_to_either_side_of_a_speed_below_half_of_what_holds_lie_beside_a_hole() -> None:
+    held = np.full(14, 1.0)
+    speeds = held.copy()
+    speeds[6], speeds[11] = 0.49, 0.51
+    near = path_speeds._near_holes(speeds, held)  # pyright: ignore[reportPrivateUsage]
+    assert np.flatnonzero(near).tolist() == [4, 5, 6, 7, 8]
+    # What rises on one side alone is a ramp, and the ends of the grid are at rest.
+    speeds[6:] = 0.3
+    speeds[[0, -1]] = 0.0
+    assert not path_speeds._near_holes(speeds, held).any()  # pyright: ignore[reportPrivateUsage]
+    # Next to an end there may be one.
+    speeds = held.copy()
+    speeds[1] = 0.2
+    assert np.flatnonzero(path_speeds._near_holes(speeds, held)).tolist() == [0, 1, 2, 3]  # pyright: ignore[reportPrivateUsage]
