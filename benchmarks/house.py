@@ -21,8 +21,9 @@ from benchmarks.parts.house_words import offences
 from benchmarks.parts.tables import row, rule
 
 MOST_FILES, LONGEST_MODULE, LONGEST_FUNCTION = 20, 350, 50
-# Lines of code that the core may have: 20 000 until programs were executed, for which language and machine take 4 200.
-LARGEST_CORE = 30_000
+# Lines of code that the core may have: 20 000 until programs were executed, for which language and machine take 4 200;
+# 30 000 until refusals proved themselves, which takes 800.
+LARGEST_CORE = 31_000
 CORE = ("plan", "compare", "compare_parts", "save_plan", "save_comparisons")
 HEADINGS = ("room", "files", "lines", "code", "longest module", "longest function", "public names", "may import")
 

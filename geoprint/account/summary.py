@@ -186,26 +186,11 @@ def _surface(plan: Plan) -> SurfaceRecord:
 
 
 def _source(tried: TriedSource) -> SourceRecord:
-    return SourceRecord(
-        patch=tried.patch,
-        source=tried.source,
-        gap=tried.gap,
-        overlap=tried.overlap,
-        cv=tried.cv if np.isfinite(tried.cv) else None,
-        runs=tried.runs,
-        taken=tried.taken,
-    )
+    return SourceRecord.model_validate(asdict(tried) | {"cv": tried.cv if np.isfinite(tried.cv) else None})
 
 
 def _middle(tried: TriedMiddle) -> MiddleRecord:
-    return MiddleRecord(
-        middle=tried.middle,
-        gap=tried.gap,
-        overlap=tried.overlap,
-        cv=tried.cv if np.isfinite(tried.cv) else None,
-        runs=tried.runs,
-        taken=tried.taken,
-    )
+    return MiddleRecord.model_validate(asdict(tried) | {"cv": tried.cv if np.isfinite(tried.cv) else None})
 
 
 def _mesh(surface: Surface) -> MeshRecord:

@@ -75,12 +75,11 @@ def retime(
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
-    timer = _LegTimer(robot, {} if known is None else known)
+    timer = _LegTimer(robot, known if known is not None else {})
     knots, legs, slower, found = _timed(knots, timer, process=process, on_slowdown=on_slowdown, wanted=lowered)
     rows = knots.legs
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
-    back = _home_motion(knots.joints[-1], robot.home, robot=robot, process=process)
-    motions = [*there, *legs, *back]
+    motions = [*there, *legs, *_home_motion(knots.joints[-1], robot.home, robot=robot, process=process)]
     starts = np.concatenate([[0.0], np.cumsum([motion.duration for motion in motions])])
     pose_times = _passing_times(knots, rows, legs, starts[len(there) :])[knots.places]
     times, joints = _sampled(motions, starts, home=robot.home)
