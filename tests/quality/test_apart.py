@@ -45,8 +45,19 @@ def test_rows_joined_to_one_run_are_measured_to_both_sides_at_the_level_of_each(
         np.testing.assert_allclose(found.places[inside & (found.levels == level), 1], ROWS[level], atol=1e-9)
 
 
-def test_samples_of_one_stretch_are_neighbours() -> None:
-    found = uniformity(serpentine(), SURFACE, spacing=2.0)
+def two_runs() -> PoseStream:
+    """Return two such runs, each of two rows, of which the second begins 4 mm beside the end of the first."""
+    rows = [
+        straight_line((x, y), (40.0 - x, y), points=129) for x, y in ((4.0, 3.0), (36.0, 5.0), (4.0, 9.0), (36.0, 11.0))
+    ]
+    both = deposited([np.concatenate(rows[:2]), np.concatenate(rows[2:])], [0, 1])
+    return replace(both, levels=np.repeat([0, 1, 2, 3], both.count // 4))
+
+
+@pytest.mark.parametrize("stream", [serpentine(), two_runs()])
+def test_samples_of_one_stretch_are_neighbours_and_stretches_are_few(stream: PoseStream) -> None:
+    found = uniformity(stream, SURFACE, spacing=2.0)
+    assert found.offsets.size <= 12
     for first, last in zip(found.offsets[:-1], found.offsets[1:], strict=True):
         steps = np.linalg.norm(np.diff(found.places[first:last], axis=0), axis=1)
         assert steps.max(initial=0.0) < 0.6
