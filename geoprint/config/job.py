@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, PositiveFloat, PositiveInt, model_validator
+from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from geoprint.config.key import Key, keys_of
 from geoprint.config.source import SHAPES, Source
@@ -140,7 +140,12 @@ class Job(Table):
     ] = None
     pattern: Annotated[
         str,
-        Key("How paths cover the surface.", "# how paths cover the surface: contours", group="paths", always=False),
+        Key(
+            "How paths cover the surface.",
+            "# how paths cover the surface: contours, spiral or guided",
+            group="paths",
+            always=False,
+        ),
     ] = "contours"
     middle: Annotated[
         Literal["best", "fitted", "plain"] | None,
@@ -149,6 +154,15 @@ class Job(Table):
             "which leaves and lays twice least; by default the best.",
             '"plain" # contours where fronts meet: plain, fitted to the width that is there, or best of both',
             group="paths",
+        ),
+    ] = None
+    contours: Annotated[
+        NonNegativeInt | None,
+        Key(
+            "Contours around guided rows, so many.",
+            "2 # contours around guided rows",
+            group="paths",
+            always=False,
         ),
     ] = None
     spacing: Annotated[

@@ -17,6 +17,9 @@ from geoprint.registry import Entry, OptionValue, Titled
 RESOLUTION = "resolution"
 # The option that `--middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
 MIDDLE, BEST_MIDDLE = "middle", "best"
+# The keys of a job that stand for an option of that name, and what those of patterns say.
+PATTERN_KEYS = {MIDDLE: "what becomes of contours where fronts meet", "contours": "how many contours go around rows"}
+KEYS = (RESOLUTION, *PATTERN_KEYS)
 
 
 def check_part(job: Job) -> None:
@@ -34,7 +37,7 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
 
     Raises:
         UsageError: a backend, the pattern or one of their options is unknown, an option is missing or of another type,
-            or the resolution means none of the backends, or the middle not the pattern.
+            or the resolution means none of the backends, or the middle or the contours not the pattern.
     """
     chosen = [backend(name) for name in backends]
     if job.resolution is not None and not any(RESOLUTION in entry.options for entry in chosen):
@@ -46,11 +49,11 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
     for entry in chosen:
         _options(job, entry)
     drawing = pattern(job.pattern)
-    if job.middle is not None and MIDDLE not in drawing.options:
-        raise UsageError(
-            f"`--middle {job.middle}` says what becomes of contours where fronts meet, but the pattern {job.pattern} "
-            "has none: leave it out."
-        )
+    for key, said in PATTERN_KEYS.items():
+        if getattr(job, key) is not None and key not in drawing.options:
+            raise UsageError(
+                f"`--{key} {getattr(job, key)}` says {said}, but the pattern {job.pattern} has none: leave it out."
+            )
     _options(job, drawing)
     for name in job.options:
         _options(job, _named(name))
@@ -103,18 +106,14 @@ def _named(name: str) -> Entry[Titled]:
 
 def _options(job: Job, entry: Entry[Titled]) -> dict[str, OptionValue]:
     given = job.options.get(entry.name, {})
-    if job.resolution is not None and RESOLUTION in entry.options:
-        if RESOLUTION in given:
+    for key in KEYS:
+        asked = getattr(job, key)
+        if asked is None or asked == BEST_MIDDLE or key not in entry.options:
+            continue
+        if key in given:
             raise UsageError(
-                f"the resolution of {entry.name} is given twice, as `--resolution {job.resolution}` and as its option "
-                f"{given[RESOLUTION]}: leave one of them out."
+                f"the {key} of {entry.name} is given twice, as `--{key} {asked}` and as its option {given[key]}: leave "
+                "one of them out."
             )
-        given = given | {RESOLUTION: job.resolution}
-    if job.middle is not None and job.middle != BEST_MIDDLE and MIDDLE in entry.options:
-        if MIDDLE in given:
-            raise UsageError(
-                f"the middle of {entry.name} is given twice, as `--middle {job.middle}` and as its option "
-                f"{given[MIDDLE]}: leave one of them out."
-            )
-        given = given | {MIDDLE: job.middle}
+        given = given | {key: asked}
     return entry.checked(given)
