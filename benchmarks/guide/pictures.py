@@ -79,6 +79,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "fine-lines.png": cells.fine_lines,
     "middle.png": surfaces.middle,
     "spiral.png": surfaces.spiral,
+    "guided.png": surfaces.guided,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from benchmarks.guide.shaded import (
 )  # fmt: skip
 from geoprint.account import comparison_picture
 from geoprint.config import job_of
+from geoprint.guide import page_named
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline import compare, plan
 from geoprint.report import inspection_figure
@@ -86,6 +88,24 @@ def spiral(data: Path) -> bytes:
         _draw_paths(axis, planned, view, colour=BLUE)
         count = planned.toolpath.curves.count
         axis.set_title(f"{pattern}: {count} {'run' if count == 1 else 'runs'}", fontsize=10)
+    return small_png(figure)
+
+
+def guided(data: Path) -> bytes:
+    """Draw the plate covered by rows beside the page's line, to the rim and within contours."""
+    (block,) = page_named("guided").blocks
+    line = [[float(number) for number in place.split(",")] for place in re.findall(r"-?\d+,-?\d+,0", block.text)]
+    figure, axes = panels(2, width=8.2, height=3.3)
+    for axis, contours in zip(axes, (0, 2), strict=True):
+        job = job_of(
+            surface=data / "plate.ply", unit="mm", spacing=2.0, robot=False, pattern="guided", contours=contours,
+            source={"curve": line},
+        )  # fmt: skip
+        planned = plan(job)
+        _draw_paths(axis, planned, np.eye(3), colour=BLUE)
+        axis.plot(*np.array(line)[:, :2].T, "--", linewidth=1.2, color=ORANGE)
+        count = planned.toolpath.curves.count
+        axis.set_title(f"{contours} contours around the rows: {count} {'run' if count == 1 else 'runs'}", fontsize=10)
     return small_png(figure)
 
 

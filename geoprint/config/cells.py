@@ -12,6 +12,8 @@ from geoprint.config.strict import describe, line_of, parsed_toml, text_of
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Cell
 
+# A needle that lets much through at little pressure.
+_WIDE_NEEDLE = {"inner": "0.84", "outer": "1.3", "needle": "25.4", "standoff": "0.3"}
 # What each cell that comes with geoprint says where `geoprint/robots/irb120.toml.in` leaves it open, the default first.
 _PACKAGED = {
     "irb120-bent45": {
@@ -23,6 +25,7 @@ _PACKAGED = {
         "rpy": "[0, 45, 0]",
         "cog": "[25, 0, 65]",
         "demo_position": "[300, 0, 50]",
+        **_WIDE_NEEDLE,
     },
     "irb120-straight160": {
         "about": "straight nozzle of 160 mm along the flange axis; the part stands higher and farther out.",
@@ -32,7 +35,18 @@ _PACKAGED = {
         "rpy": "[0, 0, 0]",
         "cog": "[0, 0, 70]",
         "demo_position": "[350, 0, 200]",
+        **_WIDE_NEEDLE,
     },
+}
+_PACKAGED["irb120-slim45"] = _PACKAGED["irb120-bent45"] | {
+    "about": "nozzle on the bent bracket with a longer and thinner needle, for narrow hollows: 38.1 mm of 23 gauge,\n"
+    "# its tip where that of the wide needle is. A liquid of constant viscosity asks for about 56 times the pressure.\n"
+    "# The part stands higher.",
+    "demo_position": "[300, 0, 100]",
+    "inner": "0.34",
+    "outer": "0.64",
+    "needle": "38.1",
+    "standoff": "0.5",
 }
 PACKAGED_CELLS = tuple(_PACKAGED)
 

@@ -9,8 +9,9 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
+from geoprint.config import PACKAGED_CELLS, cell_of, common_needles, job_of, load_cell, packaged_cell_text
 from geoprint.config.cell_file import CellFile
+from geoprint.config.needles import needle_of
 from geoprint.config.strict import Table
 from geoprint.errors import UsageError
 from geoprint.model import GoodPrint
@@ -32,7 +33,7 @@ def written(tmp_path: Path, text: str) -> Path:
 
 
 def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> None:
-    for name, wanted in zip(PACKAGED_CELLS, (bent_cell(), straight_cell()), strict=True):
+    for name, wanted in (("irb120-bent45", bent_cell()), ("irb120-straight160", straight_cell())):
         found = load_cell(written(tmp_path, packaged_cell_text(name)))
         np.testing.assert_allclose(found.tool.T_flange_tool, wanted.tool.T_flange_tool, atol=1e-6)
         np.testing.assert_allclose(found.robot.limits, wanted.robot.limits)
@@ -44,6 +45,20 @@ def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> Non
         np.testing.assert_array_equal(found.demo_turn, np.eye(3))
         assert found.process == wanted.process
         assert found.fixture is None
+
+
+def test_the_slim_cell_is_the_bent_one_with_another_needle() -> None:
+    slim, bent = (cell_of(packaged_cell_text(name), name=name) for name in ("irb120-slim45", "irb120-bent45"))
+    np.testing.assert_array_equal(slim.tool.T_flange_tool, bent.tool.T_flange_tool)
+    found = needle_of(slim.tool)
+    (common,) = (each for each in common_needles() if (each.gauge, each.length) == (23, 38.1))
+    assert (found.length, found.outer, found.inner) == (common.length, common.outer, common.inner)
+    assert found.outer < needle_of(bent.tool).outer
+    # The pressure that it asks for, by the law of Hagen and Poiseuille.
+    before = needle_of(bent.tool)
+    more = (found.length / before.length) * (before.inner / found.inner) ** 4
+    assert more == pytest.approx(56, rel=0.02)
+    assert "about 56 times the pressure" in " ".join(packaged_cell_text("irb120-slim45").replace("#", " ").split())
 
 
 def test_the_packaged_cells_name_every_key() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import ClassVar, final
 
 import numpy as np
@@ -18,7 +19,8 @@ from geoprint.model import (
     SurfaceCurves,
     frozen,
 )
-from geoprint.patterns.guided.turns import Lines, Row, Stroke, joined
+from geoprint.patterns.guided.filling import strips
+from geoprint.patterns.guided.turns import Lines, RowPart, Stroke, joined
 from geoprint.patterns.guided.within import parts_within
 from geoprint.surfaces import (
     Piece,
@@ -84,7 +86,7 @@ class GuidedPattern:
         rows = backend.contours(seed, spacing=spacing)
         found = [] if rim is None or rim.walls is None else [_walls(rim.walls)]
         for piece in pieces(surface):
-            strokes = self._rows(piece, rows, rim)
+            strokes = _strokes(piece, rows, rim)
             if not strokes:
                 raise FieldError(
                     f"no row of {surface.name} is {SHORTEST_ROW * spacing:g} mm long within its rim and "
@@ -111,35 +113,6 @@ class GuidedPattern:
         walls = Contours(some_curves(contours.curves, kept), contours.levels[kept], spacing, contours.distance)
         return _Rim(contours.distance, depth, walls)
 
-    def _rows(self, piece: Piece, rows: Contours, rim: _Rim | None) -> list[Stroke]:
-        """Return the strokes of a piece."""
-        surface, curves = piece.surface, piece.own(rows.curves)
-        levels: list[int] = rows.levels[piece.holds(rows.curves)].tolist()
-        depth = None if rim is None else rim.distance.values[piece.vertices]
-        parts: list[Row] = []
-        for curve, level in enumerate(levels):
-            places, closed = curves.xyz(surface, curve), bool(curves.closed[curve])
-            if rim is None or depth is None:
-                parts.append(Row(places, level, closed))
-                continue
-            held = slice(*curves.offsets[curve : curve + 2])
-            corners = depth[surface.faces[curves.points.faces[held]]]
-            within = parts_within(
-                places,
-                np.einsum("kc,kc->k", curves.points.weights[held], corners),
-                closed=closed,
-                least=rim.depth,
-                spared=SPARED_SHARE * rows.spacing,
-                grazing=GRAZING * rows.spacing,
-            )
-            parts += [Row(part, level, whole) for part, whole in within]
-        long_enough = [part for part in parts if arc_lengths(part.places)[-1] >= SHORTEST_ROW * rows.spacing]
-        ends: list[FloatArray] = []
-        if rim is not None and depth is not None:
-            line, _ = isolines(surface, ScalarField(depth), levels=np.array([rim.depth]))
-            ends = [line.xyz(surface, curve) for curve in range(line.count)]
-        return joined(long_enough, Lines(ends, spacing=rows.spacing), spacing=rows.spacing)
-
 
 @frozen
 class _Rim:
@@ -148,6 +121,44 @@ class _Rim:
     distance: ScalarField
     depth: float
     walls: Contours | None
+
+
+def _strokes(piece: Piece, rows: Contours, rim: _Rim | None) -> list[Stroke]:
+    """Return the strokes of rows on a piece."""
+    surface, curves, spacing = piece.surface, piece.own(rows.curves), rows.spacing
+    levels: list[int] = rows.levels[piece.holds(rows.curves)].tolist()
+    places = [curves.xyz(surface, curve) for curve in range(curves.count)]
+    if rim is None:
+        whole = map(RowPart, places, levels, curves.closed.tolist())
+        return joined([row for row in whole if _long(row, spacing)], Lines([], spacing=spacing), spacing=spacing)
+    depth = rim.distance.values[piece.vertices]
+    depths, parts = _at(surface, curves, depth), list[RowPart]()
+    for curve, level in enumerate(levels):
+        within = parts_within(
+            places[curve],
+            depths[curve],
+            closed=bool(curves.closed[curve]),
+            least=rim.depth,
+            spared=SPARED_SHARE * spacing,
+            grazing=GRAZING * spacing,
+        )
+        parts += [RowPart(part, level, whole) for part, whole in within]
+    line, _ = isolines(surface, ScalarField(depth), levels=np.array([rim.depth]))
+    ends = [line.xyz(surface, curve) for curve in range(line.count)]
+    away = _at(surface, line, rows.distance.values[piece.vertices])
+    for end, distances in zip(ends, away, strict=True):
+        parts += strips(end, distances, spacing=spacing)
+    return joined([row for row in parts if _long(row, spacing)], Lines(ends, spacing=spacing), spacing=spacing)
+
+
+def _long(row: RowPart, spacing: float) -> bool:
+    return bool(arc_lengths(row.places)[-1] >= SHORTEST_ROW * spacing)
+
+
+def _at(surface: Surface, curves: SurfaceCurves, values: FloatArray) -> list[FloatArray]:
+    """Return the values at the points of each curve of what is linear in each triangle."""
+    found = np.einsum("kc,kc->k", curves.points.weights, values[curves.points.corners(surface)])
+    return [found[begin:end] for begin, end in pairwise(curves.offsets.tolist())]
 
 
 def _check(surface: Surface, seed: Seed) -> None:

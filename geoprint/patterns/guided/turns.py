@@ -26,18 +26,20 @@ STEP_SHARE = 0.125
 CORNER_PLACES = 9
 
 
-class Row(NamedTuple):
+class RowPart(NamedTuple):
     """A part of a row that is printed in one go.
 
     Attributes:
         places: (k, 3) [mm], from one end to the other.
         number: of the row.
         closed: whether it goes round and has no ends.
+        strip: whether it stands for a row that would run outside of the line of ends, and lies on that.
     """
 
     places: FloatArray
     number: int
     closed: bool
+    strip: bool = False
 
 
 class Stroke(NamedTuple):
@@ -99,7 +101,7 @@ class Lines:
         return min(away, float(self._arcs[first.line][-1]) - away)
 
     def between(self, first: _End, second: _End) -> FloatArray:
-        """Return (k, 3) places on the line from one end to the other, the short way round, both left out [mm]."""
+        """Return (k, 3) places on the line of the line between two ends, the shorter half of it, both left out [mm]."""
         arcs, line = self._arcs[first.line], self._lines[first.line]
         whole = float(arcs[-1])
         along = (second.arc - first.arc + 0.5 * whole) % whole - 0.5 * whole
@@ -108,12 +110,12 @@ class Lines:
         return np.column_stack([np.interp(at, arcs, line[:, axis]) for axis in range(3)])
 
 
-def joined(rows: Sequence[Row], lines: Lines, *, spacing: float) -> list[Stroke]:
+def joined(rows: Sequence[RowPart], lines: Lines, *, spacing: float) -> list[Stroke]:
     """Join rows to strokes.
 
     A stroke begins with the row that has the largest number of those left, at the end that is farther from any row next
     to it, and goes on with the row next to it whose end is nearest along the line of ends: numbers differ by one, or
-    are both 0, on the two sides of the curve.
+    are both 0, on the two sides of the curve, or a strip leads on to the rest of its row.
 
     Args:
         rows: parts of rows.
@@ -132,7 +134,7 @@ def joined(rows: Sequence[Row], lines: Lines, *, spacing: float) -> list[Stroke]
         found = [
             (lines.apart(ends[row][end], ends[other][side]), other, side)
             for other in waiting
-            if _beside(rows[row].number, rows[other].number) and other != row
+            if _beside(rows[row], rows[other]) and other != row
             for side in (0, 1)
         ]
         return min(found, default=(np.inf, -1, 0))
@@ -154,11 +156,14 @@ def joined(rows: Sequence[Row], lines: Lines, *, spacing: float) -> list[Stroke]
     return strokes
 
 
-def _beside(first: int, second: int) -> bool:
-    return abs(first - second) == 1 or first == second == 0
+def _beside(first: RowPart, second: RowPart) -> bool:
+    """Return whether a turn may lead from one to the other: neighbours, and parts of one row with a strip between."""
+    if first.number == second.number:
+        return first.number == 0 or first.strip != second.strip
+    return abs(first.number - second.number) == 1
 
 
-def _along(row: Row, out: int) -> Stroke:
+def _along(row: RowPart, out: int) -> Stroke:
     """Return a row as a stroke that leaves at one of its ends."""
     places = row.places if out == 1 else row.places[::-1]
     return Stroke(places, np.full(len(places), float(row.number)), row.closed)

@@ -61,7 +61,7 @@ def parts_within(
 def _cut(
     places: FloatArray, values: FloatArray, *, least: float, spared: float, grazing: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a line, with the field on it, that ends where the field crosses the value on its way to its lower end."""
+    """Return a line, with the field on it, that ends where the field crosses the value before its lower end."""
     ends = [_ended(places, values, at=value) for value in (least - spared, least) if values.max() >= value]
     lengths = [float(arc_lengths(line)[-1]) for line, _ in ends]
     return ends[-1] if lengths[0] - lengths[-1] <= grazing else ends[0]

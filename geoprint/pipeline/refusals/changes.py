@@ -184,7 +184,8 @@ def _cells(paths: Plan) -> Iterator[Change]:
     now = paths.workpiece.cell
     for name in PACKAGED_CELLS:
         cell = cell_of(packaged_cell_text(name), name=f"{name}.toml")
-        if not np.array_equal(cell.tool.T_flange_tool, now.tool.T_flange_tool):
+        same_tip = np.array_equal(cell.tool.T_flange_tool, now.tool.T_flange_tool)
+        if not (same_tip and needle_of(cell.tool) == needle_of(now.tool)):
             cell = replace(cell, demo_rotation=cell.demo_turn)
             yield Change(CELL, f"`--cell {name}.toml`", "`geoprint init` writes it", paths.job, cell)
 

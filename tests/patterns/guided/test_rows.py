@@ -145,6 +145,19 @@ def test_rows_beside_a_part_of_the_rim_begin_with_it() -> None:
     assert set(row[straight].tolist()) == set(range(12))
 
 
+def test_where_rows_do_not_fit_the_line_of_ends_is_the_last_row() -> None:
+    surface = _plate()
+    # The lowest row lies at -3.8 mm, and the line of ends 0.6 spacings farther down; the highest 0.4 below the other.
+    strokes = _guided(surface, _across(20.0, at=1.2), spacing=2.0)
+    lines = _lines(strokes, surface)
+    assert len(lines) == 1
+    places, row = lines[0]
+    low = (places[:, 1] < -4.5) & (np.abs(places[:, 0]) < 8.0)
+    assert places[low, 1] == pytest.approx(-5.0, abs=0.05)
+    assert set(row[low].tolist()) == {3.0}
+    assert places[np.abs(places[:, 0]) < 8.0, 1].max() == pytest.approx(4.2, abs=0.05)
+
+
 def test_a_hole_parts_rows_and_its_rim_is_turned_at() -> None:
     surface = annulus(inner=4.0, outer=16.0, divisions=(96, 36))
     curve = np.array([[5.0, 12.0, 0.0], [-5.0, 12.0, 0.0]])
