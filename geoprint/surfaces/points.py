@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from geoprint.errors import InputError, MeshError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.surfaces.operators import vertex_normals
 
-# Triangles asked for at first; doubled for the points that are not settled by them.
-FIRST_CANDIDATES = 8
-# Point-triangle pairs worked on at a time: about 300 MB of intermediate arrays.
-PAIRS_AT_A_TIME = 500_000
-# Triangles of one search tree differ in size by at most this factor, so that one large triangle does not widen
-# the search among small ones.
-SIZE_CLASS_FACTOR = 2.0
+if TYPE_CHECKING:
+    from geoprint.surfaces.box_tree import BoxTree
+
 # Surfaces whose triangles are kept sorted: curves are resampled one by one, on the same surface.
 SURFACES_KEPT = 2
 # Where the mean of three unit normals is shorter, they cancel out and its direction means nothing.
@@ -85,10 +80,6 @@ def vertex_points(surface: Surface, vertices: IntArray) -> SurfacePoints:
 def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArray]:
     """Return the closest points of a surface, exact up to rounding.
 
-    Triangles are sought by their centres in one k-d tree for each class of sizes; those whose centre is farther than
-    the best distance plus their own radius are left out. A point is settled once the next centre is farther than the
-    best distance plus the largest radius of the class: no triangle beyond can be closer.
-
     Args:
         surface: m faces.
         xyz: (k, 3) positions [mm].
@@ -101,62 +92,14 @@ def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArra
     """
     if xyz.ndim != 2 or xyz.shape[1] != 3 or not np.isfinite(xyz).all():
         raise InputError(f"closest points need finite positions of shape (k, 3), found shape {xyz.shape}.")
-    search = _Search(surface, xyz)
-    for alike in _size_classes(surface):
-        search.among(alike)
-    weights = np.clip(search.weights, 0.0, 1.0)
+    from geoprint.surfaces.box_tree import nearest_triangles
+
+    corners, tree = _sorted_triangles(surface)
+    faces = nearest_triangles(xyz, corners, tree)
+    weights, squares = closest_in_triangles(xyz, corners[faces])
+    weights = np.clip(weights, 0.0, 1.0)
     weights /= weights.sum(axis=1, keepdims=True)
-    return SurfacePoints(faces=search.faces, weights=weights), np.sqrt(search.squares)
-
-
-class _Alike(NamedTuple):
-    """Similarly large triangles: their indices, their centres in a tree, and how far each reaches from its own [mm]."""
-
-    members: IntArray
-    tree: KDTree
-    radii: FloatArray
-
-
-class _Search:
-    """The best triangle found so far for each of k positions; lives only inside `closest`."""
-
-    def __init__(self, surface: Surface, xyz: FloatArray) -> None:
-        self.corners = surface.vertices[surface.faces]
-        self.xyz = xyz
-        self.faces = np.zeros(len(xyz), dtype=np.int64)
-        self.weights = np.tile([1.0, 0.0, 0.0], (len(xyz), 1))
-        self.squares = np.full(len(xyz), np.inf)
-
-    def among(self, alike: _Alike) -> None:
-        """Improve the best by similarly large triangles."""
-        members, tree, radii = alike
-        radius = float(radii.max())
-        open_points = np.arange(len(self.xyz))
-        seen, wanted = 0, min(FIRST_CANDIDATES, len(members))
-        while open_points.size and seen < len(members):
-            reach = np.empty(open_points.size)
-            step = max(1, PAIRS_AT_A_TIME // wanted)
-            for first in range(0, open_points.size, step):
-                block = open_points[first : first + step]
-                ranks = np.arange(seen + 1, wanted + 1)
-                answer = tree.query(self.xyz[block], k=ranks)
-                distances, found = np.asarray(answer[0]), np.asarray(answer[1], dtype=np.int64)
-                # The triangle of the nearest centre comes first: it rules out most of the others.
-                for tried in (slice(0, 1), slice(1, None)):
-                    near = distances[:, tried] - radii[found[:, tried]] < np.sqrt(self.squares[block])[:, None]
-                    self._improve(block[np.nonzero(near)[0]], members[found[:, tried][near]])
-                reach[first : first + step] = distances[:, -1]
-            open_points = open_points[reach - radius < np.sqrt(self.squares[open_points])]
-            seen, wanted = wanted, min(2 * wanted, len(members))
-
-    def _improve(self, points: IntArray, candidates: IntArray) -> None:
-        """Set the best of points given (p,) points, each as often as it has candidate faces, and (p,) these faces."""
-        weights, squares = closest_in_triangles(self.xyz[points], self.corners[candidates])
-        order = np.lexsort((squares, points))
-        best = order[np.diff(points[order], prepend=-1) != 0]
-        best = best[squares[best] < self.squares[points[best]]]
-        rows = points[best]
-        self.faces[rows], self.weights[rows], self.squares[rows] = candidates[best], weights[best], squares[best]
+    return SurfacePoints(faces=faces, weights=weights), np.sqrt(squares)
 
 
 def closest_in_triangles(points: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -203,12 +146,9 @@ def _perpendicular_feet(points: FloatArray, corners: FloatArray) -> tuple[FloatA
 
 
 @lru_cache(maxsize=SURFACES_KEPT)
-def _size_classes(surface: Surface) -> tuple[_Alike, ...]:
-    """Return the classes of similarly large triangles, the smallest first; of the same surface only once."""
+def _sorted_triangles(surface: Surface) -> tuple[FloatArray, BoxTree]:
+    """Return the (m, 3, 3) corners of the triangles and the tree of them; of the same surface only once."""
+    from geoprint.surfaces.box_tree import box_tree
+
     corners = surface.vertices[surface.faces]
-    centres = corners.mean(axis=1)
-    radii = np.linalg.norm(corners - centres[:, None, :], axis=2).max(axis=1)
-    floor = max(float(radii.max()), np.finfo(np.float64).tiny) * np.finfo(np.float64).eps
-    classes = np.floor(np.log(np.maximum(radii, floor)) / np.log(SIZE_CLASS_FACTOR)).astype(np.int64)
-    groups = [np.flatnonzero(classes == size) for size in np.unique(classes)]
-    return tuple(_Alike(members, KDTree(centres[members]), radii[members]) for members in groups)
+    return corners, box_tree(corners)

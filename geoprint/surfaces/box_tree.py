@@ -1,0 +1,148 @@
+"""A tree of boxes about triangles, in which the triangle that is closest to a position is found without the others.
+
+Numba is loaded with this module, so that `points` asks for it only when it is needed.
+"""
+
+from __future__ import annotations
+
+from math import inf
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from geoprint.kernels import njit
+from geoprint.model import FloatArray, IntArray
+
+Offset: TypeAlias = tuple[float, float, float]
+
+# Triangles of a leaf: so few are tried faster than they are divided.
+LEAF = 4
+# Deeper than any tree of halves: each level halves what a memory can hold.
+DEPTH = 64
+
+
+class BoxTree(NamedTuple):
+    """Boxes, each about the triangles of a stretch of an order, and about the two boxes that halve it.
+
+    Attributes:
+        order: (m,) triangles.
+        boxes: (b, 6) lowest x, y, z and highest of each box; the first is about all.
+        firsts: (b,) where the stretch of each begins in the order,
+        lasts: (b,) and before where it ends.
+        halves: (b,) the first of two boxes one after the other that halve it, or -1 of a leaf.
+    """
+
+    order: IntArray
+    boxes: FloatArray
+    firsts: IntArray
+    lasts: IntArray
+    halves: IntArray
+
+
+@njit(cache=True)
+def box_tree(corners: FloatArray) -> BoxTree:
+    """Return the tree of (m, 3, 3) corners of triangles, m >= 1: each box is halved across its longest side."""
+    count = len(corners)
+    order = np.arange(count)
+    boxes = np.empty((2 * count, 6))
+    firsts, lasts, halves = np.zeros(2 * count, np.int64), np.zeros(2 * count, np.int64), np.full(2 * count, -1)
+    lasts[0] = count
+    made, box = 1, 0
+    while box < made:
+        stretch = order[firsts[box] : lasts[box]]
+        axis, longest = 0, -1.0
+        for k in range(3):
+            low, high, least, most = inf, -inf, inf, -inf
+            for triangle in stretch:
+                a, b, c = corners[triangle, 0, k], corners[triangle, 1, k], corners[triangle, 2, k]
+                low, high = min(low, a, b, c), max(high, a, b, c)
+                least, most = min(least, a + b + c), max(most, a + b + c)
+            boxes[box, k], boxes[box, 3 + k] = low, high
+            if most - least > longest:
+                axis, longest = k, most - least
+        if len(stretch) > LEAF:
+            middles = corners[stretch, 0, axis] + corners[stretch, 1, axis] + corners[stretch, 2, axis]
+            stretch[:] = stretch[np.argsort(middles, kind="mergesort")]
+            middle = (firsts[box] + lasts[box]) // 2
+            halves[box] = made
+            firsts[made], lasts[made], firsts[made + 1], lasts[made + 1] = firsts[box], middle, middle, lasts[box]
+            made += 2
+        box += 1
+    return BoxTree(order, boxes[:made].copy(), firsts[:made].copy(), lasts[:made].copy(), halves[:made].copy())
+
+
+@njit(cache=True)
+def nearest_triangles(points: FloatArray, corners: FloatArray, tree: BoxTree) -> IntArray:
+    """Return the (k,) triangle closest to each of (k, 3) points; of equally close ones any.
+
+    What was closest to the point before is tried first: points in an order find theirs sooner.
+    """
+    found = np.zeros(len(points), np.int64)
+    waiting, gaps = np.empty(DEPTH, np.int64), np.empty(DEPTH)
+    for point in range(len(points)):
+        place = points[point]
+        face = found[max(point - 1, 0)]
+        best = square_to(corners[face], place)
+        waiting[0], gaps[0], count = 0, 0.0, 1
+        while count > 0:
+            count -= 1
+            box = waiting[count]
+            if gaps[count] >= best:
+                continue
+            first = tree.halves[box]
+            if first < 0:
+                for triangle in tree.order[tree.firsts[box] : tree.lasts[box]]:
+                    square = square_to(corners[triangle], place)
+                    if square < best:
+                        best, face = square, triangle
+                continue
+            near, far = first, first + 1
+            near_gap, far_gap = square_to_box(tree.boxes[near], place), square_to_box(tree.boxes[far], place)
+            if near_gap > far_gap:
+                near, far, near_gap, far_gap = far, near, far_gap, near_gap
+            waiting[count], gaps[count] = far, far_gap
+            waiting[count + 1], gaps[count + 1] = near, near_gap
+            count += 2
+        found[point] = face
+    return found
+
+
+@njit(cache=True)
+def square_to_box(box: FloatArray, place: FloatArray) -> float:
+    """Return the squared distance of a place from a box (6,) [mm2]; 0 inside."""
+    total = 0.0
+    for k in range(3):
+        gap = max(box[k] - place[k], place[k] - box[3 + k], 0.0)
+        total += gap * gap
+    return total
+
+
+@njit(cache=True)
+def square_to(triangle: FloatArray, place: FloatArray) -> float:
+    """Return the squared distance of a place from a triangle (3, 3) [mm2]; one without area is its sides."""
+    abx, aby, abz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]
+    acx, acy, acz = triangle[2, 0] - triangle[0, 0], triangle[2, 1] - triangle[0, 1], triangle[2, 2] - triangle[0, 2]
+    x, y, z = place[0] - triangle[0, 0], place[1] - triangle[0, 1], place[2] - triangle[0, 2]
+    nx, ny, nz = aby * acz - abz * acy, abz * acx - abx * acz, abx * acy - aby * acx
+    square = nx * nx + ny * ny + nz * nz
+    if square > 0.0:
+        second = ((y * acz - z * acy) * nx + (z * acx - x * acz) * ny + (x * acy - y * acx) * nz) / square
+        third = ((aby * z - abz * y) * nx + (abz * x - abx * z) * ny + (abx * y - aby * x) * nz) / square
+        if second >= 0.0 and third >= 0.0 and second + third <= 1.0:
+            height = x * nx + y * ny + z * nz
+            return height * height / square
+    return min(
+        square_to_side((abx, aby, abz), (x, y, z)),
+        square_to_side((acx, acy, acz), (x, y, z)),
+        square_to_side((acx - abx, acy - aby, acz - abz), (x - abx, y - aby, z - abz)),
+    )
+
+
+@njit(cache=True)
+def square_to_side(along: Offset, place: Offset) -> float:
+    """Return the squared distance of a place from a side, both counted from where the side begins [mm2]."""
+    square = along[0] * along[0] + along[1] * along[1] + along[2] * along[2]
+    share = (along[0] * place[0] + along[1] * place[1] + along[2] * place[2]) / square if square > 0.0 else 0.0
+    share = min(max(share, 0.0), 1.0)
+    x, y, z = place[0] - share * along[0], place[1] - share * along[1], place[2] - share * along[2]
+    return x * x + y * y + z * z
