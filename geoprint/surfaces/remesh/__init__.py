@@ -10,7 +10,10 @@ from geoprint.surfaces.remesh.deviation import (
     Distances as Distances,
     deviation as deviation,
 )
-from geoprint.surfaces.remesh.refine import refine as refine
+from geoprint.surfaces.remesh.refine import (
+    halved as halved,
+    refine as refine,
+)
 from geoprint.surfaces.remesh.remeshing import remesh as remesh
 from geoprint.surfaces.remesh.smoothing import (
     TERRACE_SHARE as TERRACE_SHARE,

@@ -72,6 +72,28 @@ def refine(surface: Surface, *, edge_length: float) -> Surface:
         faces = flipped_inside(vertices, faces, np.where(thin[parents], parents, -1))
 
 
+def halved(surface: Surface, ends: IntArray) -> Surface:
+    """Halve some edges, and cut the faces beside them in two, three or four.
+
+    Args:
+        surface: n vertices, at most two faces at an edge.
+        ends: (k, 2) vertices of each edge, each edge once.
+
+    Returns:
+        The finer surface; its last k vertices are the midpoints in the order of the edges.
+    """
+    count = len(surface.vertices)
+    sides = half_edges(surface.faces)
+    low, high = sides.min(axis=1), sides.max(axis=1)
+    keys: IntArray = low * count + high
+    chosen: IntArray = ends.min(axis=1) * count + ends.max(axis=1)
+    order = np.argsort(chosen)
+    found = order[np.minimum(np.searchsorted(chosen[order], keys), len(ends) - 1)]
+    midpoint = np.where(chosen[found] == keys, count + found, -1).reshape(-1, 3)
+    vertices = np.concatenate([surface.vertices, surface.vertices[ends].mean(axis=1)])
+    return Surface(vertices, _split(vertices, surface.faces, midpoint >= 0, midpoint), surface.name)
+
+
 def _long_sides(vertices: FloatArray, faces: IntArray, *, bound: float) -> IntArray:
     """Return the half-edges longer than the bound, ascending."""
     corners = vertices[faces]
