@@ -19,6 +19,7 @@ from geoprint.account import (
     MeasurementRecord,
     PlanRecord,
     SeenFile,
+    StackRecord,
 )
 
 FOLDER = Path(account.__file__).parent / "schemas"
@@ -33,6 +34,7 @@ def schemas() -> dict[str, str]:
         "check-comparison": CheckedComparisonRecord,
         "evidence": SeenFile,
         "measure": MeasurementRecord,
+        "stack": StackRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.field.figures import loaded
 from benchmarks.field.picture import field_picture
-from benchmarks.guide import cells, measured, proof, surfaces
+from benchmarks.guide import cells, measured, proof, sections, surfaces
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -80,6 +80,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "middle.png": surfaces.middle,
     "spiral.png": surfaces.spiral,
     "guided.png": surfaces.guided,
+    "layers.png": sections.layers,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

@@ -33,6 +33,7 @@ from geoprint.account.records.rounding import (
     as_json as as_json,
     read_record as read_record,
 )
+from geoprint.account.records.stack import StackRecord as StackRecord
 from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
 from geoprint.account.robot_summary import program_digest as program_digest
 from geoprint.account.run_tables import (
@@ -58,4 +59,5 @@ from geoprint.account.texts.run_sheet import (
     check_summary as check_summary,
     run_sheet as run_sheet,
 )
+from geoprint.account.texts.stack import stack_text as stack_text
 from geoprint.account.verdict import verdict as verdict

@@ -223,7 +223,14 @@ def _paths(plan: Plan) -> PathsRecord:
 
 
 def _layer(layer: Layer, plan: Plan) -> LayerRecord:
-    return LayerRecord(number=layer.number, height_mm=layer.height, runs=(0, plan.toolpath.curves.count - 1))
+    place = plan.workpiece.place
+    return LayerRecord(
+        number=layer.number,
+        count=1 if place is None else place.count,
+        bottom_mm=0.0 if place is None else place.bottom,
+        height_mm=layer.height,
+        runs=(0, plan.toolpath.curves.count - 1),
+    )
 
 
 def _field(plan: Plan) -> FieldRecord:

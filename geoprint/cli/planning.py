@@ -23,6 +23,7 @@ from geoprint.cli.options import (
     backends_of,
 )
 from geoprint.cli.terminal import columns, say, tell_json
+from geoprint.config.job import Job
 from geoprint.errors import UsageError
 
 
@@ -51,6 +52,9 @@ def plan(
     job = job_asked(surface or job_file_of(again or Path()), changed)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
+    if job.thickness is not None and job.layer is None:
+        _plan_stack(job, out, overwrite=overwrite, as_json=as_json)
+        return
     with watch() as observe:
         planned = run(job, observe=observe)
         observe("writing")
@@ -61,6 +65,18 @@ def plan(
     if bundle is not None:
         differing = bundle.differing(out)
         say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=[*changed]))
+
+
+def _plan_stack(job: Job, out: Path, *, overwrite: bool, as_json: bool) -> None:
+    """Plan every layer of a thickness."""
+    from geoprint.account import as_json as json_of, stack_text
+    from geoprint.pipeline import plan_stack
+
+    with watch() as observe:
+        told = plan_stack(job, out, overwrite=overwrite, observe=observe)
+    if as_json:
+        tell_json(json_of(told))
+    say(f"{stack_text(told)}\nwritten and verified: {out}")
 
 
 @takes(but=("backend",))

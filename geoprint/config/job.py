@@ -220,6 +220,25 @@ class Job(Table):
     patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES), Key("", "[[patches]]", group="patches")] = (
         Field(default=[])
     )
+    thickness: Annotated[
+        PositiveFloat | None,
+        Key(
+            "Thickness in mm of a device that is printed over the part, layer upon layer.",
+            "3.0 # of a device that is printed over the part, layer upon layer",
+            group="part",
+            told="thickness_mm",
+            always=False,
+        ),
+    ] = None
+    layer: Annotated[
+        PositiveInt | None,
+        Key(
+            "Plan this layer of the thickness alone, from 1, the one on the part.",
+            "1 # of the thickness this layer alone, from 1",
+            group="part",
+            always=False,
+        ),
+    ] = None
     fill_holes: Annotated[
         PositiveFloat | None,
         Key(
@@ -280,6 +299,14 @@ class Job(Table):
     def _one_of_spacing_and_rounds(self) -> Self:
         if self.spacing is not None and self.rounds is not None:
             raise ValueError("give either spacing or rounds, not both: each follows from the other")
+        return self
+
+    @model_validator(mode="after")
+    def _a_layer_of_a_thickness(self) -> Self:
+        if self.layer is not None and self.thickness is None:
+            raise ValueError("a layer is one of a thickness: give `thickness` (--thickness MM) too")
+        if self.thickness is not None and len(self.patches) > 1:
+            raise ValueError("a thickness is printed over one patch: plan the patches one by one")
         return self
 
     @model_validator(mode="after")

@@ -8,6 +8,7 @@
 
 from geoprint.layers.level_surfaces import level_surface as level_surface
 from geoprint.layers.stacks import (
+    TOLERANCE_SHARE as TOLERANCE_SHARE,
     Stack as Stack,
     StackedLayer as StackedLayer,
     stack as stack,

@@ -13,11 +13,15 @@ from geoprint.paths.backtracks import without_backtracks
 from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.fairing import faired
 from geoprint.paths.resample import resample
-from geoprint.surfaces import arc_lengths, component_labels, normals, positions
+from geoprint.surfaces import arc_lengths, component_labels, mean_normal, normals, positions
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
+# Multiples of this share of a turn fall farthest apart.
+GOLDEN = (5.0**0.5 - 1.0) / 2.0
+# Where the mean normal is so nearly the x axis the y axis stands in for it.
+LEANING = 0.9
 # What the tip may leave out where it would turn sharply, as a share of the spacing: what is within 5 % counts as even.
 BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
@@ -34,7 +38,9 @@ class _Run:
     piece: int
 
 
-def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float = 0.0) -> Toolpath:
+def arrange(
+    strokes: Strokes, surface: Surface, *, speed: float, standoff: float = 0.0, layer: int | None = None
+) -> Toolpath:
     """Order, orient and resample strokes.
 
     Runs go from the seed inwards, level by level, which is the whole part of the row at which a stroke starts; inside a
@@ -51,6 +57,8 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
+        layer: of a stack that the runs are of, from 0, or None of a single skin. From layer to layer the first seam
+            moves on about the part by the golden section of a turn, so that no two lie on each other.
 
     Returns:
         The toolpath, `faired`; steps at most half a spacing and chord error at most a 500th of it, but where the tip
@@ -63,7 +71,7 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
     if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
         raise _lost(min(lost) if runs else None, spacing=spacing)
-    ordered = _piece_by_piece(runs)
+    ordered = _piece_by_piece(runs, towards=None if layer is None else _direction(surface, GOLDEN * layer))
     closed = [run.closed for run in ordered]
     smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
     step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
@@ -73,7 +81,7 @@ def arrange(strokes: Strokes, surface: Surface, *, speed: float, standoff: float
     return Toolpath(
         curves=curves,
         levels=np.array([ordered[run.run].level for run in rounded.pieces]),
-        layers=np.zeros(len(rounded.pieces), dtype=np.int64),
+        layers=np.full(len(rounded.pieces), layer or 0),
         spacing=spacing,
         dropped_runs=len(dropped),
         dropped_length=float(sum(_length(run) for run in dropped)),
@@ -152,9 +160,12 @@ def _lost(piece: int | None, *, spacing: float) -> FieldError:
     )
 
 
-def _piece_by_piece(runs: list[_Run]) -> list[_Run]:
+def _piece_by_piece(runs: list[_Run], *, towards: FloatArray | None) -> list[_Run]:
     """Order the runs of each piece by themselves, and the pieces so that each starts near where the tool is."""
-    waiting = [_in_order([run for run in runs if run.piece == piece]) for piece in sorted({run.piece for run in runs})]
+    waiting = [
+        _in_order([run for run in runs if run.piece == piece], towards=towards)
+        for piece in sorted({run.piece for run in runs})
+    ]
     ordered = waiting.pop(0)
     while waiting:
         away = [float(np.linalg.norm(piece[0].places[0] - ordered[-1].places[-1])) for piece in waiting]
@@ -162,10 +173,10 @@ def _piece_by_piece(runs: list[_Run]) -> list[_Run]:
     return ordered
 
 
-def _in_order(runs: list[_Run]) -> list[_Run]:
+def _in_order(runs: list[_Run], *, towards: FloatArray | None) -> list[_Run]:
     """Go level by level, always to the nearest run, each turned so that it starts near the tool."""
     waiting = sorted(runs, key=lambda run: run.level)
-    here = _first_start(waiting)
+    here = _first_start(waiting, towards=towards)
     ordered: list[_Run] = []
     while waiting:
         candidates = [run for run in waiting if run.level == waiting[0].level]
@@ -178,10 +189,25 @@ def _in_order(runs: list[_Run]) -> list[_Run]:
     return ordered
 
 
-def _first_start(runs: list[_Run]) -> FloatArray:
-    """Start where the first level is nearest to the last one, so that the row of seams runs inwards straight."""
+def _direction(surface: Surface, turns: float) -> FloatArray:
+    """Return a (3,) unit vector across the mean normal of a surface, turned about it from the x axis."""
+    upright = mean_normal(surface)
+    upright /= max(float(np.linalg.norm(upright)), np.finfo(np.float64).tiny)
+    across = np.eye(3)[0 if abs(upright[0]) < LEANING else 1]
+    across -= (across @ upright) * upright
+    across /= np.linalg.norm(across)
+    return np.cos(2.0 * np.pi * turns) * across + np.sin(2.0 * np.pi * turns) * np.cross(upright, across)
+
+
+def _first_start(runs: list[_Run], *, towards: FloatArray | None) -> FloatArray:
+    """Start where the first level is nearest to the last one, so that the row of seams runs inwards straight.
+
+    Where a direction is given, start where the first level reaches farthest towards it.
+    """
     outer = np.concatenate([run.places for run in runs if run.level == runs[0].level])
     inner = np.concatenate([run.places for run in runs if run.level == runs[-1].level])
+    if towards is not None:
+        return outer[int(np.argmax(outer @ towards))]
     return outer[int(np.argmin(np.linalg.norm(outer - inner.mean(axis=0), axis=1)))]
 
 

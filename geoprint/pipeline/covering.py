@@ -23,7 +23,8 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):
         process = workpiece.cell.process
-        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff)
+        layer = None if workpiece.place is None else workpiece.place.number - 1
+        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff, layer=layer)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    layers = (Layer(surface, 0, process.layer_height),)
+    layers = (Layer(surface, layer or 0, process.layer_height),)
     return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)

@@ -278,7 +278,8 @@ def _clearance(
         process=workpiece.cell.process,
         T_base_work=placement.T_base_work,
         poses=joint_path.poses,
-        part=workpiece.part,
+        part=workpiece.ground,
         body=workpiece.body,
         obstacles=workpiece.cell.obstacles,
+        below=workpiece.below,
     )

@@ -187,8 +187,8 @@ def leaning_of(paths: Plan, placement: Placement) -> Leaning:
     room = NozzleRoom(
         cell.tool,
         process=cell.process,
-        standoff=paths.poses.standoff,
-        part=workpiece.part,
+        standoff=paths.poses.standoff + workpiece.below,
+        part=workpiece.ground,
         body=workpiece.body,
         obstacles=cell.obstacles,
         T_base_work=placement.T_base_work,

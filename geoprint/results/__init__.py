@@ -39,6 +39,7 @@ from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,
     Side as Side,
+    StackPlace as StackPlace,
     TriedSource as TriedSource,
     Workpiece as Workpiece,
 )

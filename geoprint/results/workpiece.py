@@ -81,6 +81,33 @@ class Orientation:
 
 
 @final
+@frozen
+class StackPlace:
+    """Where a layer lies in its stack.
+
+    Attributes:
+        number: of the layer, from 1, from the part outwards.
+        count: of all layers.
+        bottom: height over the part at which it begins [mm].
+        height: its own [mm].
+        base: the part that the lowest layer lies on.
+        ground: what this layer lies on: the part, or the top of the layer below.
+    """
+
+    number: int
+    count: int
+    bottom: float
+    height: float
+    base: Surface
+    ground: Surface
+
+    @property
+    def middle(self) -> float:
+        """Height over the part at which its paths lie [mm]."""
+        return self.bottom + self.height / 2.0
+
+
+@final
 @comparable
 class TriedSource:
     """What distance may be measured from on a patch, and how its paths cover it.
@@ -127,6 +154,7 @@ class Workpiece:
         turnable: whether a demonstration that cannot be printed as it stands may be turned.
         orientation: how it was turned, or None where it stands as it did.
         tried: sources of patches whose best one was sought, in the order of the patches.
+        place: of the layer in its stack, whose middle the part then is; None of a single skin.
     """
 
     cell: Cell
@@ -145,6 +173,22 @@ class Workpiece:
     turnable: bool = False
     orientation: Orientation | None = None
     tried: tuple[TriedSource, ...] = ()
+    place: StackPlace | None = None
+
+    @property
+    def base(self) -> Surface:
+        """What stands in the cell: the part, or what the lowest layer lies on."""
+        return self.part if self.place is None else self.place.base
+
+    @property
+    def ground(self) -> Surface:
+        """What material is laid on: the part, or what the layer lies on."""
+        return self.part if self.place is None else self.place.ground
+
+    @property
+    def below(self) -> float:
+        """How far that lies below the paths [mm]."""
+        return 0.0 if self.place is None else self.place.height / 2.0
 
     @property
     def name(self) -> str:

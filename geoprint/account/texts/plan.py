@@ -32,6 +32,12 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
             f"spacing ({settings.backend})"
         )
     ]
+    lines += [
+        f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
+        f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"
+        for layer in told.layers
+        if layer.count > 1
+    ]
     if told.uniformity is not None:
         spacing = variation_text(told.uniformity)
         varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing} (CV)"

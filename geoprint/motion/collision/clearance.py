@@ -59,6 +59,7 @@ def clearance(
     part: Surface,
     body: Surface | None,
     obstacles: tuple[Box, ...],
+    below: float = 0.0,
 ) -> Clearance:
     """Prove that tool and arm keep clear on the whole path, from home to home.
 
@@ -73,6 +74,7 @@ def clearance(
         part: the surface that is printed on.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
         obstacles: boxes in the base frame; the arm stands on those that end below its foot.
+        below: how far the surface that is printed on lies below the one that the stand-off of the stream counts from.
 
     Returns:
         What was found, and what was not checked.
@@ -90,7 +92,7 @@ def clearance(
         tool, placements=motion.tool, process=process, part=part, body=body, obstacles=obstacles,
         T_work_base=T_work_base,
     )  # fmt: skip
-    standoff = poses.standoff if poses.deposit.any() else None
+    standoff = poses.standoff + below if poses.deposit.any() else None
     found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
     arm_found = check_arm(
         motion, links=links, tool=scene.tool.solids, kept=process.clearance,

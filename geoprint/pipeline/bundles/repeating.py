@@ -85,7 +85,8 @@ def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord
 
 def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> tuple[Clearance, Clearance]:
     """Return what the collision check finds of the print and of the dry run."""
-    cell = setup.cell
+    cell, place = setup.cell, part.place
+    ground, below = (part.part, 0.0) if place is None else (place.ground, place.height / 2.0)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     path, targets = _written_motion(setup, orders, read_trajectory_table(folder / "trajectory.csv"), arm)
     aloft, aloft_targets = aloft_path(path, targets, arm)
@@ -93,7 +94,8 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
     def clear(one: JointPath, of: Targets, *, step: float) -> Clearance:
         return clearance(
             controller_path(one, of, arm, step=step), arm, tool=cell.tool, process=cell.process,
-            T_base_work=one.T_base_work, poses=one.poses, part=part.part, body=part.body, obstacles=cell.obstacles,
+            T_base_work=one.T_base_work, poses=one.poses, part=ground, body=part.body, obstacles=cell.obstacles,
+            below=below,
         )  # fmt: skip
 
     return clear(path, targets, step=PRINT_STEP), clear(aloft, aloft_targets, step=ALOFT_STEP)

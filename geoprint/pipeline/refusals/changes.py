@@ -32,6 +32,7 @@ from geoprint.pipeline.covering import cover
 from geoprint.pipeline.middles import taken_job
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import pose_stream, room_of, with_flow_of
+from geoprint.pipeline.workpiece.layering import stack_cell
 from geoprint.results import Plan
 
 # Kinds of changes.
@@ -100,7 +101,9 @@ class Change:
         standoff = round(steps * STANDOFF_STEP, 6)
         if standoff > process.standoff + LARGEST_RAISE:
             return None
-        keys = "; ".join(part for part in (self.keys, f"[process] standoff_mm = {standoff:g}") if part)
+        # Of a layer the cell counts from the middle, its file from below.
+        filed = standoff + (process.layer_height / 2.0 if self.job.thickness is not None else 0.0)
+        keys = "; ".join(part for part in (self.keys, f"[process] standoff_mm = {filed:g}") if part)
         cell = replace(self.cell, process=replace(process, standoff=standoff))
         return Change(STANDOFF, f"{self.name} {standoff:g} mm above the part", keys, self.job, cell)
 
@@ -109,7 +112,7 @@ class Change:
         if self.job.place != "demo":
             return placement_of(paths)
         at, turn = self.cell.demo_position, self.cell.demo_turn
-        return demo_placement(paths.workpiece.part, position=at, rotation=turn, least=LEAST_MEAN_NORMAL)
+        return demo_placement(paths.workpiece.base, position=at, rotation=turn, least=LEAST_MEAN_NORMAL)
 
 
 def placement_of(paths: Plan) -> Placement:
@@ -186,7 +189,7 @@ def _cells(paths: Plan) -> Iterator[Change]:
         cell = cell_of(packaged_cell_text(name), name=f"{name}.toml")
         same_tip = np.array_equal(cell.tool.T_flange_tool, now.tool.T_flange_tool)
         if not (same_tip and needle_of(cell.tool) == needle_of(now.tool)):
-            cell = replace(cell, demo_rotation=cell.demo_turn)
+            cell = stack_cell(replace(cell, demo_rotation=cell.demo_turn), paths.workpiece.place)
             yield Change(CELL, f"`--cell {name}.toml`", "`geoprint init` writes it", paths.job, cell)
 
 

@@ -2,13 +2,15 @@
 
 from geoprint.pipeline.workpiece.preparing import (
     SidedPart as SidedPart,
-    inverted_in_words as inverted_in_words,
     largest_distance as largest_distance,
     prepare_workpiece as prepare_workpiece,
-    printed_side as printed_side,
     read_part as read_part,
-    shape_in_words as shape_in_words,
     sided_part as sided_part,
     surface_uncertainty as surface_uncertainty,
     with_rounds as with_rounds,
+)
+from geoprint.pipeline.workpiece.siding import (
+    inverted_in_words as inverted_in_words,
+    printed_side as printed_side,
+    shape_in_words as shape_in_words,
 )

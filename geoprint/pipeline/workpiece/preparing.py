@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint.backends import BackendFactory, Piecewise, backend
 from geoprint.config import Job, cell_text, load_cell
-from geoprint.errors import FieldError, InputError, MeshError, UsageError
+from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Surface, TouchedPoints, frozen
 from geoprint.motion.arm import Arm, check_load, require_abb_conventions
@@ -30,32 +30,24 @@ from geoprint.motion.placing import (
 from geoprint.pipeline.choice import backend_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece.best_source import with_best_sources
+from geoprint.pipeline.workpiece.layering import layer_surface, stack_cell, stack_place
 from geoprint.pipeline.workpiece.several_patches import PreparedPart, prepared_part
+from geoprint.pipeline.workpiece.siding import printed_side
 from geoprint.pipeline.workpiece.sources import seed_of
-from geoprint.results import Side, Workpiece
+from geoprint.results import Side, StackPlace, Workpiece
 from geoprint.surfaces import (
-    boundary_half_edges,
     closest,
-    face_areas,
-    face_normals,
     pieces,
-    signed_volume,
     turned_over,
     united,
     vertex_normals,
 )
 from geoprint.surfaces.files import MeshFile, load_file
 from geoprint.surfaces.remesh import refine
-from geoprint.surfaces.repair import prepare
 from geoprint.transforms import apply
 
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
-# A patch bulges, or is hollow, where the volume of the cone from its middle is beyond this share of area times size: a
-# cap of a ball that is as high as a fiftieth of its width.
-LEAST_BULGE = 0.004
-# The body tells the side where at least this share of the part's area agrees; between, it tells nothing.
-TELLING_SHARE = 0.9
 # A mirrored part lies on the body but for this share of its size.
 MIRRORED_SHARE = 0.05
 
@@ -82,10 +74,12 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
-        sided = sided_part(job, loaded)
-        turnable = job.robot and job.place == "demo" and cell.demo_rotation is None
+        sided = sided_part(job, loaded, cell)
+        # Layers stand where the one on the part stands: turning one would leave it beside the others.
+        turnable = job.robot and job.place == "demo" and cell.demo_rotation is None and sided.place is None
         cell = replace(cell, demo_rotation=cell.demo_turn)
-        placement, uncertainty = _placement(job, cell, sided.part, turnable=turnable)
+        placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
+        cell = stack_cell(cell, sided.place)
     with stage("refining"):
         wanted, factories = _wanted_spacing(job, sided.part), [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=wanted)
@@ -105,6 +99,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         placement=placement,
         uncertainty=uncertainty,
         turnable=turnable,
+        place=sided.place,
     )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
@@ -118,9 +113,10 @@ class SidedPart:
     Attributes:
         files: as `Workpiece.files`.
         prepared: as the file is wound.
-        part: on the printed side.
+        part: on the printed side; of a layer its middle.
         side: how that was found.
         body: what the part lies on, or None.
+        place: of the layer in its stack, or None.
     """
 
     files: tuple[MeshFile, ...]
@@ -128,6 +124,12 @@ class SidedPart:
     part: Surface
     side: Side
     body: Surface | None
+    place: StackPlace | None
+
+    @property
+    def base(self) -> Surface:
+        """The part itself, whatever layers lie on it."""
+        return self.part if self.place is None else self.place.base
 
 
 def read_part(job: Job) -> SidedPart:
@@ -137,17 +139,22 @@ def read_part(job: Job) -> SidedPart:
         UsageError: a unit or a label is unclear.
         InputError: a file cannot be planned on.
     """
-    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label))
+    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label), load_cell(job.cell))
 
 
-def sided_part(job: Job, loaded: MeshFile) -> SidedPart:
+def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
     """Return what `read_part` does of a part that was read."""
     prepared = prepared_part(job, loaded)
     named = None if job.body is None else load_file(job.body, unit=job.unit)
     body = prepared.body if named is None else _body(prepared.surface, named.surface)
     asked = turned_over(prepared.surface) if job.flip else prepared.surface
     part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
-    return SidedPart((loaded,) if named is None else (loaded, named), prepared, part, side, body)
+    files = (loaded,) if named is None else (loaded, named)
+    place = stack_place(job, cell, part)
+    if place is None:
+        return SidedPart(files, prepared, part, side, body, None)
+    # What the layers below are made of lies between the part and the middle of this one.
+    return SidedPart(files, prepared, layer_surface(place), side, body or part, place)
 
 
 def _require_placement(job: Job, cell: Cell) -> None:
@@ -263,79 +270,3 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
 def _size(surface: Surface) -> float:
     """Return the diagonal of a surface's box [mm]."""
     return float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
-
-
-def printed_side(
-    part: Surface, body: Surface | None, *, flip: bool, filed: Surface | None = None
-) -> tuple[Surface, Side]:
-    """Decide which side is printed on, and turn the part where the body tells that it is inside out.
-
-    Args:
-        part: as prepared, turned already where `flip` says so.
-        body: what it lies on; only a closed one tells its outside.
-        flip: whether the user turned the file's winding; then the body only warns.
-        filed: the body as its file winds it, or the part where there is no body; None where nobody knows.
-
-    Returns:
-        The part, and how its side was found.
-    """
-    if boundary_half_edges(part.faces).size == 0:
-        where = "inside of a closed surface, as `--flip` asks" if flip else "outside of a closed surface"
-        return part, Side("closed", flip, None, f"printed on the {where}.{_also(filed)}")
-    agreeing = None if body is None else _agreeing(part, body)
-    source = "flip" if flip else "winding"
-    told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
-    if agreeing is None:
-        other = "leave `--flip` out for the other" if flip else "`--flip` turns it"
-        return part, Side(
-            source, flip, None, f"printed on {told}, {shape_in_words(part)}; {other}, a closed `--body` decides."
-        )
-    name = body.name if body is not None else ""
-    if agreeing >= TELLING_SHARE:
-        sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it).{_also(filed)}"
-        return part, Side("body", flip, agreeing, sentence)
-    share = f"{1 - agreeing:.0%} of it faces into {name}"
-    if agreeing > 1 - TELLING_SHARE or flip:
-        return part, Side(source, flip, agreeing, f"printed on {told}, but {share}: check the side.")
-    sentence = f"turned: as the file is wound, {share}; printed on the other side.{_also(filed)}"
-    return turned_over(part), Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
-
-
-def shape_in_words(part: Surface) -> str:
-    """Return what the shape tells of the side of an open patch: parts bulge out of what they are of, if they curve."""
-    bulge = signed_volume(part) / float(_size(part) * face_areas(part).sum())
-    if bulge < -LEAST_BULGE:
-        return "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"
-    kind = "which bulges" if bulge > LEAST_BULGE else "which neither bulges nor is hollow"
-    return f"{kind}; nothing else can tell, since an open patch encloses nothing"
-
-
-def _also(filed: Surface | None) -> str:
-    """Return a sentence where the file of a closed body is inside out."""
-    words = "" if filed is None else inverted_in_words(filed)
-    return f" But {words}" if words else ""
-
-
-def inverted_in_words(filed: Surface) -> str:
-    """Return what is to be said of a closed file whose faces look inward; nothing where they do not."""
-    volume = signed_volume(filed) / 1000.0
-    if volume >= 0.0:
-        return ""
-    return (
-        f"the volume of {filed.name} is {volume:.3g} cm3, as its faces are wound: they are all flipped, which is "
-        "corrected, or it is mirrored, which is not: is left where it should be? Else export it again."
-    )
-
-
-def _agreeing(part: Surface, body: Surface) -> float | None:
-    """Return the share of the part's area whose normal is within 90 degrees of the body's below it."""
-    try:
-        outward, _ = prepare(body)
-    except MeshError:
-        return None
-    if boundary_half_edges(outward.faces).size:
-        return None
-    below, _ = closest(outward, part.vertices[part.faces].mean(axis=1))
-    along = np.einsum("mx,mx->m", face_normals(outward)[below.faces], face_normals(part))
-    areas = face_areas(part)
-    return float(areas[along > 0].sum() / areas.sum())

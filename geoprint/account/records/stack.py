@@ -1,0 +1,39 @@
+"""The schema of stack.json: what is said of the layers of a thickness, each with a bundle of its own beside it.
+
+Units and counting are those of plan.json. `schemas/stack.schema.json` says the same for other programs.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from geoprint.account.records.rounding import Count, Record, Rounded
+
+
+class StackedLayerRecord(Record):
+    """A layer, in short; the plan.json in its folder says all of it."""
+
+    folder: str = Field(description="of its bundle")
+    bottom_mm: Rounded = Field(description="height over the part at which it begins [mm]")
+    height_mm: Rounded = Field(description="its own [mm]")
+    area_mm2: Rounded = Field(description="of the surface in its middle [mm2]")
+    runs: Count = Field(description="how many")
+    deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
+    spacing_cv: float | None = Field(description="variation of the spacing; null where there is one level")
+    gap: float | None = Field(description="share of its area that no path covers")
+    laid_mm3: Rounded = Field(description="volume that the path lays [mm3]")
+    wanted_mm3: Rounded = Field(description="volume of the layer: area times height [mm3]")
+    print_s: Rounded | None = Field(description="time of the program [s]; null without a robot")
+    clearance_mm: Rounded | None = Field(description="smallest that the tool keeps [mm]; null without a robot")
+
+
+class StackRecord(Record):
+    """The content of stack.json."""
+
+    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    part: str = Field(description="file that the lowest layer lies on")
+    thickness_mm: Rounded = Field(description="of all layers together [mm]")
+    layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")

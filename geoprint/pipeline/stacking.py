@@ -1,0 +1,123 @@
+"""A thickness, layer upon layer: each is planned by itself, as a part that lies on the one below.
+
+Layers do not wait for each other: what one lies on is a level of the distance from the part, not what was planned. So
+two are planned at a time, each in a process of its own, and nothing is written before all of them are verified.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from geoprint.account.records.rounding import as_json, read_record
+from geoprint.account.records.stack import StackedLayerRecord, StackRecord
+from geoprint.config import Job, load_cell
+from geoprint.errors import UsageError, VerificationError, naming
+from geoprint.export import TIMINGS, json_bytes, write_bundle
+from geoprint.layers import whole_layers
+from geoprint.pipeline.planning import plan
+from geoprint.pipeline.saving import save_plan
+from geoprint.results import Plan
+from geoprint.surfaces import face_areas
+
+STACK = "stack.json"
+# Plans at a time: each takes up to a gigabyte.
+WORKERS = 2
+
+
+def plan_stack(
+    job: Job, directory: Path | str, *, overwrite: bool = False, observe: Callable[[str], None] = lambda _: None
+) -> StackRecord:
+    """Plan every layer of a thickness and write their bundles and stack.json: all of them verified, or nothing.
+
+    Args:
+        job: with a thickness, without a layer.
+        directory: where the folder shall stand; layer 1 is in `layer-01`, and so on.
+        overwrite: whether an existing result may be replaced.
+        observe: called with what is being done.
+
+    Returns:
+        What stack.json says.
+
+    Raises:
+        UsageError: the job has no thickness or one layer alone, or the folder exists already.
+        GeoprintError: as `plan`; the sentence names the layer.
+    """
+    if job.thickness is None or job.layer is not None:
+        raise UsageError("a stack needs a thickness and no layer: `plan` plans one of them.")
+    count, _ = whole_layers(job.thickness, height=load_cell(job.cell).process.layer_height)
+    folders = [f"layer-{number:02}" for number in range(1, count + 1)]
+    with TemporaryDirectory() as staging:
+        layers = _planned(job, [Path(staging, folder) for folder in folders], observe)
+        told = StackRecord(
+            schema=1,
+            version=version("geoprint"),
+            part=job.surface.name,
+            thickness_mm=job.thickness,
+            layers=tuple(layers),
+        )
+        written = {path: path.relative_to(staging).as_posix() for path in Path(staging).rglob("*") if path.is_file()}
+        files = {name: path.read_bytes() for path, name in written.items()}
+    timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
+    listed = {name: content for name, content in files.items() if name not in timings}
+
+    def verify(folder: Path) -> None:
+        if read_record(folder / STACK, StackRecord) != told:
+            raise VerificationError(f"{STACK} does not read back as it was told; the disk may be faulty: write again.")
+
+    stack = {STACK: json_bytes(as_json(told))}
+    write_bundle(directory, stack | listed, overwrite=overwrite, verify=verify, unlisted=timings)
+    return told
+
+
+def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[StackedLayerRecord]:
+    """Plan the layers, two at a time, and return what is said of each; the first refusal ends it."""
+    observe(f"{len(folders)} layers")
+    with ProcessPoolExecutor(WORKERS, mp_context=multiprocessing.get_context("spawn")) as pool:
+        waiting = {pool.submit(_layer, job, number, folder): number for number, folder in enumerate(folders, start=1)}
+        try:
+            for done, future in enumerate(as_completed(waiting), start=1):
+                future.result()
+                observe(f"{len(folders)} layers, {done} done")
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+        return [future.result() for future, _ in sorted(waiting.items(), key=lambda each: each[1])]
+
+
+def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord:
+    """Plan one layer and write its bundle."""
+    with naming(f"layer {number}"):
+        planned = plan(job.model_copy(update={"layer": number}))
+        told = save_plan(planned, folder)
+    (layer,) = told.layers
+    area = float(face_areas(planned.workpiece.part).sum())
+    spacing = None if told.uniformity is None else told.uniformity.spacing
+    robots = told.robot
+    return StackedLayerRecord(
+        folder=folder.name,
+        bottom_mm=layer.bottom_mm,
+        height_mm=layer.height_mm,
+        area_mm2=area,
+        runs=told.paths.runs,
+        deposit_mm=told.paths.deposit_mm,
+        spacing_cv=None if spacing is None else spacing.cv,
+        gap=None if told.uniformity is None else told.uniformity.gap,
+        laid_mm3=_laid(planned),
+        wanted_mm3=area * layer.height_mm,
+        print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
+        clearance_mm=min(robot.clearance.smallest_mm or 0.0 for robot in robots) if robots else None,
+    )
+
+
+def _laid(planned: Plan) -> float:
+    """Return the volume that the poses of a plan lay [mm3]: flow times the length of the run on the layer's surface."""
+    poses = planned.poses
+    lengths = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
+    return float((lengths * poses.flow[:-1])[poses.laid].sum())
