@@ -20,6 +20,7 @@ STAGES = {
     "geoprint.surfaces": "Surfaces",
     "geoprint.backends": "Distance and contours",
     "geoprint.patterns": "Patterns",
+    "geoprint.layers": "Layers",
     "geoprint.paths": "Paths",
     "geoprint.quality": "Evenness",
     "geoprint.toolpaths": "Toolpaths of any program",

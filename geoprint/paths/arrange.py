@@ -57,8 +57,7 @@ def arrange(
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
-        layer: of a stack that the runs are of, from 0, or None of a single skin. From layer to layer the first seam
-            moves on about the part by the golden section of a turn, so that no two lie on each other.
+        layer: of a stack, from 0; from layer to layer the first seam moves about the part by the golden section.
 
     Returns:
         The toolpath, `faired`; steps at most half a spacing and chord error at most a 500th of it, but where the tip

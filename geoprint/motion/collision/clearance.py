@@ -69,8 +69,7 @@ def clearance(
         tool: its solids.
         process: clearance to keep.
         T_base_work: (4, 4) where the part stands [mm].
-        poses: the stream that the path prints; its stand-off is that of the tip over the surface. One that lays
-            nothing has no rim over the surface, and the tip margin is infinite.
+        poses: the stream that the path prints; of one that lays nothing the tip margin is infinite.
         part: the surface that is printed on.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
         obstacles: boxes in the base frame; the arm stands on those that end below its foot.
@@ -92,8 +91,8 @@ def clearance(
         tool, placements=motion.tool, process=process, part=part, body=body, obstacles=obstacles,
         T_work_base=T_work_base,
     )  # fmt: skip
-    standoff = poses.standoff + below if poses.deposit.any() else None
-    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=standoff)
+    over = poses.standoff + below if poses.deposit.any() else None
+    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=over)
     arm_found = check_arm(
         motion, links=links, tool=scene.tool.solids, kept=process.clearance,
         targets=scene.targets, base_targets=scene.base_targets, trees=scene.trees,

@@ -79,13 +79,12 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         turnable = job.robot and job.place == "demo" and cell.demo_rotation is None and sided.place is None
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
-        cell = stack_cell(cell, sided.place)
     with stage("refining"):
         wanted, factories = _wanted_spacing(job, sided.part), [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=wanted)
         seed = seed_of(job, surface)
     workpiece = Workpiece(
-        cell=cell,
+        cell=stack_cell(cell, sided.place),
         part=sided.part,
         side=sided.side,
         body=sided.body,

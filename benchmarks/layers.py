@@ -1,0 +1,145 @@
+"""How high are layers over what lies below, and what does a stack cost?
+
+    python -m benchmarks.layers [--parts FILE ...] [--thickness MM] [--height MM] [--smoke]
+
+The first table is of shells by formula: area of each layer over a cap, a cylinder and a plate, inside and outside,
+against the formula. The second is of parts: for the tops of the lowest and the highest layer, the share of the area
+whose distance from the part is off by more than 2 % of a layer, by a distance computed here that shares nothing with
+the one that made it; the same of the part pushed along its normals; triangles that cross; and the processor time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from benchmarks.parts.tables import row, table
+from geoprint.errors import GeoprintError
+from geoprint.layers import TOLERANCE_SHARE, level_surface, whole_layers
+from geoprint.model import FloatArray, Surface
+from geoprint.surfaces import face_areas, turned_over, vertex_normals
+from geoprint.surfaces.files import load
+from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair.crossings import crossings
+from tests.meshes import cylinder_patch, plate, spherical_cap
+
+DATA = Path(__file__).parents[1] / "data"
+OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply")
+SAMPLES = 20_000
+SEED = 22
+# Edges of the part for the judge [mm], and so many of its triangles with the nearest middles are looked at.
+EDGE = 0.4
+NEAREST = 12
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside those of data/"
+    )
+    parser.add_argument("--thickness", type=float, default=3.2, metavar="MM")
+    parser.add_argument("--height", type=float, default=0.4, metavar="MM", help="of a layer")
+    parser.add_argument("--smoke", action="store_true", help="two layers of 1 mm")
+    arguments = parser.parse_args()
+    thickness, wanted = (2.0, 1.0) if arguments.smoke else (arguments.thickness, arguments.height)
+    count, height = whole_layers(thickness, height=wanted)
+    for line in table("shell", "layers", "area off the formula, worst"):
+        print(line, flush=True)
+    for name, part, curvature, bends in _shells(0.6 if arguments.smoke else 0.3):
+        off = max(_off(part, (number + 0.5) * height, height, curvature, bends) for number in range(count))
+        print(row(name, str(count), f"{off:.2%}"), flush=True)
+    print()
+    for line in table("part", "over it", "off by 2 %", "pushed", "faces", "crossing", "processor time"):
+        print(line, flush=True)
+    for file in [*(DATA / name for name in OWN), *arguments.parts]:
+        part = load(file, unit="mm")
+        for over in (height, count * height):
+            print(_row(part, over, height), flush=True)
+
+
+def _shells(edge: float) -> Iterator[tuple[str, Surface, float, int]]:
+    """Yield name and part, and its curvature [1/mm] in how many directions."""
+    rings = round(10.0 / edge)
+    cap = spherical_cap(radius=12.0, angle=0.8, rings=rings)
+    tube = cylinder_patch(radius=12.0, angle=1.4, length=10.0, divisions=(2 * rings, 10))
+    for sign, side in ((1.0, "outside"), (-1.0, "inside")):
+        for name, part, power in (("cap", cap, 2), ("cylinder", tube, 1)):
+            yield f"{name}, {side}", part if sign > 0.0 else turned_over(part), sign / 12.0, power
+    yield "plate", plate((20.0, 15.0)), 0.0, 1
+
+
+def _off(part: Surface, over: float, height: float, curvature: float, bends: int) -> float:
+    """Return the deviation of a level's area from its formula, over that."""
+    level = level_surface(part, height=over, edge_length=0.5, tolerance=TOLERANCE_SHARE * height)
+    wanted = float(face_areas(part).sum()) * (1.0 + over * curvature) ** bends
+    return abs(float(face_areas(level).sum()) / wanted - 1.0)
+
+
+def _row(part: Surface, over: float, height: float) -> str:
+    begun = time.process_time()
+    try:
+        level = level_surface(part, height=over, edge_length=max(height, 0.3), tolerance=TOLERANCE_SHARE * height)
+    except GeoprintError as error:
+        return row(part.name, f"{over:.3g} mm", str(error)[:110].replace("|", "/"), *[""] * 4)
+    took = time.process_time() - begun
+    pushed = Surface(part.vertices + over * vertex_normals(part), part.faces, part.name)
+    fine = refine(part, edge_length=EDGE)
+    shares = [(np.abs(_distances(fine, _places(each)) - over) > 0.02 * height).mean() for each in (level, pushed)]
+    crossing = len(np.unique(crossings(level, depth=1e-9).pairs))
+    return row(
+        part.name, f"{over:.3g} mm", f"{shares[0]:.3%}", f"{shares[1]:.1%}", str(len(level.faces)), str(crossing),
+        f"{took:.1f} s",
+    )  # fmt: skip
+
+
+def _places(surface: Surface) -> FloatArray:
+    """Return places drawn evenly from a surface [mm]."""
+    random = np.random.default_rng(SEED)
+    areas = face_areas(surface)
+    faces = random.choice(len(areas), SAMPLES, p=areas / areas.sum())
+    return np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), SAMPLES), surface.vertices[surface.faces[faces]])
+
+
+def _distances(part: Surface, places: FloatArray) -> FloatArray:
+    """Return the distances of places from a part of small triangles: to the planes of the nearest, within them [mm]."""
+    corners = part.vertices[part.faces]
+    near = np.asarray(KDTree(corners.mean(axis=1)).query(places, k=NEAREST)[1], dtype=np.int64)
+    best = np.full(len(places), np.inf)
+    for column in range(NEAREST):
+        triangle = corners[near[:, column]]
+        weights = _clamped(triangle, places)
+        best = np.minimum(best, np.linalg.norm(np.einsum("kc,kcx->kx", weights, triangle) - places, axis=1))
+    return best
+
+
+def _clamped(triangle: FloatArray, places: FloatArray) -> FloatArray:
+    """Return barycentric weights of the closest points: of the plane where that is inside, else of the nearest side."""
+    first, second = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    frame = np.stack([first, second], axis=2)
+    along: FloatArray = np.einsum("kxi,kx->ki", frame, places - triangle[:, 0])
+    metric: FloatArray = np.einsum("kxi,kxj->kij", frame, frame)
+    free: FloatArray = np.einsum("kij,kj->ki", np.linalg.inv(metric), along)
+    weights: FloatArray = np.column_stack([1.0 - free.sum(axis=1), free])
+    outside = (weights < 0.0).any(axis=1)
+    best = np.full(len(places), np.inf)
+    for side in range(3):
+        start, end = triangle[:, side], triangle[:, (side + 1) % 3]
+        share = np.einsum("kx,kx->k", places - start, end - start) / np.einsum("kx,kx->k", end - start, end - start)
+        share = np.clip(share, 0.0, 1.0)
+        away = np.linalg.norm(start + share[:, None] * (end - start) - places, axis=1)
+        taken = outside & (away < best)
+        best = np.where(taken, away, best)
+        on_side = np.zeros_like(weights)
+        on_side[:, side], on_side[:, (side + 1) % 3] = 1.0 - share, share
+        weights[taken] = on_side[taken]
+    return weights
+
+
+if __name__ == "__main__":
+    main()
