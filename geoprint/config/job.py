@@ -302,9 +302,7 @@ class Job(Table):
         return self
 
     @model_validator(mode="after")
-    def _a_layer_of_a_thickness(self) -> Self:
-        if self.layer is not None and self.thickness is None:
-            raise ValueError("a layer is one of a thickness: give `thickness` (--thickness MM) too")
+    def _a_thickness_over_one_patch(self) -> Self:
         if self.thickness is not None and len(self.patches) > 1:
             raise ValueError("a thickness is printed over one patch: plan the patches one by one")
         return self

@@ -16,7 +16,7 @@ from geoprint.surfaces import clipped, component_labels, face_normals, part_of
 from geoprint.surfaces.remesh import halved, remesh
 from geoprint.surfaces.topology import half_edges, numbered_pairs, used_vertices
 
-# Grids that are tried, moved by these shares of a cell: in one that is off another way no two sheets share a cell.
+# Grids that are tried, moved by these shares of a cell: where two sheets share a cell of one, they may not of another.
 SHIFTS = (0.0, 0.37, 0.71, 0.53)
 # Cells are a little smaller than the edges that are wanted.
 CELL_SHARE = 0.8

@@ -1,6 +1,6 @@
 """A net of triangles about a level of the distance from a part: a vertex in each cell of a grid that the level crosses.
 
-Cells are found from large to small: distance changes by no more than the way that it is measured over, so a cell whose
+Cells are found from large to small: distance changes by no more than one moves, so a cell whose
 middle is farther from the level than its corners are from the middle holds none of it [Gibson1998].
 """
 

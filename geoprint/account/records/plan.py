@@ -135,8 +135,8 @@ class LayerRecord(Record):
     """One skin of material."""
 
     number: Count = Field(description="from 0, from the part outwards")
-    count: Count = Field(description="of all layers of the thickness")
-    bottom_mm: float = Field(description="height over the part at which it begins [mm]")
+    count: Count = Field(default=1, description="of all layers of the thickness")
+    bottom_mm: float = Field(default=0.0, description="height over the part at which it begins [mm]")
     height_mm: float = Field(description="that it shall have [mm]")
     runs: Pair = Field(description="first and last that make it")
 

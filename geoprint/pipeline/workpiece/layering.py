@@ -28,6 +28,8 @@ def stack_place(job: Job, cell: Cell, part: Surface) -> StackPlace | None:
         FieldError: nothing of the part's outer side is so far away as the layer below ends.
         MeshError: sheets of what that ends in lie too close together.
     """
+    if job.thickness is None and job.layer is not None:
+        raise UsageError(f"`--layer {job.layer}` is one of a thickness: give `--thickness` in mm too, or leave it out.")
     if job.thickness is None:
         return None
     count, height = whole_layers(job.thickness, height=cell.process.layer_height)
