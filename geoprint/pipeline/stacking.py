@@ -19,7 +19,7 @@ from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.config import Job, load_cell
 from geoprint.errors import UsageError, VerificationError, naming
-from geoprint.export import TIMINGS, json_bytes, write_bundle
+from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.layers import whole_layers
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
@@ -47,10 +47,12 @@ def plan_stack(
 
     Raises:
         UsageError: the job has no thickness or one layer alone, or the folder exists already.
+        ExportError: nothing can be written there.
         GeoprintError: as `plan`; the sentence names the layer.
     """
     if job.thickness is None or job.layer is not None:
         raise UsageError("a stack needs a thickness and no layer: `plan` plans one of them.")
+    check_writable(directory, overwrite=overwrite)
     count, _ = whole_layers(job.thickness, height=load_cell(job.cell).process.layer_height)
     folders = [f"layer-{number:02}" for number in range(1, count + 1)]
     with TemporaryDirectory() as staging:

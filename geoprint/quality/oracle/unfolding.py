@@ -23,6 +23,9 @@ from geoprint.surfaces.halfedges import next_half, previous_half
 CONE_TOLERANCE = 1e-9
 # A point nearer to a corner than this share of the triangle's side starts at the corner.
 CORNER_TOLERANCE = 1e-9
+# A point starts this share of the span to the middle of its face farther inside: from exactly on an edge, the lines
+# through that edge fill half a turn, a cone without sides.
+INWARDS = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
@@ -83,6 +86,7 @@ def begin(
             item = add(mesh, horizon, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, -1, 0.0)
             fan(mesh, horizon, segments, goal, number, first_around(mesh, half + i), 0.0, inf, 0.0, item)
             return
+    place += INWARDS * ((mesh.corners[half] + mesh.corners[half + 1] + mesh.corners[half + 2]) / 3.0 - place)
     see(horizon, segments, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
     for i in range(3):
         corner, end = mesh.corners[half + i] - place, mesh.corners[next_half(half + i)] - place
