@@ -16,11 +16,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import trimesh.triangles
 from scipy.spatial import KDTree
 
 from benchmarks.parts.tables import row, table
 from geoprint.errors import GeoprintError
-from geoprint.layers import TOLERANCE_SHARE, level_surface, whole_layers
+from geoprint.layers import layer_level, whole_layers
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import face_areas, turned_over, vertex_normals
 from geoprint.surfaces.files import load
@@ -76,7 +77,7 @@ def _shells(edge: float) -> Iterator[tuple[str, Surface, float, int]]:
 
 def _off(part: Surface, over: float, height: float, curvature: float, bends: int) -> float:
     """Return the deviation of a level's area from its formula, over that."""
-    level = level_surface(part, height=over, edge_length=0.5, tolerance=TOLERANCE_SHARE * height)
+    level = layer_level(part, over, height=height)
     wanted = float(face_areas(part).sum()) * (1.0 + over * curvature) ** bends
     return abs(float(face_areas(level).sum()) / wanted - 1.0)
 
@@ -84,7 +85,7 @@ def _off(part: Surface, over: float, height: float, curvature: float, bends: int
 def _row(part: Surface, over: float, height: float) -> str:
     begun = time.process_time()
     try:
-        level = level_surface(part, height=over, edge_length=max(height, 0.3), tolerance=TOLERANCE_SHARE * height)
+        level = layer_level(part, over, height=height)
     except GeoprintError as error:
         return row(part.name, f"{over:.3g} mm", str(error)[:110].replace("|", "/"), *[""] * 4)
     took = time.process_time() - begun
@@ -112,33 +113,9 @@ def _distances(part: Surface, places: FloatArray) -> FloatArray:
     near = np.asarray(KDTree(corners.mean(axis=1)).query(places, k=NEAREST)[1], dtype=np.int64)
     best = np.full(len(places), np.inf)
     for column in range(NEAREST):
-        triangle = corners[near[:, column]]
-        weights = _clamped(triangle, places)
-        best = np.minimum(best, np.linalg.norm(np.einsum("kc,kcx->kx", weights, triangle) - places, axis=1))
+        found: FloatArray = trimesh.triangles.closest_point(corners[near[:, column]], places)  # pyright: ignore[reportUnknownMemberType]
+        best = np.minimum(best, np.linalg.norm(found - places, axis=1))
     return best
-
-
-def _clamped(triangle: FloatArray, places: FloatArray) -> FloatArray:
-    """Return barycentric weights of the closest points: of the plane where that is inside, else of the nearest side."""
-    first, second = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
-    frame = np.stack([first, second], axis=2)
-    along: FloatArray = np.einsum("kxi,kx->ki", frame, places - triangle[:, 0])
-    metric: FloatArray = np.einsum("kxi,kxj->kij", frame, frame)
-    free: FloatArray = np.einsum("kij,kj->ki", np.linalg.inv(metric), along)
-    weights: FloatArray = np.column_stack([1.0 - free.sum(axis=1), free])
-    outside = (weights < 0.0).any(axis=1)
-    best = np.full(len(places), np.inf)
-    for side in range(3):
-        start, end = triangle[:, side], triangle[:, (side + 1) % 3]
-        share = np.einsum("kx,kx->k", places - start, end - start) / np.einsum("kx,kx->k", end - start, end - start)
-        share = np.clip(share, 0.0, 1.0)
-        away = np.linalg.norm(start + share[:, None] * (end - start) - places, axis=1)
-        taken = outside & (away < best)
-        best = np.where(taken, away, best)
-        on_side = np.zeros_like(weights)
-        on_side[:, side], on_side[:, (side + 1) % 3] = 1.0 - share, share
-        weights[taken] = on_side[taken]
-    return weights
 
 
 if __name__ == "__main__":

@@ -248,7 +248,7 @@ def _chart(plan: Plan) -> ChartRecord:
     coarsest = max(plan.flattenings, key=lambda flattening: flattening.largest_pixel)
     found = distortion(surface, flat)
     predicted = predicted_spacing(surface, flat, contours.curves.points)
-    levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
+    levels = contours.point_levels
     p1, p50, p99 = (found.scale_percentile(share) for share in (1, 50, 99))
     each = ((int(level), predicted[levels == level]) for level in np.unique(levels))
     return ChartRecord(

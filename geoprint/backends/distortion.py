@@ -104,7 +104,7 @@ def predicted_spacing(surface: Surface, chart: Surface, points: SurfacePoints) -
     """
     _refuse_unlike(surface, chart)
     lengths = local_scales(surface, chart)
-    return 1.0 / np.einsum("kc,kc->k", points.weights, lengths[surface.faces[points.faces]])
+    return 1.0 / points.values(surface, lengths)
 
 
 def local_scales(surface: Surface, chart: Surface) -> FloatArray:

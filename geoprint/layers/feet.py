@@ -78,8 +78,11 @@ class Ground:
             feet: (k, 3) of each [mm].
 
         Returns:
-            (k,) above 0 beyond it [mm]; within it the distance of the foot from the rim counts, below 0.
+            (k,) above 0 beyond it [mm]; within it the distance of the foot from the rim counts, below 0. Of a part
+            without a rim minus infinity.
         """
+        if not self.rimmed:
+            return np.full(len(places), -np.inf)
         side = nearest_triangles(feet, self._sides, self._tree)
         weights, _ = closest_in_triangles(feet, self._sides[side])
         share = np.stack([weights[:, 0], weights[:, 1] + weights[:, 2]], axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.errors import FieldError, InputError, MeshError
 from geoprint.layers.feet import Ground
 from geoprint.layers.nets import net
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces import clipped, component_labels, face_normals, part_of
 from geoprint.surfaces.remesh import halved, remesh
 from geoprint.surfaces.topology import half_edges, numbered_pairs, used_vertices
@@ -64,22 +64,17 @@ def level_surface(part: Surface, *, height: float, edge_length: float, tolerance
 def _cut(ground: Ground, *, height: float, cell: float, shift: float) -> Surface:
     """Return the net about the level that stands on the part, without what lies beyond its rim."""
     vertices, faces = net(ground, height=height, cell=cell, shift=shift)
-    beyond = np.full(len(vertices), -np.inf)
-    if ground.rimmed and len(faces):
-        beyond = ground.beyond(vertices, ground.feet(vertices).places)
-        faces = faces[(beyond[faces] <= 0.0).any(axis=1)]
-    if not len(faces):
+    beyond = ground.beyond(vertices, ground.feet(vertices).places)
+    kept: BoolArray = beyond[faces].min(axis=1) <= 0.0
+    if not kept.any():
         raise FieldError(
             f"nothing of the outer side of {ground.part.name} is {height:g} mm away from it: choose a smaller "
             "thickness."
         )
+    whole = part_of(Surface(vertices, faces, ground.part.name), kept)
     if not ground.rimmed:
-        return Surface(vertices, faces, ground.part.name)
-    used = used_vertices(faces)
-    named = np.zeros(len(vertices), dtype=np.int64)
-    named[used] = np.arange(used.size)
-    cut = clipped(Surface(vertices[used], named[faces], ground.part.name), beyond[used, None])
-    return _standing(ground, cut, cell=cell)
+        return whole
+    return _standing(ground, clipped(whole, beyond[used_vertices(faces[kept]), None]), cell=cell)
 
 
 def _standing(ground: Ground, surface: Surface, *, cell: float) -> Surface:

@@ -75,6 +75,14 @@ class SurfacePoints:
             )
         return surface.faces[self.faces]
 
+    def values(self, surface: Surface, at_vertices: FloatArray) -> FloatArray:
+        """Return the (k,) values of what is linear in each triangle, given the (n,) values at the vertices.
+
+        Raises:
+            InputError: a point names a face that the surface does not have.
+        """
+        return np.einsum("kc,kc->k", self.weights, at_vertices[self.corners(surface)])
+
     def xyz(self, surface: Surface) -> FloatArray:
         """Return the (k, 3) positions [mm] on the surface that the points were made on.
 
@@ -183,6 +191,11 @@ class Contours:
         freeze_arrays(self, levels="int: c")
         if self.levels.size != self.curves.count:
             raise InputError(f"Contours need one level a curve: {self.levels.size} levels, {self.curves.count} curves.")
+
+    @property
+    def point_levels(self) -> IntArray:
+        """(k,) level of each of the k points of all curves."""
+        return np.repeat(self.levels, np.diff(self.curves.offsets))
 
 
 @final

@@ -52,5 +52,5 @@ class ContourPattern:
         contours = backend.contours(seed, spacing=spacing)
         if self._middle == FITTED:
             return fitted(surface, contours)
-        row = np.repeat(contours.levels, np.diff(contours.curves.offsets)).astype(np.float64)
+        row = contours.point_levels.astype(np.float64)
         return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size))

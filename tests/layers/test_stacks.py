@@ -1,4 +1,4 @@
-"""Thickness in whole layers, and the surfaces of a stack."""
+"""Thickness in whole layers, and the levels between them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError
-from geoprint.layers import stack, whole_layers
+from geoprint.layers import layer_level, whole_layers
 from geoprint.surfaces import closest, face_areas
 from tests import meshes
 
@@ -31,16 +31,15 @@ def test_more_layers_than_anybody_prints_are_refused() -> None:
         whole_layers(3000.0, height=0.4)
 
 
-def test_each_layer_lies_on_the_one_below() -> None:
+def test_layers_between_levels_fill_a_shell() -> None:
     part = meshes.spherical_cap(radius=12.0, angle=0.7, rings=20)
-    found = stack(part, thickness=1.9, layer_height=0.5, edge_length=0.6)
-    assert [layer.number for layer in found.layers] == [0, 1, 2, 3]
-    assert [layer.height for layer in found.layers] == pytest.approx([0.475] * 4)
-    assert (found.layers[0].bottom, found.layers[-1].top) == (0.0, pytest.approx(1.9))
-    for layer in found.layers:
-        _, distances = closest(part, layer.surface.vertices)
-        np.testing.assert_allclose(distances, (layer.bottom + layer.top) / 2.0, atol=1e-6)
-    volume = sum(float(face_areas(layer.surface).sum()) * layer.height for layer in found.layers)
+    count, height = whole_layers(1.9, height=0.5)
+    volume = 0.0
+    for number in range(count):
+        level = layer_level(part, (number + 0.5) * height, height=height)
+        _, distances = closest(part, level.vertices)
+        np.testing.assert_allclose(distances, (number + 0.5) * height, atol=1e-6)
+        volume += float(face_areas(level).sum()) * height
     # A shell of a sphere: the mean of the squared radius over its thickness.
     share = (13.9**3 - 12.0**3) / (3.0 * 12.0**2)
     assert volume == pytest.approx(share * float(face_areas(part).sum()), rel=0.005)

@@ -84,7 +84,8 @@ class GuidedPattern:
         _check(surface, seed)
         rim = self._rim(surface, backend, spacing=spacing)
         rows = backend.contours(seed, spacing=spacing)
-        found = [] if rim is None or rim.walls is None else [_walls(rim.walls)]
+        walls = None if rim is None else rim.walls
+        found = [] if walls is None else [(walls.curves, walls.point_levels.astype(np.float64))]
         for piece in pieces(surface):
             strokes = _strokes(piece, rows, rim)
             if not strokes:
@@ -157,7 +158,7 @@ def _long(row: RowPart, spacing: float) -> bool:
 
 def _at(surface: Surface, curves: SurfaceCurves, values: FloatArray) -> list[FloatArray]:
     """Return the values at the points of each curve of what is linear in each triangle."""
-    found = np.einsum("kc,kc->k", curves.points.weights, values[curves.points.corners(surface)])
+    found = curves.points.values(surface, values)
     return [found[begin:end] for begin, end in pairwise(curves.offsets.tolist())]
 
 
@@ -174,11 +175,6 @@ def _check(surface: Surface, seed: Seed) -> None:
                 f"guided rows run beside a line with two ends, but the source on {surface.name} is none: draw one "
                 "(`--from curve.csv`, columns x,y,z), or take a part of the rim (`--from between:X,Y,Z:X,Y,Z`)."
             )
-
-
-def _walls(walls: Contours) -> tuple[SurfaceCurves, FloatArray]:
-    """Return contours with the row of each of their points."""
-    return walls.curves, np.repeat(walls.levels, np.diff(walls.curves.offsets)).astype(np.float64)
 
 
 def _on_whole(piece: Piece, stroke: Stroke, *, first: int) -> tuple[SurfaceCurves, FloatArray]:

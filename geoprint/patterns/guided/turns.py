@@ -101,7 +101,7 @@ class Lines:
         return min(away, float(self._arcs[first.line][-1]) - away)
 
     def between(self, first: _End, second: _End) -> FloatArray:
-        """Return (k, 3) places on the line of the line between two ends, the shorter half of it, both left out [mm]."""
+        """Return (k, 3) places on the shorter part of a line between two ends, both left out [mm]."""
         arcs, line = self._arcs[first.line], self._lines[first.line]
         whole = float(arcs[-1])
         along = (second.arc - first.arc + 0.5 * whole) % whole - 0.5 * whole

@@ -74,7 +74,7 @@ class SpiralPattern:
             for piece in pieces(surface)
         ]
         curves = all_curves(found)
-        away = np.einsum("kc,kc->k", curves.points.weights, field.values[surface.faces[curves.points.faces]])
+        away = curves.points.values(surface, field.values)
         row: FloatArray = np.maximum(away / spacing - 0.5, 0.0)
         return Strokes(curves, row, np.full(row.size, float(spacing)), np.ones(row.size))
 
@@ -194,7 +194,7 @@ def _one(curves: SurfaceCurves, chain: IntArray, places: FloatArray) -> SurfaceC
 
 def _from_rim(curve: SurfaceCurves, surface: Surface, distance: FloatArray) -> SurfaceCurves:
     """Return a curve turned so that its distance rises from its start to its end."""
-    away = np.einsum("kc,kc->k", curve.points.weights, distance[surface.faces[curve.points.faces]])
+    away = curve.points.values(surface, distance)
     if away[0] <= away[-1]:
         return curve
     points = SurfacePoints(curve.points.faces[::-1].copy(), curve.points.weights[::-1].copy())

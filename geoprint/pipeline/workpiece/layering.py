@@ -6,12 +6,9 @@ from dataclasses import replace
 
 from geoprint.config import Job
 from geoprint.errors import UsageError, naming
-from geoprint.layers import TOLERANCE_SHARE, level_surface, whole_layers
+from geoprint.layers import layer_level, whole_layers
 from geoprint.model import Cell, Surface
 from geoprint.results import StackPlace
-
-# The edges of a layer's surface are as long as it is high, within these bounds [mm]; backends refine them.
-SHORTEST_EDGE, LONGEST_EDGE = 0.3, 1.0
 
 
 def stack_place(job: Job, cell: Cell, part: Surface) -> StackPlace | None:
@@ -72,7 +69,6 @@ def layer_surface(place: StackPlace) -> Surface:
 
 
 def _level(part: Surface, over: float, *, height: float, number: int) -> Surface:
-    """Return the surface at a height over the part [mm], as true as layers of a height [mm] need it."""
-    edge = min(max(height, SHORTEST_EDGE), LONGEST_EDGE)
+    """Return the surface at a height over the part [mm]; a refusal names the layer."""
     with naming(f"layer {number}"):
-        return level_surface(part, height=over, edge_length=edge, tolerance=TOLERANCE_SHARE * height)
+        return layer_level(part, over, height=height)
