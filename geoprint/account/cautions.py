@@ -60,7 +60,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *middle_sentences(told.middles),
         *_paths(told),
         *_creases(plan),
-        *(wide_needle_notes(plan.workpiece.cell, told.settings.spacing_mm) if plan.robot else []),
+        *(_wide_needle(plan, told) if plan.robot else []),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
         *(sentence for robot in told.robot for sentence in _bends(robot)),
     )
@@ -110,14 +110,20 @@ def near_borders(motion: MotionRecord) -> list[str]:
     return [f"within 1 degree of a border of quadrants on deposit: {told}; {risk}."]
 
 
-def wide_needle_notes(cell: Cell, spacing: float) -> list[str]:
+def _wide_needle(plan: Plan, told: PlanRecord) -> list[str]:
+    workpiece, (layer,) = plan.workpiece, told.layers
+    return wide_needle_notes(workpiece.cell, told.settings.spacing_mm, standoff=layer.standoff_mm)
+
+
+def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[str]:
     """Return that the needle passes over the beads beside its own, how high, and which needle would not, if it does.
 
     Args:
         cell: its tool and process.
         spacing: of the paths [mm].
+        standoff: of the tip over what the layer lies on [mm].
     """
-    width, height = cell.tool.needle_diameter, cell.process.standoff - cell.process.layer_height
+    width, height = cell.tool.needle_diameter, standoff - cell.process.layer_height
     if width <= spacing:
         return []
     passes = f"{height:.2g} mm above" if height > 0.0 else f"{-height:.2g} mm within" if height else "along the top of"
@@ -211,7 +217,7 @@ def _bends(told: RobotRecord) -> Iterator[str]:
 
 
 def _uncertain(workpiece: Workpiece) -> Iterator[str]:
-    uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff
+    uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff + workpiece.below
     if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
         yield (
             f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "

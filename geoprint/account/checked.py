@@ -79,17 +79,19 @@ class Checked:
 @final
 @frozen
 class CheckedComparison:
-    """A comparison whose bundles were checked.
+    """A comparison whose bundles were checked, or a stack with those of its layers.
 
     Attributes:
         folder: where it stands.
         own: what is wrong with the files beside the bundles.
-        bundles: part by part, in the order of the verdict, each by its folder in the comparison.
+        bundles: part by part, in the order of the verdict, or from the lowest layer up, each by its folder there.
+        stack: whether they are layers.
     """
 
     folder: Path
     own: tuple[Finding, ...]
     bundles: tuple[tuple[str, Checked], ...]
+    stack: bool = False
 
     @property
     def findings(self) -> tuple[Finding, ...]:

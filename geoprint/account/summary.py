@@ -229,6 +229,7 @@ def _layer(layer: Layer, plan: Plan) -> LayerRecord:
         count=1 if place is None else place.count,
         bottom_mm=0.0 if place is None else place.bottom,
         height_mm=layer.height,
+        standoff_mm=plan.poses.standoff + plan.workpiece.below,
         runs=(0, plan.toolpath.curves.count - 1),
     )
 

@@ -53,7 +53,7 @@ def plan(
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     if job.thickness is not None and job.layer is None:
-        _plan_stack(job, out, overwrite=overwrite, as_json=as_json)
+        _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
     with watch() as observe:
         planned = run(job, observe=observe)
@@ -67,7 +67,7 @@ def plan(
         say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=[*changed]))
 
 
-def _plan_stack(job: Job, out: Path, *, overwrite: bool, as_json: bool) -> None:
+def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json: bool) -> None:
     """Plan every layer of a thickness."""
     from geoprint.account import as_json as json_of, stack_text
     from geoprint.pipeline import plan_stack
@@ -76,7 +76,7 @@ def _plan_stack(job: Job, out: Path, *, overwrite: bool, as_json: bool) -> None:
         told = plan_stack(job, out, overwrite=overwrite, observe=observe)
     if as_json:
         tell_json(json_of(told))
-    say(f"{stack_text(told)}\nwritten and verified: {out}")
+    say(f"{stack_text(told, verbose=verbose)}\nwritten and verified: {out}")
 
 
 @takes(but=("backend",))

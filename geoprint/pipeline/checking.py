@@ -53,6 +53,7 @@ from geoprint.motion.timing import tips_at
 from geoprint.pipeline.bundles.contents import (
     COMPARISON,
     RAPID_FOLDER,
+    STACK,
     bundles,
     changes,
     listed,
@@ -106,7 +107,7 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
 
 
 def check_folder(folder: Path | str, *, full: bool = False) -> Checked | CheckedComparison:
-    """Check what a folder holds: a bundle, or a comparison with all bundles in it.
+    """Check what a folder holds: a bundle, or a comparison or a stack with all bundles in it.
 
     Args:
         folder: that `geoprint plan` or `compare` wrote.
@@ -126,10 +127,17 @@ def check_folder(folder: Path | str, *, full: bool = False) -> Checked | Checked
         if not any(PurePosixPath(name).is_relative_to(one) for one in inner)
     }
     own = [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
-    order = _order(folder, own)
+    order = sorted(map(str, inner)) if STACK in names else _order(folder, own)
     best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))
-    checked = tuple((str(one), check_bundle(folder / one, full=full)) for one in best_first)
-    return CheckedComparison(folder, tuple(own), checked)
+    checked = tuple((str(one), _check_inner(folder / one, full=full)) for one in best_first)
+    return CheckedComparison(folder, tuple(own), checked, stack=STACK in names)
+
+
+def _check_inner(folder: Path, *, full: bool) -> Checked:
+    """Check one of several bundles; its folder may be gone."""
+    if folder.is_dir():
+        return check_bundle(folder, full=full)
+    return Checked(folder, (Finding(PLAN, 1, "the folder is missing"),), None, program=False)
 
 
 def _order(folder: Path, findings: list[Finding]) -> list[str]:

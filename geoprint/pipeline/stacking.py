@@ -2,6 +2,10 @@
 
 Layers do not wait for each other: what one lies on is a level of the distance from the part, not what was planned. So
 two are planned at a time, each in a process of its own, and nothing is written before all of them are verified.
+
+The processes are started afresh, alike on every platform: a script calls `plan_stack` under
+`if __name__ == "__main__":`, and what it registered itself (a backend, a pattern) is known there only where a package's
+entry point brings it.
 """
 
 from __future__ import annotations
@@ -9,6 +13,7 @@ from __future__ import annotations
 import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,15 +23,15 @@ import numpy as np
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.config import Job, load_cell
-from geoprint.errors import UsageError, VerificationError, naming
+from geoprint.errors import ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.layers import whole_layers
+from geoprint.pipeline.bundles.contents import STACK
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
 from geoprint.results import Plan
 from geoprint.surfaces import face_areas
 
-STACK = "stack.json"
 # Plans at a time: each takes up to a gigabyte.
 WORKERS = 2
 
@@ -48,6 +53,7 @@ def plan_stack(
     Raises:
         UsageError: the job has no thickness or one layer alone, or the folder exists already.
         ExportError: nothing can be written there.
+        ResourceError: a process was ended from outside, as it is where memory runs out.
         GeoprintError: as `plan`; the sentence names the layer.
     """
     if job.thickness is None or job.layer is not None:
@@ -64,8 +70,8 @@ def plan_stack(
             thickness_mm=job.thickness,
             layers=tuple(layers),
         )
-        written = {path: path.relative_to(staging).as_posix() for path in Path(staging).rglob("*") if path.is_file()}
-        files = {name: path.read_bytes() for path, name in written.items()}
+        written = [path for path in sorted(Path(staging).rglob("*")) if path.is_file()]
+        files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in written}
     timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
     listed = {name: content for name, content in files.items() if name not in timings}
 
@@ -87,6 +93,12 @@ def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> l
             for done, future in enumerate(as_completed(waiting), start=1):
                 future.result()
                 observe(f"{len(folders)} layers, {done} done")
+        except BrokenProcessPool as error:
+            raise ResourceError(
+                "a process that planned a layer was ended from outside, most likely for want of memory: each takes "
+                "about a gigabyte. Plan layer by layer with `--layer`, or choose a larger spacing. (A script calls "
+                'this under `if __name__ == "__main__":`.)'
+            ) from error
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
@@ -114,7 +126,9 @@ def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord:
         laid_mm3=_laid(planned),
         wanted_mm3=area * layer.height_mm,
         print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
-        clearance_mm=min(robot.clearance.smallest_mm or 0.0 for robot in robots) if robots else None,
+        clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
+        warnings=told.warnings,
+        not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )
 
 

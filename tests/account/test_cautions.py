@@ -32,7 +32,7 @@ def cell_with(*, width: float, standoff: float, height: float) -> Cell:
 def test_a_needle_wider_than_the_spacing_is_said_with_one_that_is_not(
     width: float, standoff: float, spacing: float, said: str | None
 ) -> None:
-    notes = wide_needle_notes(cell_with(width=width, standoff=standoff, height=0.5), spacing)
+    notes = wide_needle_notes(cell_with(width=width, standoff=standoff, height=0.5), spacing, standoff=standoff)
 
     assert len(notes) == (said is not None)
     assert all(str(said) in note for note in notes)

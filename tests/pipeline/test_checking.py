@@ -376,7 +376,7 @@ def test_a_backend_of_a_comparison_is_checked_by_the_manifest_of_the_whole(bundl
     whole = {f"lscm/{name}": digest for name, digest in listed.items()} | {"report.html": ""}
     (tmp_path / "compared" / "manifest.json").write_text(json.dumps({"sha256": whole}))
     assert check_bundle(inner).findings == ()
-    with pytest.raises(InputError, match=rf"a comparison of several; name one of them, {inner}\."):
+    with pytest.raises(InputError, match=rf"no single bundle, but several; name one of them, {inner}\."):
         check_bundle(tmp_path / "compared")
     (inner / "surface.ply").write_text("")
     assert files_of(check_bundle(inner)) == {"surface.ply"}

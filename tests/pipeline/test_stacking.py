@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 import pytest
 
-from geoprint.account import outcome_text, record_plan, stack_text
+from geoprint.account import check_text, outcome_text, record_plan, stack_text
 from geoprint.config import job_of, packaged_cell_text
-from geoprint.errors import FieldError, GeoprintError, UsageError
+from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
 from geoprint.model import Surface
-from geoprint.pipeline import check_bundle, compare, plan, plan_stack
+from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, stacking
 from geoprint.results import Plan
 from geoprint.surfaces import closest, face_areas
 from geoprint.surfaces.files import save_ply
@@ -100,7 +104,22 @@ def test_a_stack_is_written_whole_and_each_layer_checks(tmp_path: Path) -> None:
         assert layer.clearance_mm > 0.5
         assert layer.laid_mm3 == pytest.approx(layer.wanted_mm3, rel=0.1)
     assert "1 mm in 2 layers of 0.5 mm" in stack_text(told)
-    assert " 2 from 0.5 mm: " in stack_text(told)
+    checked = check_folder(tmp_path / "device")
+    assert check_text(checked).startswith("STACK  device: 2 layers, the lowest first\n\nlayer-01  as planned")
+    sheet = check_text(check_folder(tmp_path / "device" / "layer-02"))
+    assert "layer 0.5 mm, stand-off 0.3 mm over the layer below" in sheet
+    (tmp_path / "device" / "stack.json").write_text("{}", encoding="utf-8")
+    shutil.rmtree(tmp_path / "device" / "layer-01")
+    text = check_text(check_folder(tmp_path / "device"))
+    assert "stack.json, line 1: the file was changed" in text
+    assert "layer-01  is not the plan that was made" in text
+    text = stack_text(told)
+    assert " 2 from 0.5 mm: " in text
+    assert text.count("PLACEMENT NOT KNOWN") == 1
+    assert "things; `--verbose` lists them" in text
+    assert told.layers[0].not_checked[0] in stack_text(told, verbose=True)
+    (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in told.layers[1:])
+    assert "warning: layer 2: mind this" in stack_text(told.model_copy(update={"layers": (told.layers[0], upper)}))
 
 
 @pytest.mark.dear
@@ -110,6 +129,31 @@ def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
     cell.write_text(text, encoding="utf-8")
     job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, place="demo", cell=cell)
     with pytest.raises(GeoprintError, match=r"layer [12]: "):
+        plan_stack(job, tmp_path / "device")
+    assert not (tmp_path / "device").exists()
+
+
+class _Broken:
+    """A pool whose process was killed."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        self.future: Future[None] = Future()
+        self.future.set_exception(BrokenProcessPool("killed"))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def submit(self, *_: object) -> Future[None]:
+        return self.future
+
+
+def test_a_killed_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stacking, "ProcessPoolExecutor", _Broken)
+    job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, robot=False)
+    with pytest.raises(ResourceError, match="ended from outside"):
         plan_stack(job, tmp_path / "device")
     assert not (tmp_path / "device").exists()
 

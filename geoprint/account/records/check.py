@@ -63,9 +63,11 @@ class CheckRecord(Record):
 
 @final
 class CheckedComparisonRecord(Record):
-    """The result object of `geoprint check` for a comparison."""
+    """The result object of `geoprint check` for a comparison, or for a stack with its layers."""
 
     comparison: str = Field(description="name of the folder")
     agrees: bool = Field(description="whether all of it is as it was planned")
     findings: tuple[FindingRecord, ...] = Field(description="what is wrong with what stands beside the bundles")
-    bundles: tuple[CheckRecord, ...] = Field(description="part by part, in the order of the verdict")
+    bundles: tuple[CheckRecord, ...] = Field(
+        description="part by part, in the order of the verdict; or from the lowest layer up"
+    )

@@ -138,6 +138,7 @@ class LayerRecord(Record):
     count: Count = Field(default=1, description="of all layers of the thickness")
     bottom_mm: float = Field(default=0.0, description="height over the part at which it begins [mm]")
     height_mm: float = Field(description="that it shall have [mm]")
+    standoff_mm: Rounded = Field(description="of the tip over what the layer lies on [mm]")
     runs: Pair = Field(description="first and last that make it")
 
 

@@ -26,7 +26,11 @@ class StackedLayerRecord(Record):
     laid_mm3: Rounded = Field(description="volume that the path lays [mm3]")
     wanted_mm3: Rounded = Field(description="volume of the layer: area times height [mm3]")
     print_s: Rounded | None = Field(description="time of the program [s]; null without a robot")
-    clearance_mm: Rounded | None = Field(description="smallest that the tool keeps [mm]; null without a robot")
+    clearance_mm: Rounded | None = Field(
+        description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
+    )
+    warnings: tuple[str, ...] = Field(description="what a person should act on")
+    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
 
 
 class StackRecord(Record):

@@ -40,9 +40,11 @@ def _paths(checked: Checked, *, width: int | None) -> str:
 
 
 def _comparison(checked: CheckedComparison) -> str:
-    """Return a line for each bundle, the best of a part first, and below it what is wrong with it."""
+    """Return a line for each bundle, the best of a part or the lowest layer first, and below it what is wrong."""
     longest = max((len(name) for name, _ in checked.bundles), default=0)
-    lines = [f"COMPARISON  {checked.folder.name}: {len(checked.bundles)} bundles, the best of a part first", ""]
+    count = len(checked.bundles)
+    word, what = ("STACK", "layers, the lowest") if checked.stack else ("COMPARISON", "bundles, the best of a part")
+    lines = [f"{word}  {checked.folder.name}: {count} {what} first", ""]
     lines += [f"  {_line(one)}" for one in checked.own]
     for name, bundle in checked.bundles:
         lines.append(f"{name:<{longest}}  {_outcome(bundle)}")

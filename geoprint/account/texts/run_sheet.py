@@ -21,7 +21,7 @@ from geoprint.account.records.check import (
     SettingsNow,
 )
 from geoprint.account.records.evidence import EvidenceRecord
-from geoprint.account.records.plan import DepositionRecord, PatchRecord
+from geoprint.account.records.plan import PatchRecord, PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.robot_summary import record_executed, record_switching
@@ -102,7 +102,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("extent", _reach(setup, orders, robot.motion)),
         ("closest approach", _closest(robot.clearance)),
         ("signals", _signals(setup, switching)),
-        ("process", _process(setup, told.deposition)),
+        ("process", _process(setup, told)),
         ("limits", _limits(setup, robot.motion)),
         ("targets", _targets(robot.motion)),
         ("before start", _steps(setup, orders)),
@@ -247,12 +247,14 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     ]
 
 
-def _process(setup: Setup, deposition: DepositionRecord | None) -> list[str]:
+def _process(setup: Setup, told: PlanRecord) -> list[str]:
     """Say what a person sets beside the robot, and what the lamp gives."""
     process, flood = setup.cell.process, setup.cell.flood
+    (layer,) = told.layers
+    below = " over the layer below" if layer.bottom_mm else ""
     pressure = "not named" if process.pressure is None else f"{process.pressure / PASCAL_PER_KPA:g} kPa"
-    texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {process.standoff:g} mm"]
-    light = None if deposition is None else deposition.light
+    texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {layer.standoff_mm:g} mm{below}"]
+    light = None if told.deposition is None else told.deposition.light
     if setup.cell.purge is not None:
         texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
     if light is not None:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
+from geoprint.account.texts.marks import marked_lines
 
 
-def stack_text(told: StackRecord) -> str:
-    """Return the lines that a person reads when all layers of a thickness are planned."""
-    laid, wanted = (sum(getattr(layer, name) for layer in told.layers) for name in ("laid_mm3", "wanted_mm3"))
+def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
+    """Return the lines that a person reads when all layers of a thickness are planned.
+
+    Args:
+        told: what stack.json says.
+        verbose: whether to list all that was not checked.
+    """
+    laid = sum(layer.laid_mm3 for layer in told.layers)
+    wanted = sum(layer.wanted_mm3 for layer in told.layers)
     first = (
         f"{told.part}: {told.thickness_mm:g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
         f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
@@ -19,7 +28,18 @@ def stack_text(told: StackRecord) -> str:
             f"printed one after another, {sum(times):.0f} s in all: load and run the program of each folder in turn; "
             "the print may end after any of them"
         )
+    unchecked = [text for layer in told.layers for text in layer.not_checked]
+    lines += marked_lines(warnings=_warnings(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
+
+
+def _warnings(told: StackRecord) -> Iterator[str]:
+    """Yield what to act on, each once, with the layers that it is said of where that is not all of them."""
+    count = len(told.layers)
+    for text in dict.fromkeys(text for layer in told.layers for text in layer.warnings):
+        of = [str(number) for number, layer in enumerate(told.layers, start=1) if text in layer.warnings]
+        whose = "" if len(of) == count else f"layer{'s' if len(of) > 1 else ''} {', '.join(of)}: "
+        yield whose + text
 
 
 def _layer_line(number: int, layer: StackedLayerRecord) -> str:

@@ -15,7 +15,7 @@ from geoprint.export.rapid import CELL_MODULE, as_new
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
 # What stands beside the bundles of a comparison.
-COMPARISON = "compare.json"
+COMPARISON, STACK = "compare.json", "stack.json"
 # What a person asks for who named another folder.
 WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 
@@ -49,13 +49,13 @@ def listed_bundle(folder: Path) -> dict[str, str]:
     """Return what `listed` does of a folder that holds a single bundle.
 
     Raises:
-        InputError: it is none, or a comparison of several; the sentence names these.
+        InputError: it is none, or holds several; the sentence names these.
     """
     names = listed(folder)
     if PLAN not in names:
         found = " or ".join(str(folder / one) for one in bundles(names))
         one = f"name one of them, {found}" if found else WHICH_FOLDER
-        raise InputError(f"{folder} holds no single bundle, but a comparison of several; {one}.")
+        raise InputError(f"{folder} holds no single bundle, but several; {one}.")
     return names
 
 

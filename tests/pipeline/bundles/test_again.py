@@ -73,7 +73,7 @@ def test_what_was_changed_is_not_planned_again(copy: Path, name: str) -> None:
 def test_a_folder_that_is_no_bundle_is_refused(copy: Path, compared: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"there is no folder"):
         geoprint.job_from(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"a comparison of several; name one of them, .*lscm or .*heat"):
+    with pytest.raises(InputError, match=r"no single bundle, but several; name one of them, .*lscm or .*heat"):
         geoprint.job_from(compared)
     listed = json.loads((copy / "manifest.json").read_text())
     del listed["sha256"]["job.toml"]
