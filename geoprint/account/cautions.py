@@ -13,12 +13,15 @@ from geoprint.model import Cell
 from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import creases
 from geoprint.results import Plan, Workpiece
+from geoprint.surfaces import face_areas
 from geoprint.surfaces.files import unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
 # Paths whose spacing varies by more than this could be more even with a more accurate backend.
 NOTABLE_CV = 0.01
+# A share of a layer below this may stand out over the one below without a word: its rim, as triangles have it.
+LEAST_STANDING_OUT = 0.001
 # A tip nearer to the surface than this share of the stand-off lays a visibly thinner bead.
 NOTABLE_HEIGHT = 0.9
 
@@ -40,6 +43,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *placement_warnings(told.robot),
         *(sentence for robot in told.robot for sentence in _close_targets(robot)),
         *_uncertain(workpiece),
+        *_unheld(workpiece),
         *([plan.laid.light.lacking] if plan.laid and plan.laid.light and plan.laid.light.lacking else []),
     )
 
@@ -224,6 +228,20 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
             f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
             "touch next."
         )
+
+
+def _unheld(workpiece: Workpiece) -> Iterator[str]:
+    """Say of a layer within a target how much of it has nothing below, and how much is too narrow to print."""
+    place = workpiece.place
+    if place is None:
+        return
+    if place.standing_out > LEAST_STANDING_OUT * float(face_areas(workpiece.part).sum()):
+        yield (
+            f"{place.standing_out:.3g} mm2 of the layer stand out over the one below by more than {place.height:.3g} "
+            "mm, its own height: material may sag there."
+        )
+    if place.left_out > 0.0:
+        yield f"pieces too narrow for a path are left out, {place.left_out:.3g} mm2: choose a smaller spacing."
 
 
 def _sources(told: PlanRecord) -> Iterator[str]:

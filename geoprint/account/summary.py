@@ -143,12 +143,13 @@ def _spacing(measured: Uniformity) -> SpacingRecord:
 
 
 def _input(plan: Plan) -> InputRecord:
-    read = plan.workpiece.files
+    read, target = plan.workpiece.files, plan.workpiece.target
     files = [FileRecord(name=file.name, sha256=file.digest, unit=file.unit) for file in read]
     return InputRecord(
         **dict(files[0]),
         made=dict(read[0].notes) if read[0].notes else None,
         body=files[1] if len(files) > 1 else None,
+        target=None if target is None else FileRecord(name=target.name, sha256=target.digest, unit=target.unit),
     )
 
 

@@ -52,7 +52,7 @@ def plan(
     job = job_asked(surface or job_file_of(again or Path()), changed)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
-    if job.thickness is not None and job.layer is None:
+    if job.layered and job.layer is None:
         _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
     with watch() as observe:

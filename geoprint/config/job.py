@@ -230,6 +230,27 @@ class Job(Table):
             always=False,
         ),
     ] = None
+    feather: Annotated[
+        PositiveFloat | None,
+        Key(
+            "Let the thickness rise from nothing at the rim to the whole of it so far in, in mm.",
+            "2.0 # the thickness rises from nothing at the rim to the whole of it so far in",
+            group="part",
+            told="feather_mm",
+            always=False,
+        ),
+    ] = None
+    target: Annotated[
+        Path | None,
+        Key(
+            "What the layers fill instead of one thickness: a closed mesh over the part, or a CSV file "
+            "x,y,z,thickness (mm) of points on it.",
+            '"device.stl" # what the layers fill instead: a closed mesh, or a CSV file x,y,z,thickness of points',
+            group="part",
+            told="",
+            always=False,
+        ),
+    ] = None
     layer: Annotated[
         PositiveInt | None,
         Key(
@@ -303,8 +324,10 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _a_thickness_over_one_patch(self) -> Self:
-        if self.thickness is not None and len(self.patches) > 1:
+        if self.layered and len(self.patches) > 1:
             raise ValueError("a thickness is printed over one patch: plan the patches one by one")
+        if self.thickness is not None and self.target is not None:
+            raise ValueError("give either a thickness or a target, not both: a target says how thick it is")
         return self
 
     @model_validator(mode="after")
@@ -316,6 +339,11 @@ class Job(Table):
                 "`source` in its table, or take border or best for all"
             )
         return self
+
+    @property
+    def layered(self) -> bool:
+        """Whether it is of layers over the part."""
+        return self.thickness is not None or self.target is not None
 
     def settings(self) -> dict[str, object]:
         """Return what plan.json tells of the job, by the names there."""

@@ -3,11 +3,26 @@
 - `feet`: where on the part a place stands, on which side, and how far beyond its rim;
 - `nets`: triangles about a level of the distance, from cells of a grid;
 - `level_surfaces`: the level surface of the distance, cut along the normals of the rim;
+- `refining`: the same made finer where it must be;
+- `targets`: what layers fill: a closed shape, or a thickness that varies over the part;
+- `cutting`: a level cut by it, and what holds it from below;
 - `stacks`: how many layers of which height make a thickness, and the levels between them.
 """
 
+from geoprint.layers.cutting import (
+    Columns as Columns,
+    area_standing_out as area_standing_out,
+    cut as cut,
+    with_sides as with_sides,
+    without_crumbs as without_crumbs,
+)
 from geoprint.layers.level_surfaces import level_surface as level_surface
 from geoprint.layers.stacks import (
     layer_level as layer_level,
     whole_layers as whole_layers,
+)
+from geoprint.layers.targets import (
+    Target as Target,
+    TargetShape as TargetShape,
+    TargetThickness as TargetThickness,
 )

@@ -11,19 +11,16 @@ import numpy as np
 from geoprint.errors import FieldError, InputError, MeshError
 from geoprint.layers.feet import Ground
 from geoprint.layers.nets import net
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.surfaces import clipped, component_labels, face_normals, part_of
-from geoprint.surfaces.remesh import halved, remesh
-from geoprint.surfaces.topology import half_edges, numbered_pairs, used_vertices
+from geoprint.layers.refining import on_level
+from geoprint.model import BoolArray, Surface
+from geoprint.surfaces import clipped, component_labels, part_of
+from geoprint.surfaces.remesh import remesh
+from geoprint.surfaces.topology import used_vertices
 
 # Grids that are tried, moved by these shares of a cell: where two sheets share a cell of one, they may not of another.
 SHIFTS = (0.0, 0.37, 0.71, 0.53)
 # Cells are a little smaller than the edges that are wanted.
 CELL_SHARE = 0.8
-# Rounds of halving: each takes a quarter of what an arc lies off its chord.
-ROUNDS = 5
-# Faces lean from the level by no more than the angle of this cosine.
-LEAST_COSINE = 0.4
 
 
 def level_surface(part: Surface, *, height: float, edge_length: float, tolerance: float) -> Surface:
@@ -54,7 +51,7 @@ def level_surface(part: Surface, *, height: float, edge_length: float, tolerance
             )
         except MeshError:
             continue
-        return _fine(ground, rough, height=height, tolerance=tolerance)
+        return on_level(ground, rough, height=height, tolerance=tolerance)
     raise MeshError(
         f"{height:g} mm over {part.name} sheets of its level surface lie closer together than {edge_length:g} mm: "
         "choose shorter edges, or a lower layer."
@@ -83,57 +80,3 @@ def _standing(ground: Ground, surface: Surface, *, cell: float) -> Surface:
     feet = ground.feet(surface.vertices).places
     inside = ground.beyond(feet, feet) < -0.5 * cell
     return part_of(surface, np.isin(labels, labels[inside[surface.faces].any(axis=1)]))
-
-
-def _fine(ground: Ground, surface: Surface, *, height: float, tolerance: float) -> Surface:
-    """Return a surface whose vertices are on the level, with edges halved where what lies between is not."""
-    surface = Surface(ground.raised(surface.vertices, height), surface.faces, surface.name)
-    for _ in range(ROUNDS):
-        ends = _bent(ground, surface, height=height, tolerance=tolerance)
-        if not len(ends):
-            break
-        count = len(surface.vertices)
-        surface = _lifted(ground, halved(surface, ends), first=count, height=height)
-    return surface
-
-
-def _bent(ground: Ground, surface: Surface, *, height: float, tolerance: float) -> IntArray:
-    """Return the (k, 2) edges to halve: those off the level in the middle, and the longest of faces that are.
-
-    With an edge of a face its longest one is halved, too, so that no face becomes thinner and thinner.
-    """
-    pairs, edge = numbered_pairs(half_edges(surface.faces))
-    lengths = np.linalg.norm(np.diff(surface.vertices[pairs], axis=1)[:, 0], axis=1)
-    sides = edge.reshape(-1, 3)
-    longest = sides[np.arange(len(sides)), lengths[sides].argmax(axis=1)]
-    chosen = _off(ground, surface.vertices[pairs].mean(axis=1), height) > tolerance
-    middles = surface.vertices[surface.faces].mean(axis=1)
-    chosen[longest[_off(ground, middles, height) > tolerance]] = True
-    while True:
-        waiting = chosen[sides].any(axis=1) & ~chosen[longest]
-        if not waiting.any():
-            return pairs[chosen]
-        chosen[longest[waiting]] = True
-
-
-def _lifted(ground: Ground, surface: Surface, *, first: int, height: float) -> Surface:
-    """Return a surface whose vertices from one on are raised to the level, but for those that would fold it.
-
-    In a crease the middle of an edge may rise to the wrong side of it; there it stays where it is.
-    """
-    vertices = surface.vertices.copy()
-    vertices[first:] = ground.raised(vertices[first:], height)
-    while True:
-        raised = Surface(vertices, surface.faces, surface.name)
-        middles = vertices[surface.faces].mean(axis=1)
-        upright = middles - ground.feet(middles).places
-        leaning = np.einsum("kx,kx->k", face_normals(raised), upright) < LEAST_COSINE * np.linalg.norm(upright, axis=1)
-        back = np.unique(surface.faces[leaning])
-        back = back[(back >= first) & (vertices[back] != surface.vertices[back]).any(axis=1)]
-        if not back.size:
-            return raised
-        vertices[back] = surface.vertices[back]
-
-
-def _off(ground: Ground, places: FloatArray, height: float) -> FloatArray:
-    return np.abs(np.abs(ground.feet(places).distances) - height)

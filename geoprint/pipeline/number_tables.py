@@ -2,6 +2,7 @@
 
 CSV in UTF-8 with commas; the first row names the columns, lines that start with # are comments:
 
+    x,y,z,thickness             places on the part and how thick what is printed over it shall be there: mm
     name,x,y,z                  points: mm; a name may come again where a point was touched more than once
     x,y,z,q1,q2,q3,q4           poses of the flange in the base frame: mm and a unit quaternion, its scalar first, as
                                 the pendant shows them for tool0 in the base's coordinates; or
@@ -26,6 +27,7 @@ from geoprint.transforms import rigid, rotation_of
 
 POINT_COLUMNS = ("name", "x", "y", "z")
 POSE_COLUMNS = ("x", "y", "z", "q1", "q2", "q3", "q4")
+THICKNESS_COLUMNS = ("x", "y", "z", "thickness")
 JOINT_COLUMNS = ("j1", "j2", "j3", "j4", "j5", "j6")
 # A quaternion that was read off a pendant with four decimals has length 1 within this.
 UNIT_TOLERANCE = 1e-3
@@ -69,6 +71,32 @@ def read_points(path: Path | str) -> NamedPoints:
             raise InputError(f"{path.name}, row {number}, column name: found {name!r}, needed is a printable name.")
     numbers = [_numbers_of(path, number, cells[1:], POINT_COLUMNS[1:]) for number, cells in rows[1:]]
     return NamedPoints(path.name, names, np.array(numbers).reshape(-1, 3))
+
+
+def read_thicknesses(path: Path | str) -> tuple[FloatArray, FloatArray]:
+    """Read a table of thicknesses over a part.
+
+    Returns:
+        (k, 3) places and (k,) thickness there [mm], k >= 1.
+
+    Raises:
+        InputError: it cannot be read, a row or column is not as described, or a thickness is below 0; says which.
+    """
+    rows = _rows_of(path := Path(path))
+    columns = _require_columns(path, rows[0][1], [THICKNESS_COLUMNS])
+    if not rows[1:]:
+        raise InputError(f"{path.name} names columns but holds no place: add a row for each.")
+    values = np.array([_numbers_of(path, number, cells, columns) for number, cells in rows[1:]])
+    for (number, _), value in zip(rows[1:], values[:, 3].tolist(), strict=True):
+        if value < 0.0:
+            raise InputError(
+                f"{path.name}, row {number}, column thickness: found {value:g} mm, needed is 0 or more.", row=number
+            )
+    repeated = np.unique(values[:, :3], axis=0, return_index=True)[1]
+    if len(repeated) < len(values):
+        row = rows[1 + int(np.setdiff1d(np.arange(len(values)), repeated)[0])][0]
+        raise InputError(f"{path.name}, row {row}: this place is in the table twice; keep one row for each.", row=row)
+    return values[:, :3], values[:, 3]
 
 
 def read_flange_poses(path: Path | str, *, robot: Robot) -> FloatArray:

@@ -21,14 +21,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from geoprint.account.records.rounding import as_json, read_record
-from geoprint.account.records.stack import StackedLayerRecord, StackRecord
-from geoprint.config import Job, load_cell
-from geoprint.errors import ResourceError, UsageError, VerificationError, naming
+from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
+from geoprint.config import Job
+from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
-from geoprint.layers import whole_layers
 from geoprint.pipeline.bundles.contents import STACK
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
+from geoprint.pipeline.workpiece import EMPTY, read_stack
 from geoprint.results import Plan
 from geoprint.surfaces import face_areas
 
@@ -56,19 +56,22 @@ def plan_stack(
         ResourceError: a process was ended from outside, as it is where memory runs out.
         GeoprintError: as `plan`; the sentence names the layer.
     """
-    if job.thickness is None or job.layer is not None:
-        raise UsageError("a stack needs a thickness and no layer: `plan` plans one of them.")
+    if not job.layered or job.layer is not None:
+        raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
     check_writable(directory, overwrite=overwrite)
-    count, _ = whole_layers(job.thickness, height=load_cell(job.cell).process.layer_height)
-    folders = [f"layer-{number:02}" for number in range(1, count + 1)]
+    stack = read_stack(job)
     with TemporaryDirectory() as staging:
-        layers = _planned(job, [Path(staging, folder) for folder in folders], observe)
+        found = _planned(job, [Path(staging, folder) for folder in _folders(stack.count)], observe)
+        layers = tuple(layer for layer in found if isinstance(layer, StackedLayerRecord))
         told = StackRecord(
             schema=1,
             version=version("geoprint"),
             part=job.surface.name,
-            thickness_mm=job.thickness,
-            layers=tuple(layers),
+            thickness_mm=stack.thickness,
+            target=None if job.target is None else job.target.name,
+            target_mm3=None if stack.target is None else stack.target.volume,
+            layers=layers,
+            left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
         )
         written = [path for path in sorted(Path(staging).rglob("*")) if path.is_file()]
         files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in written}
@@ -84,8 +87,17 @@ def plan_stack(
     return told
 
 
-def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[StackedLayerRecord]:
-    """Plan the layers, two at a time, and return what is said of each; the first refusal ends it."""
+def _folders(count: int) -> list[str]:
+    """Return the folder of each layer."""
+    return [f"layer-{number:02}" for number in range(1, count + 1)]
+
+
+def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[StackedLayerRecord | LeftOutRecord]:
+    """Plan the layers, two at a time, and return what is said of each; the first refusal ends it.
+
+    Raises:
+        FieldError: a layer over one with nothing to print in it has something, or none has.
+    """
     observe(f"{len(folders)} layers")
     with ProcessPoolExecutor(WORKERS, mp_context=multiprocessing.get_context("spawn")) as pool:
         waiting = {pool.submit(_layer, job, number, folder): number for number, folder in enumerate(folders, start=1)}
@@ -102,14 +114,25 @@ def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> l
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-        return [future.result() for future, _ in sorted(waiting.items(), key=lambda each: each[1])]
+        found = [future.result() for future, _ in sorted(waiting.items(), key=lambda each: each[1])]
+    printed = [isinstance(layer, StackedLayerRecord) for layer in found]
+    holes = [layer for layer, above in zip(found, printed[1:], strict=False) if above]
+    empty = next((layer for layer in (*holes, found[0]) if isinstance(layer, LeftOutRecord)), None)
+    if empty is not None:
+        raise FieldError(empty.reason)
+    return found
 
 
-def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord:
-    """Plan one layer and write its bundle."""
-    with naming(f"layer {number}"):
-        planned = plan(job.model_copy(update={"layer": number}))
-        told = save_plan(planned, folder)
+def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord | LeftOutRecord:
+    """Plan one layer and write its bundle, or say why there is nothing to print in it."""
+    try:
+        with naming(f"layer {number}"):
+            planned = plan(job.model_copy(update={"layer": number}))
+            told = save_plan(planned, folder)
+    except FieldError as error:
+        if not error.details.get(EMPTY):
+            raise
+        return LeftOutRecord(number=number, reason=str(error))
     (layer,) = told.layers
     area = float(face_areas(planned.workpiece.part).sum())
     spacing = None if told.uniformity is None else told.uniformity.spacing

@@ -40,6 +40,7 @@ from geoprint.results.workpiece import (
     Patch as Patch,
     Side as Side,
     StackPlace as StackPlace,
+    TargetFile as TargetFile,
     TriedSource as TriedSource,
     Workpiece as Workpiece,
 )

@@ -82,6 +82,26 @@ class Orientation:
 
 @final
 @frozen
+class TargetFile:
+    """What layers shall fill, as it was read: a shape, or a table of thicknesses.
+
+    Attributes:
+        name: of the file.
+        digest: SHA-256 of its bytes.
+        unit: of its lengths.
+        stored: from which it is read again.
+        content: the shape, as prepared; or (k, 4) places on the part and the thickness there [mm].
+    """
+
+    name: str
+    digest: str
+    unit: str
+    stored: bytes
+    content: Surface | FloatArray
+
+
+@final
+@frozen
 class StackPlace:
     """Where a layer lies in its stack.
 
@@ -91,7 +111,9 @@ class StackPlace:
         bottom: height over the part at which it begins [mm].
         height: its own [mm].
         base: the part that the lowest layer lies on.
-        ground: what this layer lies on: the part, or the top of the layer below.
+        ground: what this layer lies on: the part, or the top of what lies below with its sides.
+        standing_out: how much of it stands out over the layer below by more than its own height [mm2].
+        left_out: how much of it is in pieces too narrow for a path [mm2].
     """
 
     number: int
@@ -100,6 +122,8 @@ class StackPlace:
     height: float
     base: Surface
     ground: Surface
+    standing_out: float = 0.0
+    left_out: float = 0.0
 
     @property
     def middle(self) -> float:
@@ -142,6 +166,7 @@ class Workpiece:
         side: which side of the part is printed on, and how that was found.
         body: what the part lies on, which is what it was cut from where the job names no other; or None.
         files: the part's mesh and, where the job names one, the body's, as they were read.
+        target: what layers shall fill, as it was read, or None.
         cell_text: of the cell's file, or None for the cell that comes with geoprint.
         patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
         preparations: what preparing changed, patch by patch.
@@ -162,6 +187,7 @@ class Workpiece:
     side: Side
     body: Surface | None
     files: tuple[MeshFile, ...]
+    target: TargetFile | None
     cell_text: str | None
     patches: tuple[Patch, ...]
     preparations: tuple[PreparationReport, ...]

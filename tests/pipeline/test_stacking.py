@@ -165,11 +165,11 @@ def test_what_is_no_layer_is_refused(tmp_path: Path) -> None:
         plan(job_of(**asked, thickness=2.0))
     with pytest.raises(UsageError, match=r"no layer 5: 2 mm are 4 layers of 0\.5 mm"):
         compare(job_of(**asked, thickness=2.0, layer=5))
-    with pytest.raises(UsageError, match="`--layer 2` is one of a thickness"):
+    with pytest.raises(UsageError, match="`--layer 2` is of a thickness"):
         plan(job_of(**asked, layer=2))
     with pytest.raises(UsageError, match="over one patch"):
         job_of(**asked, thickness=2.0, patches=[{"at": [5, 5, 0], "radius": 2.0}, {"at": [15, 5, 0], "radius": 2.0}])
-    with pytest.raises(UsageError, match="needs a thickness and no layer"):
+    with pytest.raises(UsageError, match="needs a thickness or a target and no layer"):
         plan_stack(job_of(**asked), tmp_path / "device")
     low = tmp_path / "low.toml"
     low.write_text(packaged_cell_text("irb120-bent45").replace("layer_height_mm = 0.5", "layer_height_mm = 0.7"))
@@ -181,5 +181,5 @@ def test_a_hollow_that_is_filled_before_is_refused(tmp_path: Path) -> None:
     bowl = spherical_cap(radius=4.0, angle=1.3, rings=20)
     turned = Surface(bowl.vertices, bowl.faces[:, ::-1], "bowl")
     job = job_of(surface=_saved(tmp_path, turned), unit="mm", spacing=1.0, thickness=6.0, layer=12, robot=False)
-    with pytest.raises(FieldError, match="layer 11: nothing of the outer side"):
+    with pytest.raises(FieldError, match="nothing of the outer side"):
         plan(job)

@@ -29,12 +29,13 @@ class FileRecord(Record):
 
 
 class InputRecord(FileRecord):
-    """The part's file, and that of the body if the job names one."""
+    """The part's file, and those of the body and of what layers fill if the job names them."""
 
     made: dict[str, str | float | int] | None = Field(
         default=None, description="how the mesh was made, where the file holds something else"
     )
     body: FileRecord | None = Field(default=None, description="what the part lies on")
+    target: FileRecord | None = Field(default=None, description="what layers fill: a shape, or a table of thicknesses")
 
 
 def _asked() -> dict[str, Any]:

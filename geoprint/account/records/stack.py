@@ -33,11 +33,21 @@ class StackedLayerRecord(Record):
     not_checked: tuple[str, ...] = Field(description="what nobody looked at")
 
 
+class LeftOutRecord(Record):
+    """A layer at the top of a target in which there is nothing to print."""
+
+    number: int = Field(description="of the layer, from 1", ge=1)
+    reason: str = Field(description="why not")
+
+
 class StackRecord(Record):
     """The content of stack.json."""
 
     layout: Literal[1] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
-    thickness_mm: Rounded = Field(description="of all layers together [mm]")
+    thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
+    target: str | None = Field(description="file of what the layers fill; null for a thickness")
+    target_mm3: Rounded | None = Field(description="volume of that shape [mm3]; null without one")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
+    left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")

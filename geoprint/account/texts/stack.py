@@ -21,6 +21,8 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
         f"{told.part}: {told.thickness_mm:g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
         f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
     )
+    if told.target_mm3 is not None:
+        first += f", which is {wanted / told.target_mm3:.1%} of {told.target}"
     times = [layer.print_s for layer in told.layers if layer.print_s is not None]
     lines = [first, *(_layer_line(number, layer) for number, layer in enumerate(told.layers, start=1))]
     if times:
@@ -28,6 +30,7 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
             f"printed one after another, {sum(times):.0f} s in all: load and run the program of each folder in turn; "
             "the print may end after any of them"
         )
+    lines += [f"  left out: {each.reason}" for each in told.left_out]
     unchecked = [text for layer in told.layers for text in layer.not_checked]
     lines += marked_lines(warnings=_warnings(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)

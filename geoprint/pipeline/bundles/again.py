@@ -1,4 +1,4 @@
-"""What a bundle carries to be planned again: the job, and part, body and cell as they were read."""
+"""What a bundle carries to be planned again: the job, and part, body, target and cell as they were read."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from typing import final
 from geoprint.config import Job, job_of, job_text
 from geoprint.errors import InputError, VerificationError
 from geoprint.export import PLAN
-from geoprint.model import frozen
+from geoprint.model import Surface, frozen
 from geoprint.pipeline.bundles.contents import changes, listed_bundle
 from geoprint.pipeline.cell_writer import edited
 from geoprint.results import Plan, Workpiece
 from geoprint.surfaces.files import stored_mesh
 
 JOB, PART, BODY = "job.toml", "part.ply", "body.ply"
+# What layers fill, as a mesh, or in a folder as the table that it is.
+TARGET, TARGET_FOLDER = "target.ply", "target"
 # Where the cell's file stands, if the job names one, and an arm of one's own beside it.
 CELL_FOLDER = "cell"
 
@@ -30,15 +32,17 @@ def input_files(plan: Plan) -> dict[str, bytes]:
     workpiece = plan.workpiece
     meshes = dict(zip((PART, BODY), workpiece.files, strict=False))
     cell = _cell_files(workpiece)
+    target = _target_files(workpiece)
     job = plan.job.model_copy(
         update={
             "surface": Path(PART),
             "body": Path(BODY) if BODY in meshes else None,
+            "target": next(map(Path, target), None),
             "cell": Path(CELL_FOLDER, workpiece.cell.name) if cell else None,
         }
     )
     stored = {name: stored_mesh(file) for name, file in meshes.items()}
-    return {JOB: job_text(job).encode("utf-8"), **stored, **cell}
+    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **cell}
 
 
 @final
@@ -114,7 +118,7 @@ def job_file_of(folder: Path | str) -> Path:
 
 def is_input(name: str) -> bool:
     """Return whether a file of a bundle is one that it is planned from."""
-    return name in {JOB, PART, BODY} or PurePosixPath(name).parts[0] == CELL_FOLDER
+    return name in {JOB, PART, BODY, TARGET} or PurePosixPath(name).parts[0] in {CELL_FOLDER, TARGET_FOLDER}
 
 
 def _version(folder: Path) -> str:
@@ -122,6 +126,14 @@ def _version(folder: Path) -> str:
         return str(json.loads((folder / PLAN).read_bytes())["version"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise VerificationError(f"{folder / PLAN} cannot be read ({error}); write the plan again.") from error
+
+
+def _target_files(workpiece: Workpiece) -> dict[str, bytes]:
+    """Return what layers shall fill; nothing where it is one thickness."""
+    target = workpiece.target
+    if target is None:
+        return {}
+    return {TARGET if isinstance(target.content, Surface) else f"{TARGET_FOLDER}/{target.name}": target.stored}
 
 
 def _cell_files(workpiece: Workpiece) -> dict[str, bytes]:

@@ -102,7 +102,7 @@ class Change:
         if standoff > process.standoff + LARGEST_RAISE:
             return None
         # Of a layer the cell counts from the middle, its file from below.
-        filed = standoff + (process.layer_height / 2.0 if self.job.thickness is not None else 0.0)
+        filed = standoff + (process.layer_height / 2.0 if self.job.layered else 0.0)
         keys = "; ".join(part for part in (self.keys, f"[process] standoff_mm = {filed:g}") if part)
         cell = replace(self.cell, process=replace(process, standoff=standoff))
         return Change(STANDOFF, f"{self.name} {standoff:g} mm above the part", keys, self.job, cell)

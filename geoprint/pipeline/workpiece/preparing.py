@@ -30,11 +30,12 @@ from geoprint.motion.placing import (
 from geoprint.pipeline.choice import backend_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece.best_source import with_best_sources
-from geoprint.pipeline.workpiece.layering import layer_surface, stack_cell, stack_place
+from geoprint.pipeline.workpiece.layering import Stack, even_stack, layer_of, stack_cell, stack_of
 from geoprint.pipeline.workpiece.several_patches import PreparedPart, prepared_part
 from geoprint.pipeline.workpiece.siding import printed_side
 from geoprint.pipeline.workpiece.sources import seed_of
-from geoprint.results import Side, StackPlace, Workpiece
+from geoprint.pipeline.workpiece.targets import read_target
+from geoprint.results import Side, StackPlace, TargetFile, Workpiece
 from geoprint.surfaces import (
     closest,
     pieces,
@@ -89,6 +90,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         side=sided.side,
         body=sided.body,
         files=sided.files,
+        target=sided.target,
         cell_text=None if job.cell is None else cell_text(job.cell),
         patches=sided.prepared.patches,
         preparations=sided.prepared.preparations,
@@ -116,6 +118,7 @@ class SidedPart:
         side: how that was found.
         body: what the part lies on, or None.
         place: of the layer in its stack, or None.
+        target: what layers fill, as it was read, or None.
     """
 
     files: tuple[MeshFile, ...]
@@ -123,7 +126,8 @@ class SidedPart:
     part: Surface
     side: Side
     body: Surface | None
-    place: StackPlace | None
+    place: StackPlace | None = None
+    target: TargetFile | None = None
 
     @property
     def base(self) -> Surface:
@@ -143,17 +147,40 @@ def read_part(job: Job) -> SidedPart:
 
 def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
     """Return what `read_part` does of a part that was read."""
+    skin = _skin(job, loaded)
+    place = layer_of(job, cell, skin.part, skin.target)
+    if place is None:
+        return skin
+    # What the layers below are made of lies between the part and the middle of this one.
+    return replace(skin, part=place[1], body=skin.body or skin.part, place=place[0])
+
+
+def read_stack(job: Job) -> Stack:
+    """Return in which layers a job falls; the part is read only where that depends on it.
+
+    Raises:
+        UsageError: the job has no layers.
+        GeoprintError: as `read_part`, and as `stack_of`.
+    """
+    cell = load_cell(job.cell)
+    if job.thickness is not None and job.feather is None:
+        return even_stack(job.thickness, cell)
+    skin = _skin(job, load_file(job.surface, unit=job.unit, label=job.label))
+    stack = stack_of(job, cell, skin.part, skin.target)
+    if stack is None:
+        raise UsageError("this job is of a single skin: give `--thickness` in mm, or a `--target`.")
+    return stack
+
+
+def _skin(job: Job, loaded: MeshFile) -> SidedPart:
+    """Return the part itself, whatever layers lie on it."""
     prepared = prepared_part(job, loaded)
     named = None if job.body is None else load_file(job.body, unit=job.unit)
     body = prepared.body if named is None else _body(prepared.surface, named.surface)
     asked = turned_over(prepared.surface) if job.flip else prepared.surface
     part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
     files = (loaded,) if named is None else (loaded, named)
-    place = stack_place(job, cell, part)
-    if place is None:
-        return SidedPart(files, prepared, part, side, body, None)
-    # What the layers below are made of lies between the part and the middle of this one.
-    return SidedPart(files, prepared, layer_surface(place), side, body or part, place)
+    return SidedPart(files, prepared, part, side, body, target=read_target(job))
 
 
 def _require_placement(job: Job, cell: Cell) -> None:
