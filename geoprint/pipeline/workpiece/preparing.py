@@ -69,8 +69,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     """
     with stage("reading"):
         # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
-        loaded = load_file(job.surface, unit=job.unit, label=job.label)
-        cell = load_cell(job.cell)
+        loaded, cell = load_file(job.surface, unit=job.unit, label=job.label), load_cell(job.cell)
         job = with_rounds(job, cell)
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
@@ -81,8 +80,8 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
     with stage("refining"):
-        wanted, factories = _wanted_spacing(job, sided.part), [backend(name).factory for name in backends]
-        surface, edge_length = _refined(sided.part, factories, spacing=wanted)
+        factories = [backend(name).factory for name in backends]
+        surface, edge_length = _refined(sided.part, factories, spacing=_wanted_spacing(job, sided.part))
         seed = seed_of(job, surface)
     workpiece = Workpiece(
         cell=stack_cell(cell, sided.place),
