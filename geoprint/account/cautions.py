@@ -34,7 +34,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         told: its figures.
     """
     workpiece = plan.workpiece
-    hint = unit_hint(workpiece.part, unit=workpiece.files[0].unit)
+    hint = unit_hint(workpiece.base, unit=workpiece.files[0].unit)
     return (
         *([hint] if hint else []),
         *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),

@@ -18,7 +18,7 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
     laid = sum(layer.laid_mm3 for layer in told.layers)
     wanted = sum(layer.wanted_mm3 for layer in told.layers)
     first = (
-        f"{told.part}: {told.thickness_mm:g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
+        f"{told.part}: {told.thickness_mm:.3g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
         f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
     )
     if told.target_mm3 is not None:
