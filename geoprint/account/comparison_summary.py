@@ -8,7 +8,7 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.account.part_report import part_report
-from geoprint.account.pictures import coverage_picture
+from geoprint.account.pictures import chart_pictures, coverage_picture
 from geoprint.account.prints.expected import in_print, record_apart
 from geoprint.account.records.comparison import (
     ComparisonRecord,
@@ -40,6 +40,10 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
         {name: record_plan(outcome.plan) for name, outcome in part.planned} if isinstance(part, Comparison) else {}
         for part in parts
     )
+    charts = tuple(
+        {name: chart_pictures(outcome.plan) for name, outcome in part.planned} if isinstance(part, Comparison) else {}
+        for part in parts
+    )
     told = tuple(
         _part(part, of)
         if isinstance(part, Comparison)
@@ -51,7 +55,7 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
         for part in parts
     )
     record = ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=told)
-    return ToldComparison(record, plans, seconds)
+    return ToldComparison(record, plans, charts, seconds)
 
 
 def comparison_picture(comparison: Comparison) -> bytes:
@@ -68,16 +72,16 @@ def comparison_report(parts: Sequence[Comparison | FailedPart], told: ToldCompar
         parts: what was compared, at least one of them with success.
         told: their figures.
     """
-    each = zip(parts, told.record.parts, told.plans, strict=True)
+    each = zip(parts, told.record.parts, told.plans, told.charts, strict=True)
     compared = [
-        (part, record, plans)
-        for part, record, plans in each
+        (part, record, plans, charts)
+        for part, record, plans, charts in each
         if isinstance(part, Comparison) and isinstance(record, PartRecord)
     ]
     named = compared[0][1].part if len(parts) == 1 else f"{len(parts)} parts"
     faces = max(VIEW_FACES // len(compared), FEWEST_VIEW_FACES)
     return html_report(
-        [part_report(part, record, plans, faces=faces) for part, record, plans in compared],
+        [part_report(part, record, plans, charts=charts, faces=faces) for part, record, plans, charts in compared],
         title=f"geoprint compare: {named}",
         failed=[(record.part, record.failed) for record in told.record.parts if isinstance(record, FailedRecord)],
     )

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
-from geoprint.account.pictures import chart_pictures, coverage_panel, coverage_picture, spread_of
+from geoprint.account.pictures import coverage_panel, coverage_picture, spread_of
 from geoprint.account.prints.expected import expected_rows
 from geoprint.account.prints.sides import of_spacing, side_rows
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
@@ -50,13 +50,21 @@ PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl"
 UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_deg": "degrees", "_kpa": "kPa", "_s": "s"}
 
 
-def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, PlanRecord], *, faces: int) -> PartReport:
+def part_report(
+    comparison: Comparison,
+    told: PartRecord,
+    plans: Mapping[str, PlanRecord],
+    *,
+    charts: Mapping[str, Mapping[str, bytes]],
+    faces: int,
+) -> PartReport:
     """Return what the report page says of a comparison.
 
     Args:
         comparison: with one planned backend or more.
         told: what compare.json says of it.
         plans: what plan.json says of each plan, by backend.
+        charts: the `chart_pictures` of each plan, by backend.
         faces: of the surface that is drawn, at most.
     """
     workpiece, planned = comparison.workpiece, comparison.planned
@@ -81,16 +89,17 @@ def part_report(comparison: Comparison, told: PartRecord, plans: Mapping[str, Pl
         path_distances=PathDistances(apart.backends, np.array(apart.hausdorff), np.array(apart.mean))
         if len(planned) > 1
         else None,
-        pictures=tuple(picture for name, outcome in planned for picture in _pictures(name, outcome.plan)),
+        pictures=tuple(
+            picture for name, outcome in planned for picture in _pictures(name, outcome.plan, [*charts[name].values()])
+        ),
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
 
 
-def _pictures(name: str, plan: Plan) -> list[Picture]:
-    """Return the figures of one backend that are not interactive."""
-    charts = list(chart_pictures(plan).values())
+def _pictures(name: str, plan: Plan, charts: Sequence[bytes]) -> list[Picture]:
+    """Return the figures of one backend that are not interactive, its charts first."""
     pictures = [
         Picture(
             f"{name}{f', patch {number}' if len(charts) > 1 else ''}: chart, distance image and level curves",

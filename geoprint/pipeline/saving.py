@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +56,7 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> 
         VerificationError: what was written differs from the plan when it is read back.
     """
     told = record_plan(plan)
-    files = plan_files(plan, told)
+    files = plan_files(plan, told, charts=chart_pictures(plan))
     write_bundle(
         directory,
         files,
@@ -97,13 +97,14 @@ def save_comparisons(
     told = tell_comparison(parts)
     files = {COMPARISON: json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
-    for part, plans, folder in zip(parts, told.plans, part_folders(_names(parts)), strict=True):
+    for part, plans, charts, folder in zip(parts, told.plans, told.charts, part_folders(_names(parts)), strict=True):
         if not isinstance(part, FailedPart):
             shown = _shown_files(part, samples=samples, figures=figures)
             files |= {f"{folder}{file}": content for file, content in shown.items()}
-            bundles += [(outcome.plan, plans[name], f"{folder}{name}/") for name, outcome in part.planned]
-    for plan, of, folder in bundles:
-        files |= {f"{folder}{file}": content for file, content in plan_files(plan, of).items()}
+            for name, outcome in part.planned:
+                bundles.append((outcome.plan, plans[name], f"{folder}{name}/"))
+                of_plan = plan_files(outcome.plan, plans[name], charts=charts[name])
+                files |= {f"{folder}{name}/{file}": content for file, content in of_plan.items()}
 
     def verify(written: Path) -> None:
         for plan, of, folder in bundles:
@@ -140,20 +141,21 @@ def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str,
     return files
 
 
-def plan_files(plan: Plan, told: PlanRecord) -> dict[str, bytes]:
+def plan_files(plan: Plan, told: PlanRecord, *, charts: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return name and content of every file of a plan's bundle.
 
     Args:
         plan: what to write.
         told: what plan.json says of it.
+        charts: its `chart_pictures`.
     """
     files = {
         "plan.json": json_bytes(as_json(told)),
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
         **input_files(plan),
+        **charts,
     }
-    files |= chart_pictures(plan)
     for robot, folder in zip(plan.robot, robot_folders(plan), strict=True):
         files |= {f"{folder}{name}": content for name, content in _robot_files(plan.workpiece, robot).items()}
     return files
