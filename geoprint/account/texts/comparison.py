@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import final
 
 from geoprint.account.cautions import coverage_warnings, said_once
 from geoprint.account.prints.expected import expected_text
@@ -12,6 +12,7 @@ from geoprint.account.records.comparison import FailedRecord, PartRecord, Planne
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.spacing import SpacingSideRecord
 from geoprint.account.texts.marks import marked_lines
+from geoprint.account.texts.tables import GAP, Cells, fitting, grid, left_out, line_width
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
@@ -25,10 +26,7 @@ LEFT_ALIGNED = {"part", "backend", "printable"}
 NARROWEST_TABLE = 60
 # What the column says of a printable backend, in words.
 PRINTABLE = {"yes": "printable", "no": "not printable", "not asked": ""}
-_GAP = "  "
 _NONE = "-"
-
-Cells: TypeAlias = dict[str, str]
 
 
 @final
@@ -73,45 +71,15 @@ def _table(parts: Sequence[_Rows], *, width: int | None) -> Iterator[str]:
     beside = [{"part": part.part, **cells} for part in parts for cells in part.cells]
     columns = [name for name in COLUMNS if name not in OF_SIDES or any(row[name] != _NONE for row in beside)]
     names = ["part", *columns] if several else columns
-    if width is None or _width(names, beside) <= width:
-        yield from _grid(names, [beside], [None])
+    if width is None or line_width(names, beside) <= width:
+        yield from grid(names, [beside], left=LEFT_ALIGNED)
         return
-    names, left_out = columns, list[str]()
-    while _width(names, beside) + 2 * several > width:
-        left_out.append(names.pop(names.index(max(names, key=COLUMNS.__getitem__))))
-    yield from _grid(names, [part.cells for part in parts], [part.part if several else None for part in parts])
-    if left_out:
-        yield from ("", f"left out at this width, told in compare.json and timings.json: {', '.join(left_out)}")
-
-
-def _width(names: Sequence[str], rows: Sequence[Cells]) -> int:
-    return sum(_column(name, rows) for name in names) + len(_GAP) * (len(names) - 1)
-
-
-def _column(name: str, rows: Sequence[Cells]) -> int:
-    return max(len(name), *(len(row[name]) for row in rows))
-
-
-def _grid(names: Sequence[str], parts: Sequence[Sequence[Cells]], titles: Sequence[str | None]) -> Iterator[str]:
-    """Return a heading and the rows, each part's below its title where it has one."""
-    every = [row for rows in parts for row in rows]
-    widths = {name: _column(name, every) for name in names}
-    inset = "  " if any(titles) else ""
-
-    def line(cells: Mapping[str, str]) -> str:
-        padded = [
-            cells[name].ljust(widths[name]) if name in LEFT_ALIGNED else cells[name].rjust(widths[name])
-            for name in names
-        ]
-        return f"{inset}{_GAP.join(padded)}".rstrip()
-
-    yield line({name: name for name in names})
-    yield f"{inset}{'-' * (sum(widths.values()) + len(_GAP) * (len(names) - 1))}"
-    for title, rows in zip(titles, parts, strict=True):
-        if title is not None:
-            yield title
-        for cells in rows:
-            yield line(cells)
+    names = fitting(columns, beside, width=width - len(GAP) * several, weights=COLUMNS)
+    titles = [part.part if several else None for part in parts]
+    yield from grid(names, [part.cells for part in parts], titles=titles, left=LEFT_ALIGNED)
+    if names != columns:
+        gone = left_out(columns, names, COLUMNS)
+        yield from ("", f"left out at this width, told in compare.json and timings.json: {gone}")
 
 
 def _lines(parts: Sequence[_Rows]) -> Iterator[str]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord
 from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord
+from geoprint.account.texts.tables import fitting, grid, left_out
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
@@ -17,7 +18,6 @@ COLUMNS = {
 }  # fmt: skip
 # Where more of the samples than this share have no neighbour squarely beside them it is worth a word.
 NOTABLE = 0.02
-_GAP = "  "
 _NONE = "-"
 
 
@@ -38,14 +38,12 @@ def measure_table(
     if timings is not None:
         took = [f"{each.processor_s_per_m:.1f}" for each in timings.files]
         rows = [{**row, "CPU s/m": text} for row, text in zip(rows, took, strict=True)]
-    names = [name for name in COLUMNS if name in rows[0]]
-    left_out: list[str] = []
-    while width is not None and len(names) > 1 and _width(names, rows) > width:
-        left_out.append(names.pop(names.index(max(names, key=COLUMNS.__getitem__))))
+    every = [name for name in COLUMNS if name in rows[0]]
+    names = fitting(every, rows, width=width, weights=COLUMNS)
     title = f"{told.part.name}, {told.area_mm2:.4g} mm2, paths {told.spacing_mm:.3g} mm apart; "
-    lines = [f"{title}mean, p95, left and right are multiples of that", "", *_grid(names, rows), ""]
-    if left_out:
-        lines += [f"left out at this width, told with `--json` and `--out`: {', '.join(left_out)}", ""]
+    lines = [f"{title}mean, p95, left and right are multiples of that", "", *grid(names, [rows], left={"file"}), ""]
+    if names != every:
+        lines += [f"left out at this width, told with `--json` and `--out`: {left_out(every, names, COLUMNS)}", ""]
     sentences = [sentence for each in told.files for sentence in _minded(each)]
     return "\n".join([*lines, *sentences, *_expected(told)]).rstrip()
 
@@ -152,23 +150,3 @@ def _expected(told: MeasurementRecord) -> list[str]:
     whose = next((each.both.printed.errors for each in told.files if each.both.printed is not None), None)
     what = "expected of prints, in brackets what 95 of 100 have"
     return [] if whose is None else [f"printed CV: {what}; errors of the {whose}, without a bent needle"]
-
-
-def _width(names: Sequence[str], rows: Sequence[Mapping[str, str]]) -> int:
-    return sum(_column(name, rows) for name in names) + len(_GAP) * (len(names) - 1)
-
-
-def _column(name: str, rows: Sequence[Mapping[str, str]]) -> int:
-    return max(len(name), *(len(row[name]) for row in rows))
-
-
-def _grid(names: Sequence[str], rows: Sequence[Mapping[str, str]]) -> list[str]:
-    """Return a heading, a line below it, and the rows."""
-    lines: list[str] = []
-    for row in ({name: name for name in names}, *rows):
-        cells = [
-            row[name].ljust(_column(name, rows)) if name == "file" else row[name].rjust(_column(name, rows))
-            for name in names
-        ]
-        lines.append(_GAP.join(cells).rstrip())
-    return [lines[0], "-" * _width(names, rows), *lines[1:]]
