@@ -7,8 +7,9 @@ from typing import final
 
 from geoprint.account.records.evidence import SeenRecord
 from geoprint.account.records.plan import EvennessRecord, PlanRecord
+from geoprint.account.records.stack import StackRecord
 from geoprint.export import Orders, Setup
-from geoprint.export.rapid import Executed, Settings, Timeline
+from geoprint.export.rapid import Executed, Settings, StackSettings, Timeline
 from geoprint.model import Clearance, comparable, frozen
 
 
@@ -78,6 +79,22 @@ class Checked:
 
 @final
 @frozen
+class CheckedStack:
+    """The program of a stack that was checked.
+
+    Attributes:
+        told: the content of stack.json, or None where it cannot be read.
+        settings: how the program is set to run, or None where it is not that of its layers, or there is none.
+        scenarios: in which it was executed; none where it does not run.
+    """
+
+    told: StackRecord | None
+    settings: StackSettings | None = None
+    scenarios: tuple[str, ...] = ()
+
+
+@final
+@frozen
 class CheckedComparison:
     """A comparison whose bundles were checked, or a stack with those of its layers.
 
@@ -85,13 +102,13 @@ class CheckedComparison:
         folder: where it stands.
         own: what is wrong with the files beside the bundles.
         bundles: part by part, in the order of the verdict, or from the lowest layer up, each by its folder there.
-        stack: whether they are layers.
+        stack: what holds of them together where they are layers, or None.
     """
 
     folder: Path
     own: tuple[Finding, ...]
     bundles: tuple[tuple[str, Checked], ...]
-    stack: bool = False
+    stack: CheckedStack | None = None
 
     @property
     def findings(self) -> tuple[Finding, ...]:

@@ -29,6 +29,7 @@ class Process:
         rounds: levels that a part gets where a job names neither rounds nor spacing, or None.
         least_flow: of flow that follows the strip, over that of a strip one spacing wide; in (0, 1].
         most_flow: likewise, at least 1.
+        layer_pause: how long the arm waits at home between two layers of a stack [s].
     """
 
     speed: float
@@ -42,6 +43,7 @@ class Process:
     rounds: int | None = None
     least_flow: float = 0.5
     most_flow: float = 1.5
+    layer_pause: float = 0.0
 
 
 @final

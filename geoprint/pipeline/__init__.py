@@ -13,15 +13,13 @@ from geoprint.pipeline.calibrating import (
     save_calibrated as save_calibrated,
 )
 from geoprint.pipeline.cell_writer import check_cell_writable as check_cell_writable
-from geoprint.pipeline.checking import (
-    check_bundle as check_bundle,
-    check_folder as check_folder,
-)
+from geoprint.pipeline.checking import check_bundle as check_bundle
 from geoprint.pipeline.comparison import (
     compare as compare,
     compare_parts as compare_parts,
 )
 from geoprint.pipeline.doctor import examine as examine
+from geoprint.pipeline.folders.checking import check_folder as check_folder
 from geoprint.pipeline.measured.files import measure_files as measure_files, save_measurement as save_measurement
 from geoprint.pipeline.mesh_files import (
     inspect_file as inspect_file,

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import final
 
 from geoprint.account import program_digest
-from geoprint.account.checked import Checked, CheckedComparison, Finding
-from geoprint.account.records.comparison import ComparisonRecord, PartRecord
+from geoprint.account.checked import Checked, Finding
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
-from geoprint.account.verdict import ranked
 from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import (
     EVIDENCE,
@@ -50,16 +48,7 @@ from geoprint.export.rapid import (
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
-from geoprint.pipeline.bundles.contents import (
-    COMPARISON,
-    RAPID_FOLDER,
-    STACK,
-    bundles,
-    changes,
-    listed,
-    listed_bundle,
-    part_folders,
-)
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
 from geoprint.pipeline.bundles.paths import path_findings
 from geoprint.pipeline.bundles.proof import read_seen
 from geoprint.pipeline.bundles.repeating import repeat
@@ -104,58 +93,6 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
         return replace(checked, seen=read_seen(folder))
     except GeoprintError as error:
         return replace(checked, findings=(*checked.findings, Finding(EVIDENCE, 1, str(error))))
-
-
-def check_folder(folder: Path | str, *, full: bool = False) -> Checked | CheckedComparison:
-    """Check what a folder holds: a bundle, or a comparison or a stack with all bundles in it.
-
-    Args:
-        folder: that `geoprint plan` or `compare` wrote.
-        full: as for `check_bundle`.
-
-    Raises:
-        InputError: geoprint did not write the folder.
-    """
-    folder = Path(folder)
-    names = listed(folder)
-    if PLAN in names:
-        return check_bundle(folder, full=full)
-    inner = bundles(names)
-    beside = {
-        name: digest
-        for name, digest in names.items()
-        if not any(PurePosixPath(name).is_relative_to(one) for one in inner)
-    }
-    own = [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
-    order = sorted(map(str, inner)) if STACK in names else _order(folder, own)
-    best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))
-    checked = tuple((str(one), _check_inner(folder / one, full=full)) for one in best_first)
-    return CheckedComparison(folder, tuple(own), checked, stack=STACK in names)
-
-
-def _check_inner(folder: Path, *, full: bool) -> Checked:
-    """Check one of several bundles; its folder may be gone."""
-    if folder.is_dir():
-        return check_bundle(folder, full=full)
-    return Checked(folder, (Finding(PLAN, 1, "the folder is missing"),), None, program=False)
-
-
-def _order(folder: Path, findings: list[Finding]) -> list[str]:
-    """Return the folders of a comparison's bundles in the order of its verdict; where it cannot be read, none."""
-    if not (folder / COMPARISON).is_file():
-        return []
-    try:
-        parts = read_record(folder / COMPARISON, ComparisonRecord).parts
-    except GeoprintError as error:
-        findings.append(Finding(COMPARISON, 1, str(error)))
-        return []
-    places = part_folders([part.part for part in parts])
-    return [
-        f"{place}{row.backend}"
-        for place, part in zip(places, parts, strict=True)
-        if isinstance(part, PartRecord)
-        for row in ranked(part.backends)
-    ]
 
 
 def _check_paths(folder: Path) -> Checked:

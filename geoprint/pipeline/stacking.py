@@ -26,6 +26,7 @@ from geoprint.config import Job
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
+from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.workpiece import EMPTY, read_stack
@@ -39,7 +40,7 @@ WORKERS = 2
 def plan_stack(
     job: Job, directory: Path | str, *, overwrite: bool = False, observe: Callable[[str], None] = lambda _: None
 ) -> StackRecord:
-    """Plan every layer of a thickness and write their bundles and stack.json: all of them verified, or nothing.
+    """Plan every layer of a thickness and write their bundles, stack.json and one program: all verified, or nothing.
 
     Args:
         job: with a thickness, without a layer.
@@ -63,6 +64,7 @@ def plan_stack(
     with TemporaryDirectory() as staging:
         found = _planned(job, [Path(staging, folder) for folder in _folders(stack.count)], observe)
         layers = tuple(layer for layer in found if isinstance(layer, StackedLayerRecord))
+        files, program = stack_program(Path(staging), layers, part_name=job.surface.name)
         told = StackRecord(
             schema=1,
             version=version("geoprint"),
@@ -71,10 +73,10 @@ def plan_stack(
             target=None if job.target is None else job.target.name,
             target_mm3=None if stack.target is None else stack.target.volume,
             layers=layers,
+            program=program,
             left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
         )
-        written = [path for path in sorted(Path(staging).rglob("*")) if path.is_file()]
-        files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in written}
+        files |= _written(Path(staging))
     timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
     listed = {name: content for name, content in files.items() if name not in timings}
 
@@ -85,6 +87,12 @@ def plan_stack(
     stack = {STACK: json_bytes(as_json(told))}
     write_bundle(directory, stack | listed, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
+
+
+def _written(folder: Path) -> dict[str, bytes]:
+    """Return name and content of all files in a folder."""
+    paths = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def _folders(count: int) -> list[str]:

@@ -40,6 +40,21 @@ class LeftOutRecord(Record):
     reason: str = Field(description="why not")
 
 
+class StackProgramRecord(Record):
+    """The program that prints the layers one after another, and what was executed of it."""
+
+    file: str = Field(description="list of the modules that a person loads; the layers are loaded by the program")
+    pause_s: Rounded = Field(description="that the arm waits at home between two layers [s]; 0 for none")
+    print_s: Rounded = Field(description="time of all layers and the pauses between them, loading left out [s]")
+    runs_dry_only: bool = Field(description="because nobody has stated where the part stands")
+    scenarios: tuple[str, ...] = Field(
+        description="in which it was executed, each layer with the moves and switchings of its own program"
+    )
+    refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
+    lines_with_statements: Count = Field(description="of its main module")
+    lines_executed: Count = Field(description="of these, in at least one scenario")
+
+
 class StackRecord(Record):
     """The content of stack.json."""
 
@@ -50,4 +65,5 @@ class StackRecord(Record):
     target: str | None = Field(description="file of what the layers fill; null for a thickness")
     target_mm3: Rounded | None = Field(description="volume of that shape [mm3]; null without one")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
+    program: StackProgramRecord | None = Field(description="of all layers; null without a robot")
     left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")

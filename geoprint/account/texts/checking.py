@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from geoprint.account.checked import Checked, CheckedComparison, Finding
 from geoprint.account.texts.run_sheet import entry, repeated_texts, run_sheet
+from geoprint.account.texts.stack_sheet import stack_sheet
 
 
 def check_text(checked: Checked | CheckedComparison, *, width: int | None = None) -> str:
@@ -14,7 +15,7 @@ def check_text(checked: Checked | CheckedComparison, *, width: int | None = None
         width: letters in a line, where they are counted.
     """
     if isinstance(checked, CheckedComparison):
-        return _comparison(checked)
+        return _comparison(checked, width=width)
     if checked.findings or checked.program:
         return run_sheet(checked, width=width)
     return _paths(checked, width=width)
@@ -39,16 +40,27 @@ def _paths(checked: Checked, *, width: int | None) -> str:
     return "\n".join(lines)
 
 
-def _comparison(checked: CheckedComparison) -> str:
-    """Return a line for each bundle, the best of a part or the lowest layer first, and below it what is wrong."""
+def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
+    """Return a line for each bundle, the best of a part or the lowest layer first, and below it what is wrong.
+
+    A stack in which nothing is wrong has its run sheet below.
+    """
     longest = max((len(name) for name, _ in checked.bundles), default=0)
     count = len(checked.bundles)
-    word, what = ("STACK", "layers, the lowest") if checked.stack else ("COMPARISON", "bundles, the best of a part")
+    stack = checked.stack
+    word, what = ("STACK", "layers, the lowest") if stack else ("COMPARISON", "bundles, the best of a part")
     lines = [f"{word}  {checked.folder.name}: {count} {what} first", ""]
     lines += [f"  {_line(one)}" for one in checked.own]
     for name, bundle in checked.bundles:
         lines.append(f"{name:<{longest}}  {_outcome(bundle)}")
         lines += [f"  {name}/{_line(one)}" for one in bundle.findings]
+    if stack is not None and stack.told is not None and not checked.findings:
+        sheet = stack_sheet(stack.told, settings=stack.settings, width=width)
+        lines += (
+            ["", f"RUN SHEET  {stack.told.part}, layer upon layer  ({checked.folder.name})", "", *sheet]
+            if sheet
+            else []
+        )
     return "\n".join(lines)
 
 

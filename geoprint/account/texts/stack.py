@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.account.texts.marks import marked_lines
+from geoprint.account.texts.stack_sheet import behind_layer, stack_steps
 
 
 def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
@@ -23,15 +24,13 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
     )
     if told.target_mm3 is not None:
         first += f", which is {wanted / told.target_mm3:.1%} of {told.target}"
-    times = [layer.print_s for layer in told.layers if layer.print_s is not None]
-    lines = [first, *(_layer_line(number, layer) for number, layer in enumerate(told.layers, start=1))]
-    if times:
-        lines.append(
-            f"printed one after another, {sum(times):.0f} s in all: load and run the program of each folder in turn; "
-            "the print may end after any of them"
-        )
+    lines = [
+        first,
+        *(_layer_line(number, layer) + behind_layer(number, told) for number, layer in enumerate(told.layers, start=1)),
+    ]
     lines += [f"  left out: {each.reason}" for each in told.left_out]
     unchecked = [text for layer in told.layers for text in layer.not_checked]
+    lines += stack_steps(told)
     lines += marked_lines(warnings=_warnings(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
 
@@ -53,5 +52,5 @@ def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
         f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.runs} runs, {layer.deposit_mm:.0f} mm of path, "
-        f"{spacing}{gap}{time}{clear}"
+        f"{layer.laid_mm3 / 1000.0:.3g} cm3, {spacing}{gap}{time}{clear}"
     )

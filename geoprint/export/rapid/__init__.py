@@ -12,7 +12,9 @@ from geoprint.export.rapid.made import Made as Made
 from geoprint.export.rapid.program import proven_program as proven_program, rapid_program as rapid_program
 from geoprint.export.rapid.settings import (
     CELL_MODULE as CELL_MODULE,
+    STACK_MODULE as STACK_MODULE,
     Settings as Settings,
+    StackSettings as StackSettings,
     as_new as as_new,
 )
 from geoprint.export.rapid.timeline import (

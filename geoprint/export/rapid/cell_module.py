@@ -131,20 +131,21 @@ def cell_module(
     return "\n".join(lines)
 
 
-def guard_module(cell: Cell, *, placement: Placement, loading: bool) -> str:
+def guard_module(cell: Cell, *, placement: Placement, loading: bool, stacked: bool = False) -> str:
     """Return the text of GeoGuard.mod: the routines of the package's template that this cell and program need.
 
     Args:
         cell: its outputs, and what it has besides valve and lamp.
         placement: whether all of it was stated.
         loading: whether the program loads its modules while it runs.
+        stacked: whether it is a layer of a stack.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
     """
     return filled(
         "geo_guard.mod",
-        holding=conditions(cell, placement=placement, loading=loading),
+        holding=conditions(cell, placement=placement, loading=loading, stacked=stacked),
         words=output_words(output_names(cell.signals)),
     )
 

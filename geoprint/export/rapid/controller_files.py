@@ -22,22 +22,25 @@ _FILES = {
 }
 
 
-def controller_files(cell: Cell, *, placement: Placement, loading: bool) -> dict[str, str]:
+def controller_files(cell: Cell, *, placement: Placement, loading: bool, layers: int = 0) -> dict[str, str]:
     """Return name and text of each file.
 
     Args:
         cell: its outputs and arm.
         placement: whether all of it was stated: the page says what to try.
         loading: whether the program loads its modules while it runs.
+        layers: of the stack that the program prints; 0 for a program by itself.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
     """
-    holding = conditions(cell, placement=placement, loading=loading)
+    holding = conditions(cell, placement=placement, loading=loading, stacked=layers > 0)
     names = output_names(cell.signals)
     words = output_words(names) | {
         "NAMES": ", ".join(names.values()),
         "ARM": cell.robot.model,
         "LAG": values.significant(cell.signals.flow_lag),
+        "LAST": f"layer-{layers:02}",
+        "LAYERS": str(layers),
     }
     return {name: filled(template, holding=holding, words=words) for name, template in _FILES.items()}

@@ -2,6 +2,7 @@ MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
   ! GeoResident.sys of rapid/controller shuts off at stops and outlasts this program, which refuses to run without it.
   ! What a person sets counts from the next start from main on; geoDryRun:=TRUE counts from the next run on.
+@stacked|  ! GeoStack holds what a person sets, says which layer this is, and loads the next one when this has ended at home.
   ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
 @unknown|  ! PLACEMENT NOT KNOWN: nothing here switches an output on, whatever geoDryRun is.
   VAR num geoOn:=0;
@@ -33,13 +34,17 @@ MODULE GeoGuard
     geoRun:=-1;
 @known|    geoPrints:=FALSE;
 @known|    geoCutShort:=FALSE;
-    TPErase;
+@single|    TPErase;
+@stacked|    TPWrite "Layer "\Num:=geoLayer;
     GeoAskResident;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
-    IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
+@single|    IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
+@stacked|    IF geoLayerFrom<1 OR geoLayerFrom>runs GeoRefuse "geoFirstRun is no run of this layer.";
     geoPct:=geoSpeedPct;
-@known|    geoPrints:=NOT geoDryRun;
-@known|    geoFrom:=geoFirstRun;
+@known+single|    geoPrints:=NOT geoDryRun;
+@known+single|    geoFrom:=geoFirstRun;
+@known+stacked|    geoPrints:=geoStackPrints AND NOT geoDryRun;
+@known+stacked|    geoFrom:=geoLayerFrom;
 @known+io|    IF geoPrints AND (geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100) THEN
 @known+io|      GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
 @known+io|    ENDIF
@@ -52,6 +57,7 @@ MODULE GeoGuard
     GeoAskFrame;
     GeoAskHome;
 @known|    GeoAskCutShort;
+@known+stacked|    IF geoPrints geoLayerBegun:=geoLayer;
 @prime|    GeoPrime;
 @unknown|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
 @known|    IF NOT geoPrints OR geoFrom>1 THEN
@@ -131,7 +137,9 @@ MODULE GeoGuard
 @known|    GeoKeeper "GeoResidentSet",cut;
 @known|    IF NOT geoPrints RETURN;
 @known|    TPWrite "The last print was stopped in run "\Num:=cut;
+@known+stacked|    TPWrite "of layer "\Num:=geoLayerBegun;
 @known|    TPWrite "This one starts with run "\Num:=geoFrom;
+@known+stacked|    TPWrite "of layer "\Num:=geoLayer;
 @known|    TPReadFK answer,"Is the nozzle clean, the part right?","Print","","","","Stop";
 @known|    IF answer<>1 GeoRefuse "clean the nozzle, set geoFirstRun, start from main.";
 @known|    cut:=0;
@@ -147,6 +155,7 @@ MODULE GeoGuard
 @known|    IF cut>0 THEN
 @known|      GeoKeeper "GeoResidentSet",cut;
 @known|      TPWrite "Material was stopped in run "\Num:=cut;
+@known+stacked|      TPWrite "of layer "\Num:=geoLayer;
 @known|      GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
 @known|    ENDIF
 @known|  ERROR
@@ -200,7 +209,10 @@ MODULE GeoGuard
     VelSet 100,250;
     MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
 @flood|    GeoFlood;
-@byhand+known|    IF geoPrints TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
+@byhand+known+single|    IF geoPrints TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
+@byhand+known+stacked|    IF geoPrints AND (geoLayer=nGeoLayers OR geoLayer>=geoLastLayer) THEN
+@byhand+known+stacked|      TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
+@byhand+known+stacked|    ENDIF
 @known|    geoPrints:=FALSE;
   ERROR
     GeoSafe;

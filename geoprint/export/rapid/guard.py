@@ -21,7 +21,7 @@ RESIDENT = "controller/GeoResident.sys"
 _VERSION = 1
 
 
-def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool) -> None:
+def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool, stacked: bool = False) -> None:
     """Check the text of GeoGuard.mod.
 
     Args:
@@ -29,11 +29,12 @@ def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool) -
         cell: whose outputs it switches.
         placement: whether all of it was stated.
         loading: whether the program loads modules while it runs.
+        stacked: whether it is a layer of a stack.
 
     Raises:
         VerificationError: a line is not what it must be.
     """
-    _compare(GUARD, text, _expected("geo_guard.mod", cell, placement=placement, loading=loading))
+    _compare(GUARD, text, _expected("geo_guard.mod", cell, placement=placement, loading=loading, stacked=stacked))
 
 
 def check_resident(text: str, *, cell: Cell, placement: Placement) -> None:
@@ -74,7 +75,7 @@ def _compare(module: str, text: str, wanted: list[str]) -> None:
         refuse(Place(module, len(found)), f"the guard breaks off before {wanted[len(found)].strip()!r}")
 
 
-def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool) -> list[str]:
+def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, stacked: bool = False) -> list[str]:
     """Return the lines of the template whose conditions all hold, with the outputs' names."""
     holds = {
         "io": cell.signals.mode == "io",
@@ -86,6 +87,8 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool) -> 
         "flood": cell.flood is not None and cell.flood.joints is not None,
         "byhand": cell.flood is not None and cell.flood.joints is None,
         "loading": loading,
+        "single": not stacked,
+        "stacked": stacked,
     }
     signals = cell.signals
     outputs = {"<VALVE>": signals.dispenser, "<LAMP>": signals.uv_lamp, "<VACUUM>": signals.vacuum or ""}

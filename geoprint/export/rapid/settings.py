@@ -1,4 +1,4 @@
-"""The three switches of a program that a person sets in GeoCell before a run, as its run sheet asks for.
+"""The switches that a person sets before a run, as the run sheet asks for: three in GeoCell, five in GeoStack.
 
 They are as they were written in a new program: dry, at a quarter of the speed, from the first run on. Whoever prints
 changes them, so that other values within their ranges are no damage.
@@ -7,21 +7,24 @@ changes them, so that other values within their ranges are no damage.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import final
 
 from geoprint.export.rapid.compare import declared
 from geoprint.export.rapid.text import Place, RapidText, Value, refuse
 from geoprint.model import comparable
 
-CELL_MODULE = "GeoCell.mod"
-_CELL = Place(CELL_MODULE, 1)
+CELL_MODULE, STACK_MODULE = "GeoCell.mod", "GeoStack.mod"
+_CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
 # Type and value of each switch in a new program.
 _NEW: Mapping[str, tuple[str, str]] = {
     "geoDryRun": ("bool", "TRUE"),
     "geoSpeedPct": ("num", "25"),
     "geoFirstRun": ("num", "1"),
 }
+# What GeoStack declares besides; the program itself moves the first two on. geoLastLayer is the uppermost in a new one.
+_NEW_STACK: Mapping[str, tuple[str, str]] = {"geoFirstLayer": ("num", "1"), "geoLayerBegun": ("num", "0")}
+_LAYERS = re.compile(r"(?m)^  CONST num nGeoLayers:=(\d+);$")
 
 
 @final
@@ -40,6 +43,43 @@ class Settings:
     first_run: int
 
 
+@final
+@comparable
+class StackSettings:
+    """How the program of a stack is set.
+
+    Attributes:
+        dry_run: whether it runs dry.
+        speed_pct: its speed, in per cent of the planned one.
+        first_layer: the layer from which on it prints, from 1.
+        first_run: the run of that layer from which on it prints, from 1.
+        last_layer: the layer behind which it ends.
+    """
+
+    dry_run: bool
+    speed_pct: float
+    first_layer: int
+    first_run: int
+    last_layer: int
+
+
+def read_stack_settings(text: RapidText, *, runs: Sequence[int]) -> StackSettings:
+    """Return how the program of a stack is set.
+
+    Args:
+        text: its GeoStack.
+        runs: of each layer, how many.
+
+    Raises:
+        VerificationError: a switch is missing, or stands at a value that the program refuses.
+    """
+    dry_run, speed_pct = _pace(text, _STACK)
+    first = _whole(text, "geoFirstLayer", most=len(runs), of="a layer of this stack", place=_STACK)
+    last = _whole(text, "geoLastLayer", least=first, most=len(runs), of="a layer from the first on", place=_STACK)
+    run = _whole(text, "geoFirstRun", most=runs[first - 1], of=f"a run of layer {first}", place=_STACK)
+    return StackSettings(dry_run, speed_pct, first, run, last)
+
+
 def read_settings(text: RapidText, *, runs: int) -> Settings:
     """Return how a program is set.
 
@@ -50,23 +90,35 @@ def read_settings(text: RapidText, *, runs: int) -> Settings:
     Raises:
         VerificationError: a switch is missing, or stands at a value that the guard refuses.
     """
-    data = {name: declared(text, name, kind=kind, storage="PERS", place=_CELL) for name, (kind, _) in _NEW.items()}
-    dry_run, speed_pct, first_run = (datum.value for datum in data.values())
-    if not isinstance(dry_run, bool):
-        refuse(data["geoDryRun"].place, f"geoDryRun must be TRUE or FALSE, found {_shown(dry_run)}")
-    if isinstance(speed_pct, bool) or not isinstance(speed_pct, int | float) or not 1 <= speed_pct <= 100:
-        refuse(data["geoSpeedPct"].place, f"geoSpeedPct must lie between 1 and 100, found {_shown(speed_pct)}")
+    dry_run, speed_pct = _pace(text, _CELL)
+    return Settings(dry_run, speed_pct, _whole(text, "geoFirstRun", most=runs, of="a run of this program", place=_CELL))
+
+
+def _pace(text: RapidText, place: Place) -> tuple[bool, float]:
+    """Return whether a program runs dry, and at which speed [%]."""
+    dry_run, speed_pct = (
+        declared(text, name, kind=_NEW[name][0], storage="PERS", place=place) for name in ("geoDryRun", "geoSpeedPct")
+    )
+    value = speed_pct.value
+    if not isinstance(dry_run.value, bool):
+        refuse(dry_run.place, f"geoDryRun must be TRUE or FALSE, found {_shown(dry_run.value)}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value <= 100:
+        refuse(speed_pct.place, f"geoSpeedPct must lie between 1 and 100, found {_shown(value)}")
+    return dry_run.value, float(value)
+
+
+def _whole(text: RapidText, name: str, *, most: int, of: str, place: Place, least: int = 1) -> int:
+    """Return a switch that counts."""
+    datum = declared(text, name, kind="num", storage="PERS", place=place)
+    value = datum.value
     if (
-        isinstance(first_run, bool)
-        or not isinstance(first_run, int | float)
-        or first_run != int(first_run)
-        or not 1 <= first_run <= runs
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or value != int(value)
+        or not least <= value <= most
     ):
-        refuse(
-            data["geoFirstRun"].place,
-            f"geoFirstRun must be a run of this program, 1 to {runs}, found {_shown(first_run)}",
-        )
-    return Settings(dry_run, float(speed_pct), int(first_run))
+        refuse(datum.place, f"{name} must be {of}, {least} to {most}, found {_shown(value)}")
+    return int(value)
 
 
 def _shown(value: Value) -> str:
@@ -88,12 +140,14 @@ def check_new(text: RapidText) -> None:
 
 
 def as_new(text: str) -> str:
-    """Return the text of GeoCell with its switches as they were written, where they are plain values.
+    """Return the text of GeoCell or GeoStack with its switches as they were written, where they are plain values.
 
     Examples:
         >>> as_new("  PERS num geoFirstRun:=7;")
         '  PERS num geoFirstRun:=1;'
     """
-    for name, (kind, value) in _NEW.items():
+    layers = _LAYERS.search(text)
+    last = {} if layers is None else {"geoLastLayer": ("num", layers[1])}
+    for name, (kind, value) in {**_NEW, **_NEW_STACK, **last}.items():
         text = re.sub(rf"(?m)^(  PERS {kind} {name}:=)[A-Z0-9.]+;$", rf"\g<1>{value};", text)
     return text

@@ -32,15 +32,16 @@ def filled(template: str, *, holding: Collection[str], words: Mapping[str, str])
     return "\n".join(lines)
 
 
-def conditions(cell: Cell, *, placement: Placement, loading: bool) -> set[str]:
+def conditions(cell: Cell, *, placement: Placement, loading: bool, stacked: bool = False) -> set[str]:
     """Return the conditions that hold for a program.
 
     Args:
         cell: its outputs, and what it has besides valve and lamp.
         placement: whether all of it was stated.
         loading: whether the program loads its modules while it runs.
+        stacked: whether it is a layer of a stack, or the stack itself.
     """
-    holding = {cell.signals.mode, "unknown" if placement.missing else "known"}
+    holding = {cell.signals.mode, "unknown" if placement.missing else "known", "stacked" if stacked else "single"}
     holding |= {"prime"} if cell.purge is not None else set()
     holding |= {"vacuum"} if cell.signals.vacuum is not None else set()
     holding |= {"lag" if cell.signals.mode == "analog" and cell.signals.flow_lag > 0.0 else "nolag"}

@@ -45,7 +45,7 @@ _USED_NAMES = (
     "bool num string pos orient pose confdata robtarget jointtarget tooldata loaddata wobjdata speeddata zonedata "
     "triggdata loadsession movej movel moveabsj triggl triggio triggspeed setdo setao confj confl singarea velset "
     "pdispset pdispoff eoffsoff tperase tpwrite tpreadfk cjointt cspeedoverride poseinv posemult vectmagn abs atan2 "
-    "startload waitload unload waittime diskhome errno err_unload fine tool0 wobj0 load0 main on off start wobj "
+    "startload waitload load unload waittime diskhome errno err_unload fine tool0 wobj0 load0 main on off start wobj "
     "posevect noeoffs dynamic file dop diplag ctask t t2 t3 t4 t5 t6 t7 t8 "
     # Parameters and local data of the guard's routines would hide an output of the same name.
     "why shift axis turn jnow far answer run runs file target lifted "

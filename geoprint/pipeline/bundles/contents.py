@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from geoprint.errors import InputError
 from geoprint.export import MANIFEST, PLAN
-from geoprint.export.rapid import CELL_MODULE, as_new
+from geoprint.export.rapid import CELL_MODULE, STACK_MODULE, as_new
 
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
@@ -80,7 +80,7 @@ def part_folders(names: Sequence[str]) -> list[str]:
 def changes(folder: Path, names: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Yield name and reason for each listed file that is not as it was written, and for modules that nobody lists.
 
-    The switches of GeoCell may be set as its run sheet asks.
+    The switches of GeoCell, or of a stack's GeoStack, may be set as its run sheet asks.
     """
     for name, digest in names.items():
         path = folder / name
@@ -95,8 +95,8 @@ def changes(folder: Path, names: Mapping[str, str]) -> Iterator[tuple[str, str]]
 
 
 def _digests(path: Path) -> Iterator[str]:
-    """Yield the hash of a file; of GeoCell also that with its switches as they were written."""
+    """Yield the hash of a file; of what holds switches also that with these as they were written."""
     content = path.read_bytes()
     yield hashlib.sha256(content).hexdigest()
-    if path.name == CELL_MODULE:
+    if path.name in {CELL_MODULE, STACK_MODULE}:
         yield hashlib.sha256(as_new(content.decode("latin-1")).encode("latin-1")).hexdigest()

@@ -2,6 +2,7 @@
 
 from geoprint.export.rapid.machine.execution import (
     VERBS as VERBS,
+    Called as Called,
     Execution as Execution,
     Moves as Moves,
     Switching as Switching,

@@ -105,11 +105,14 @@ class RoutineCode:
 class Declared:
     """All that the modules of a task declare, by name in lower case.
 
+    Modules in a folder of the controller's disk see one another and those outside of folders, which call them by their
+    names only: so two folders may declare the same, as long as one is forgotten before the other is loaded.
+
     Attributes:
-        data: of all modules, by name.
-        own_data: LOCAL ones, by file and name.
+        data: of all modules outside of folders, by name.
+        own_data: LOCAL ones, by file and name; those of the modules in a folder, by folder and name.
         routines: by name.
-        own_routines: LOCAL ones, by file and name.
+        own_routines: as `own_data`.
         records: components of each record type.
         aliases: types by another name.
         signals: type of each signal of the controller.
@@ -128,11 +131,12 @@ class Declared:
 class Scope:
     """The names that can be seen where an expression stands."""
 
-    __slots__ = ("declared", "file", "locals", "size")
+    __slots__ = ("declared", "file", "folder", "locals", "size")
 
     def __init__(self, declared: Declared, file: str) -> None:
         self.declared = declared
         self.file = file
+        self.folder = file.rpartition("/")[0]
         self.locals: dict[str, Local] = {}
         self.size = 0
 
@@ -151,9 +155,11 @@ class Scope:
     def datum(self, name: str) -> Global | None:
         """Return the module's datum of a name."""
         name = name.lower()
-        return self.declared.own_data.get((self.file, name)) or self.declared.data.get(name)
+        own = self.declared.own_data
+        return own.get((self.file, name)) or own.get((self.folder, name)) or self.declared.data.get(name)
 
     def routine(self, name: str) -> RoutineCode | None:
         """Return the routine of a name, whether its module is loaded or not."""
         name = name.lower()
-        return self.declared.own_routines.get((self.file, name)) or self.declared.routines.get(name)
+        own = self.declared.own_routines
+        return own.get((self.file, name)) or own.get((self.folder, name)) or self.declared.routines.get(name)

@@ -158,14 +158,15 @@ def _trigger_speed(state: State, values: list[Any], options: Mapping[str, Value]
     datum.put(state, cast("Any", Trigger(asked, bool(options.get("time")))))
 
 
-def _file(values: list[Any], options: Mapping[str, Value]) -> str:
-    """Return the name of a file without the disk and folders before it."""
-    whole = cast("str", options.get("file", values[0]))
-    return PurePosixPath(whole.replace("\\", "/").rpartition(":")[2]).name
+def _file(state: State, values: list[Any], options: Mapping[str, Value]) -> str:
+    """Return a file as the task names it: with the folders below the disk if one of its modules lies there."""
+    whole = f"{values[0]}/{options['file']}" if "file" in options else cast("str", values[0])
+    path = PurePosixPath(whole.replace("\\", "/").rpartition(":")[2].lstrip("/"))
+    return str(path) if str(path) in state.task.files else path.name
 
 
 def _start_load(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
-    file, session = _file(values, options), cast("Reference", values[1])
+    file, session = _file(state, values, options), cast("Reference", values[1])
     if file not in state.task.disk(state.scenario):
         fault("ERR_FILNOTFND", f"there is no file {file}")
     if cast("object", session.get(state)) is not None:
@@ -187,7 +188,7 @@ def _wait_load(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
 
 
 def _load(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
-    file = _file(values, options)
+    file = _file(state, values, options)
     if file not in state.task.disk(state.scenario):
         fault("ERR_FILNOTFND", f"there is no file {file}")
     state.clock += state.scenario.loading
@@ -195,7 +196,7 @@ def _load(state: State, values: list[Any], options: Mapping[str, Value]) -> None
 
 
 def _unload(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
-    unload(state, _file(values, options))
+    unload(state, _file(state, values, options))
 
 
 def _add(state: State, values: list[Any], _: Mapping[str, Value]) -> None:

@@ -10,14 +10,19 @@ def load(state: State, file: str) -> None:
     """Make a module's routines and data available.
 
     Raises:
-        Fault: it is loaded already.
+        Fault: it is loaded already, or declares what a loaded one declares.
     """
     if file in state.loaded:
         fault("ERR_LOADED", f"{file} is loaded already")
+    task = state.task
+    for other in sorted(state.loaded):
+        both = sorted(task.shared_names(file) & task.shared_names(other))
+        if both:
+            fault("ERR_LOADED", f"{file} brings {both[0]}, which {other} has brought and nobody has unloaded")
     state.loaded |= {file}
     begin_data(state, file)
-    state.routines = {
-        name: routine for name, routine in state.task.declared.routines.items() if routine.file in state.loaded
+    state.routines |= {
+        routine.name.lower(): routine for routine in task.routines if routine.file == file and not routine.local
     }
 
 

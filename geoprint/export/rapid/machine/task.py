@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import cast, final
+from typing import TypeVar, cast, final
 
-from geoprint.export.rapid.language.syntax import Alias, Datum, Module, RecordType, Value
+from geoprint.export.rapid.language.syntax import Alias, Datum, Module, RecordType, Routine, Value
 from geoprint.export.rapid.machine.code import Declared, Evaluate, Global, RoutineCode, Scope
 from geoprint.export.rapid.machine.expressions import compiled
 from geoprint.export.rapid.machine.scenario import Scenario
@@ -17,6 +17,7 @@ from geoprint.export.rapid.machine.values.records import RECORDS, array_of, init
 from geoprint.motion.arm import Arm
 
 First = tuple[int, str, str, Evaluate]
+Seen = TypeVar("Seen", Global, RoutineCode)
 
 
 def compile_task(
@@ -50,7 +51,9 @@ class MachineTask:
         arm: that moves.
     """
 
-    __slots__ = ("_firsts", "_numbers", "arm", "blank", "declared", "files", "resident", "routines", "slots", "words")
+    __slots__ = (
+        "_firsts", "_numbers", "_shared", "arm", "blank", "declared", "files", "resident", "routines", "slots", "words",
+    )  # fmt: skip
 
     def __init__(
         self, modules: Sequence[Module], *, resident: frozenset[str], signals: Mapping[str, str], arm: Arm
@@ -65,6 +68,7 @@ class MachineTask:
         self.arm = arm
         self._numbers: dict[str, int] = {}
         self._firsts: dict[str, list[First]] = {file: [] for file in self.files}
+        self._shared: dict[str, set[str]] = {module.file: {module.name.lower()} for module in modules}
         self.blank = State(self, Scenario(), arm)
         for module in modules:
             self._declare_types(module)
@@ -89,6 +93,10 @@ class MachineTask:
     def first_values(self, file: str) -> list[First]:
         """Return slot, name, storage and first value of each datum of a module."""
         return self._firsts.get(file, [])
+
+    def shared_names(self, file: str) -> set[str]:
+        """Return the names that a module declares for others, its own among them."""
+        return self._shared[file]
 
     def file_number(self, file: str) -> int:
         """Return the number of a module."""
@@ -129,12 +137,8 @@ class MachineTask:
             )  # fmt: skip
             self.slots += 1
             self.blank.data.append(MISSING)
-            if datum.local:
-                self.declared.own_data[module.file, name] = found
-            elif name in self.declared.data:
-                unknown(module.file, datum.line, f"{datum.name} is declared twice")
-            else:
-                self.declared.data[name] = found
+            if self._once(module, datum, found, self.declared.data, self.declared.own_data):
+                self._shared[module.file].add(name)
         for routine in module.routines:
             name = routine.name.lower()
             code = RoutineCode(
@@ -142,12 +146,23 @@ class MachineTask:
                 parameters=routine.parameters, local=routine.local,
             )  # fmt: skip
             self.routines.append(code)
-            if routine.local:
-                self.declared.own_routines[module.file, name] = code
-            elif name in self.declared.routines:
-                unknown(module.file, routine.line, f"{routine.name} is declared twice")
-            else:
-                self.declared.routines[name] = code
+            if self._once(module, routine, code, self.declared.routines, self.declared.own_routines):
+                self._shared[module.file].add(routine.name.lower())
+
+    def _once(
+        self, module: Module, node: Datum | Routine, found: Seen, shared: dict[str, Seen],
+        own: dict[tuple[str, str], Seen],
+    ) -> bool:  # fmt: skip
+        """Note what a module declares; return whether other modules see it."""
+        name, folder = node.name.lower(), module.file.rpartition("/")[0]
+        place = module.file if node.local else folder
+        if not node.local and (name in shared or (folder, name) in own):
+            unknown(module.file, node.line, f"{node.name} is declared twice")
+        if place:
+            own[place, name] = found
+        else:
+            shared[name] = found
+        return not node.local
 
     def _first_values(self, module: Module) -> None:
         scope = Scope(self.declared, module.file)

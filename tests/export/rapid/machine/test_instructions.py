@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from geoprint.errors import VerificationError
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.machine import Scenario, compile_task, execute
-from tests.export.rapid.machine.tasks import HOME, arm, ran, shown, target
+from tests.export.rapid.machine.tasks import HOME, arm, ran, shown, target, task
 
 SIGNALS = "Set doUV; WaitTime 1; SetAO aoFlow,2.5; Reset doUV; PulseDO doValve; PulseDO\\PLength:=3,doUV; WaitTime 2;"
 
@@ -321,3 +322,43 @@ def test_watched_calls_are_noted_with_their_arguments_moment_and_place() -> None
         ("go", "Main.mod", 7, 1), ("go", "Main.mod", 8, 1),
     ]  # fmt: skip
     assert found.calls[0].time == pytest.approx(float(found.moves.ends[0]))
+
+
+# Two folders whose modules declare the same names, one of them with a module that uses what the other one declares.
+FOLDERS = {
+    f"{folder}/{name}.mod": text
+    for folder, value in (("low", 1), ("high", 2))
+    for name, text in (
+        ("Data", f"MODULE Data\nVAR num height:={value};\nENDMODULE\n"),
+        ("Show", 'MODULE Show\nPROC shows()\nTPWrite "height "\\Num:=height;\nheight:=7;\nENDPROC\nENDMODULE\n'),
+    )
+}
+LOADED = 'Load\\Dynamic,diskhome\\File:="{0}/Data.mod"; Load\\Dynamic,diskhome\\File:="{0}/Show.mod";'
+FORGOTTEN = 'UnLoad diskhome\\File:="{0}/Show.mod"; UnLoad diskhome\\File:="{0}/Data.mod";'
+
+
+def test_modules_of_a_folder_see_one_another_and_come_anew_each_time() -> None:
+    body = "".join(LOADED.format(folder) + '%"shows"%;' + FORGOTTEN.format(folder) for folder in ("low", "high", "low"))
+    found = ran(body, others=FOLDERS)
+    assert (found.ended, shown(found)) == ("end", ["height 1", "height 2", "height 1"])
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (LOADED.format("low") + LOADED.format("high"), "ERR_LOADED: high/Data.mod brings data, which low/Data.mod has"),
+        (LOADED.format("low") + FORGOTTEN.format("high"), "ERR_UNLOAD: high/Show.mod is not loaded by the program"),
+        ('%"shows"%;', "ERR_REFUNKPRC: there is no procedure shows in a module that is loaded"),
+    ],
+)
+def test_folders_that_declare_the_same_are_not_loaded_together(body: str, reason: str) -> None:
+    found = ran(body, others=FOLDERS)
+    assert found.ended == "error"
+    assert reason in found.reason
+
+
+def test_nothing_outside_of_a_folder_names_what_is_in_it() -> None:
+    with pytest.raises(VerificationError, match="shows is no instruction that this machine knows"):
+        task("shows;", others=FOLDERS)
+    with pytest.raises(VerificationError, match="height"):
+        task("height:=1;", others=FOLDERS)

@@ -1,0 +1,253 @@
+"""Executes the program of a stack from home to home, and holds each layer to what its own program does by itself.
+
+It is run dry, printing, begun at a layer and at a run in the middle, ended before the last layer, where it must refuse,
+and stopped in a layer and begun again. In each of them every number of every move and switching must be the one that
+the layer's own program, executed alone, has there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+
+from geoprint.export.rapid.language.syntax import Module, Value
+from geoprint.export.rapid.machine import Controller, Execution, Scenario, Switching, compile_task, execute
+from geoprint.export.rapid.made import dry, printing, signals_of, task_of
+from geoprint.export.rapid.stacks.comparing import Part, compare_part, parts_of, state_of
+from geoprint.export.rapid.text import Place, refuse
+from geoprint.model import Cell, Placement, comparable
+from geoprint.motion.arm import Arm
+
+_MAIN = "GeoStack.mod"
+_ENTRY = Place(_MAIN, 1)
+# What a guard shows behind a stop, before the line that must name the layer.
+_CUT_SHORT = "The last print was stopped in run"
+# The machine's clock is a sum of a hundred thousand moves [s].
+_TIME_TOLERANCE = 1e-6
+
+
+@final
+@comparable
+class StackProof:
+    """What was executed of the program of a stack.
+
+    Attributes:
+        scenarios: how it was run, in words.
+        refused: likewise, where it ended before anything moved, as it must.
+        statements: how many lines of GeoStack hold some.
+        executed: how many of these were executed in at least one scenario.
+        runs: of each layer, how many.
+        seconds: of each layer as it prints, from home to home [s].
+    """
+
+    scenarios: tuple[str, ...]
+    refused: tuple[str, ...]
+    statements: int
+    executed: int
+    runs: tuple[int, ...]
+    seconds: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """How a stack is run: in words, from which layer on, to which, from which run of the first on, and whether dry."""
+
+    name: str
+    first: int
+    last: int
+    run: int = 1
+    dry: bool = False
+
+
+@final
+class StackRun:
+    """A stack on the machine, beside the own programs of its layers.
+
+    Args:
+        modules: GeoStack, what stays on the controller, and the modules of all layers, in their folders.
+        layers: folder and modules of each layer's own program, with what stays on the controller.
+        cell: outputs, home and pause.
+        placement: whether it is known where the part stands.
+    """
+
+    def __init__(
+        self, modules: Sequence[Module], layers: Sequence[tuple[str, Sequence[Module]]], *, cell: Cell,
+        placement: Placement,
+    ) -> None:  # fmt: skip
+        self._cell, self._placement = cell, placement
+        self._arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        at_once = [module.file for module in modules if "/" not in module.file]
+        self._task = compile_task(modules, at_once=at_once, signals=signals_of(cell), arm=self._arm)
+        self._folders = [folder for folder, _ in layers]
+        # The parts of their executions: dry by layer, printing by layer and first run.
+        self._dry: dict[int, Part] = {}
+        self._printing: dict[tuple[int, int], Part] = {}
+        self._runs: list[int] = []
+        for number, (_, own) in enumerate(layers, start=1):
+            self._runs.append(self._run_own(number, own))
+        self._ran: list[tuple[str, Execution]] = []
+
+    def prove(self) -> StackProof:
+        """Execute the stack in all its courses.
+
+        Raises:
+            VerificationError: a layer does something else than its own program, or is left out, or comes in another
+                order; something is on between layers; the pause is another; a setting that makes no sense is not
+                refused; what GeoStack notes does not lead back to the layer that a stop has cut short.
+        """
+        gaps: Sequence[float] = ()
+        seconds: tuple[float, ...] = ()
+        for course in self._courses():
+            execution = execute(self._task, self._scenario(course))
+            parts = self._check(course, execution)
+            found = [behind.begin - before.end for before, behind in pairwise(parts)]
+            if course.dry:
+                gaps = found
+            elif course.name == "printing":
+                self._check_pauses(found, gaps)
+                seconds = tuple(part.end - part.begin for part in parts)
+            self._ran.append((course.name, execution))
+        self._stopped()
+        refused = self._refusals()
+        lines = self._ran[0][1].statements[_MAIN][0]
+        seen = np.logical_or.reduce([execution.statements[_MAIN][1] for _, execution in (*self._ran, *refused)])
+        left = np.unique(lines[~seen]).size
+        count = np.unique(lines).size
+        names, others = ([name for name, _ in each] for each in (self._ran, refused))
+        return StackProof(tuple(names), tuple(others), count, count - left, tuple(self._runs), seconds)
+
+    def _run_own(self, number: int, modules: Sequence[Module]) -> int:
+        """Execute a layer's own program as its courses need it, and return how many runs it has."""
+        task = task_of(modules, cell=self._cell, arm=self._arm)
+        scenario = printing(self._cell, placement=self._placement)
+        (whole,) = parts_of(execute(task, scenario))
+        runs = whole.runs
+        self._printing[number, 1] = whole
+        (self._dry[number],) = parts_of(execute(task, dry(self._cell)))
+        middle = runs // 2 + 1
+        later = printing(self._cell, placement=self._placement, first=middle)
+        (self._printing[number, middle],) = parts_of(execute(task, later))
+        return runs
+
+    def _courses(self) -> list[_Course]:
+        count = len(self._runs)
+        middle = count // 2 + 1
+        run = self._runs[middle - 1] // 2 + 1
+        courses = [_Course("dry", 1, count, dry=True), _Course("printing", 1, count)]
+        if count > 1:
+            courses += [
+                _Course(f"printing from layer {middle} on", middle, count),
+                _Course(f"printing up to layer {count - 1}", 1, count - 1),
+            ]
+        return [*courses, _Course(f"printing from run {run} of layer {middle} on", middle, count, run)]
+
+    def _scenario(self, course: _Course) -> Scenario:
+        printed = printing(self._cell, placement=self._placement, first=course.run)
+        scenario = dry(self._cell) if course.dry else printed
+        data: dict[str, Value] = {"geoFirstLayer": float(course.first), "geoLastLayer": float(course.last)}
+        # What it would note if it could print.
+        held = scenario.held if not scenario.held else {**scenario.held, "geoStackPrints": True}
+        return replace(scenario, data={**scenario.data, **data}, held=held)
+
+    def _check(self, course: _Course, execution: Execution) -> list[Part]:
+        """Check that the right layers came in their order, each as its own program, and what is noted behind them."""
+        if execution.ended != "end":
+            place = Place(execution.file or _MAIN, max(execution.line, 1))
+            refuse(place, f"{course.name}: the stack does not run to its end: {execution.reason}")
+        parts = parts_of(execution)
+        wanted = self._folders[course.first - 1 : course.last]
+        found = [part.folder for part in parts]
+        if found != wanted:
+            refuse(_ENTRY, f"{course.name}: the layers printed are {found}, planned are {wanted}")
+        for number, part in enumerate(parts, start=course.first):
+            run = course.run if number == course.first else 1
+            own = self._dry[number] if course.dry else self._printing[number, run]
+            compare_part(part, own, course=course.name)
+        self._check_shut(course.name, execution, parts)
+        noted = {"geofirstlayer": float(course.first), "geofirstrun": float(course.run)}
+        if not course.dry:
+            noted = {"geofirstlayer": float(course.last + 1), "geofirstrun": 1.0}
+        for name, value in noted.items():
+            if execution.data[name] != value:
+                refuse(_ENTRY, f"{course.name}: {name} is {execution.data[name]} at the end, and should be {value:g}")
+        return parts
+
+    def _check_shut(self, name: str, execution: Execution, parts: Sequence[Part]) -> None:
+        """Check that every output is 0 as the arm comes home from each layer."""
+        for part in parts:
+            on = [signal for signal, value in state_of(execution.switchings, part.end).items() if value]
+            if on:
+                refuse(_ENTRY, f"{name}: behind {part.folder} {', '.join(sorted(on))} is still on")
+
+    def _check_pauses(self, found: Sequence[float], dry_gaps: Sequence[float]) -> None:
+        pause = self._cell.process.layer_pause
+        for number, (gap, none) in enumerate(zip(found, dry_gaps, strict=True), start=1):
+            if abs(gap - none - pause) > _TIME_TOLERANCE:
+                refuse(_ENTRY, f"the pause behind layer {number} is {gap - none:.3f} s, the cell asks for {pause:g} s")
+
+    def _refusals(self) -> list[tuple[str, Execution]]:
+        """Execute what must be refused before anything moves, and return each case in words with what happened."""
+        count = len(self._runs)
+        base = self._scenario(self._courses()[1])
+        cases: dict[str, Mapping[str, Value]] = {
+            "first layer 0": {"geoFirstLayer": 0.0},
+            f"first layer {count + 1}": {"geoFirstLayer": float(count + 1)},
+            f"last layer {count + 1}": {"geoLastLayer": float(count + 1)},
+            "last layer 0": {"geoLastLayer": 0.0},
+            f"first run {self._runs[0] + 1}": {"geoFirstRun": float(self._runs[0] + 1)},
+        }
+        scenarios = {name: replace(base, data={**base.data, **data}) for name, data in cases.items()}
+        there = self._task.disk(base)
+        missing = f"{self._folders[0]}/GeoPrint.mod"
+        scenarios["a module that is not in HOME:"] = replace(base, disk=there - {missing})
+        found: list[tuple[str, Execution]] = []
+        for name, scenario in scenarios.items():
+            execution = execute(self._task, scenario)
+            if execution.ended != "exit" or execution.moves.count:
+                place = Place(execution.file or _MAIN, max(execution.line, 1))
+                refuse(place, f"{name}: the stack must refuse before it moves, and it does not")
+            found.append((name, execution))
+        return found
+
+    def _stopped(self) -> None:
+        """Execute a stop while the last layer prints, and a start from main behind it: it must be that layer's.
+
+        Nothing is stopped where nothing is switched on but in thought.
+        """
+        count = len(self._runs)
+        whole = _Course("printing", 1, count)
+        scenario = self._scenario(whole)
+        last = parts_of(self._ran[1][1])[-1]
+        valve = self._cell.signals.dispenser.lower()
+        on = [each for each in last.switchings if each.signal == valve and each.value > 0.0 and each.move >= 0]
+        if scenario.held or not on:
+            return
+        controller = Controller(self._task, scenario)
+        controller.stop_at(_soon(last, on[0]), "Stop")
+        lit = [name for name, value in controller.state.signals.items() if value]
+        if lit:
+            refuse(_ENTRY, f"stopped in layer {count}, {', '.join(lit)} is still on")
+        controller.note_from_here()
+        # A person moves the arm home slowly, and looks at the nozzle.
+        controller.from_main(replace(scenario, data={"geoFirstRun": 1.0}, answers=(1.0, 1.0)))
+        controller.run_until(np.inf)
+        execution = controller.execution()
+        name = f"stopped in layer {count}, and begun again from main"
+        self._check(_Course(name, count, count), execution)
+        texts = [text for _, text in execution.texts]
+        said = next((k for k, text in enumerate(texts) if text.startswith(_CUT_SHORT)), len(texts))
+        if f"of layer {count}" not in texts[said + 1 : said + 2]:
+            refuse(_ENTRY, f"{name}: nothing says in which layer the print was stopped")
+        self._ran.append((name, execution))
+
+
+def _soon(part: Part, switched: Switching) -> float:
+    """Return a moment within the move that follows the first of those that carry material [s]."""
+    moves = part.execution.moves
+    row = part.first + switched.move + 1
+    return float(moves.begins[row] + 0.5 * (moves.ends[row] - moves.begins[row]))

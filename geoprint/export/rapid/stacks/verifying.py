@@ -1,0 +1,268 @@
+"""Compares the program of a stack with those of its layers: its text line by line, and what it does, executed."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import resources
+from typing import final
+
+from geoprint.errors import VerificationError
+from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
+from geoprint.export.rapid.language.collecting import uncollected
+from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.language.places import refusal
+from geoprint.export.rapid.language.symbols import examine
+from geoprint.export.rapid.language.syntax import Module
+from geoprint.export.rapid.made import signals_of
+from geoprint.export.rapid.reader import check_line, read_program_file, read_text
+from geoprint.export.rapid.settings import CELL_MODULE, STACK_MODULE, StackSettings, as_new, read_stack_settings
+from geoprint.export.rapid.stacks.running import StackProof, StackRun
+from geoprint.export.rapid.text import Place, refuse
+from geoprint.model import Cell, Placement, frozen
+
+_LIST, _PRINT = "GeoStack.pgf", "GeoPrint.mod"
+_ENTRY = re.compile(r"  PROC (GeoLayer\d+_(\d+))\(\)")
+# What GeoStack declares in place of a layer.
+_SWITCH = re.compile(r"  PERS (?:bool geoDryRun|num geoSpeedPct|num geoFirstRun):=")
+
+
+@final
+@frozen
+class OwnProgram:
+    """The program of a layer by itself, which was verified.
+
+    Attributes:
+        folder: of its modules in the stack's program.
+        modules: file and text of each.
+        cell: that it is for.
+        placement: where the part stands.
+    """
+
+    folder: str
+    modules: tuple[tuple[str, str], ...]
+    cell: Cell
+    placement: Placement
+
+
+@final
+@frozen
+class JudgedStack:
+    """What is wrong with the program of a stack, and what it did; nothing of that where it does not run.
+
+    Attributes:
+        findings: the first of each module, then the first of its execution.
+        proof: its executions, or None.
+        settings: how it is set to run, or None where a switch stands at a value that it refuses.
+    """
+
+    findings: tuple[VerificationError, ...]
+    proof: StackProof | None
+    settings: StackSettings | None
+
+
+@uncollected()
+def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> JudgedStack:
+    """Return what is wrong with the program of a stack, and what it did when it was executed.
+
+    Every line of a layer must be that of its own program, but for its folder, the name of its main, the switches and
+    the guard, which has a text for stacks; GeoStack and the guard are compared word for word with what geoprint brings.
+
+    Args:
+        files: text of each file by its path in the folder of the program; those of the controller are left out.
+        layers: their own programs, the lowest first.
+    """
+    first = layers[0]
+    resident = parse_module(*resident_module(first.cell, first.placement))
+    findings = [*_list_findings(files)]
+    entries = [_entry_of(files, layer) for layer in layers]
+    for number, (layer, entry) in enumerate(zip(layers, entries, strict=True), start=1):
+        findings += _layer_findings(files, layer, number=number, entry=entry)
+    findings += _failing(lambda: _check_stack(files, layers, entries))
+    known = {STACK_MODULE, _LIST, *(f"{layer.folder}/{name}" for layer in layers for name, _ in _modules(layer))}
+    findings += [
+        refusal(Place(name, 1), "no layer of the stack has this module") for name in sorted(files.keys() - known)
+    ]
+    parsed, broken = _parsed({name: text for name, text in files.items() if name in known})
+    findings += broken
+    proofs: list[StackProof] = []
+    if not broken and STACK_MODULE in files:
+        unresolved = _unresolved(parsed, resident, layers)
+        findings += unresolved
+        if not unresolved:
+            findings += _failing(lambda: proofs.append(_prove([*parsed.values(), resident], layers, resident)))
+    settings: list[StackSettings] = []
+    for proof in proofs:
+        text = read_text([parsed[STACK_MODULE]])
+        findings += _failing(lambda text=text, proof=proof: settings.append(read_stack_settings(text, runs=proof.runs)))
+    return JudgedStack(tuple(findings), proofs[0] if proofs else None, settings[0] if settings else None)
+
+
+def verify_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> StackProof:
+    """Check the program of a stack before it is written.
+
+    Args:
+        files: as `judge_stack`.
+        layers: as `judge_stack`.
+
+    Raises:
+        VerificationError: it is not what its layers are; file, line and reason are named.
+    """
+    judged = judge_stack(files, layers)
+    for finding in judged.findings:
+        raise finding
+    text = files[STACK_MODULE]
+    if as_new(text) != text:
+        refuse(Place(STACK_MODULE, 1), "the switches of a new program stand at other values than they must")
+    assert judged.proof is not None  # noqa: S101  # Without a finding it ran.
+    return judged.proof
+
+
+def _prove(modules: Sequence[Module], layers: Sequence[OwnProgram], resident: Module) -> StackProof:
+    own = [
+        (layer.folder, [*(parse_module(name, text) for name, text in _modules(layer)), resident]) for layer in layers
+    ]
+    return StackRun(modules, own, cell=layers[0].cell, placement=layers[0].placement).prove()
+
+
+def _modules(layer: OwnProgram) -> list[tuple[str, str]]:
+    return [(name, text) for name, text in layer.modules if name.endswith(".mod")]
+
+
+def _parsed(files: Mapping[str, str]) -> tuple[dict[str, Module], list[VerificationError]]:
+    parsed: dict[str, Module] = {}
+    broken: list[VerificationError] = []
+    for name, text in files.items():
+        if name.endswith(".mod"):
+            broken += _failing(lambda name=name, text=text: parsed.update({name: parse_module(name, text)}))
+    return parsed, broken
+
+
+def _unresolved(
+    parsed: Mapping[str, Module], resident: Module, layers: Sequence[OwnProgram]
+) -> list[VerificationError]:
+    """Return what does not resolve: in GeoStack without any layer, and in each layer beside it."""
+    signals = signals_of(layers[0].cell)
+    standing = [parsed[STACK_MODULE], resident]
+    _, errors = examine(standing, signals=signals)
+    for layer in layers:
+        own = [module for name, module in parsed.items() if name.startswith(f"{layer.folder}/")]
+        errors += examine([*standing, *own], signals=signals)[1]
+    return errors
+
+
+def _entry_of(files: Mapping[str, str], layer: OwnProgram) -> str:
+    """Return the procedure that prints a layer, as its module names it, or nothing."""
+    match = _ENTRY.search(files.get(f"{layer.folder}/{_PRINT}", ""))
+    return match[1] if match else ""
+
+
+def _list_findings(files: Mapping[str, str]) -> Iterator[VerificationError]:
+    def check() -> None:
+        if _LIST not in files:
+            refuse(Place(_LIST, 1), "the list of modules is missing")
+        if read_program_file(_LIST, files[_LIST]) != (STACK_MODULE,):
+            refuse(Place(_LIST, 3), f"it must list {STACK_MODULE} alone: layers are loaded in their turn")
+
+    yield from _failing(check)
+
+
+def _layer_findings(files: Mapping[str, str], layer: OwnProgram, *, number: int, entry: str) -> list[VerificationError]:
+    """Return the first line of each module that is not that of the layer's own program, or that its sum is another."""
+    findings: list[VerificationError] = []
+    loading = any(name.startswith("GeoPath") for name, _ in layer.modules)
+    bare: list[str] = []
+    for name, own in _modules(layer):
+        path = f"{layer.folder}/{name}"
+        text = files.get(path)
+        if text is None:
+            findings.append(refusal(Place(path, 1), "this module of the layer is missing"))
+        elif name == GUARD:
+            findings += _failing(lambda path=path, text=text: _check_guard(path, text, layer, loading=loading))
+        else:
+            findings += _failing(lambda path=path, text=text, own=own: _check_lines(path, text, own, layer, entry))
+        bare.append((text or "").replace(f"  PROC {entry}()\n", "  PROC main()\n", 1) if name == _PRINT else text or "")
+    sum_of = zlib.crc32("".join(bare).encode("latin-1")) % 1_000_000
+    if not findings and entry != f"GeoLayer{number}_{sum_of}":
+        place = Place(f"{layer.folder}/{_PRINT}", 1)
+        findings.append(refusal(place, f"the layer's procedure must be GeoLayer{number}_{sum_of}, found {entry!r}"))
+    return findings
+
+
+def _check_guard(path: str, text: str, layer: OwnProgram, *, loading: bool) -> None:
+    try:
+        check_guard(text, cell=layer.cell, placement=layer.placement, loading=loading, stacked=True)
+    except VerificationError as error:
+        line, reason = error.details.get("line"), error.details.get("reason")
+        refuse(Place(path, line if isinstance(line, int) else 1), str(reason))
+
+
+def _check_lines(path: str, text: str, own: str, layer: OwnProgram, entry: str) -> None:
+    """Check that the lines of a module are those of the layer's own program, but for what a stack holds once."""
+    name = path.rpartition("/")[2]
+    wanted = [line for line in own.split("\n") if name != CELL_MODULE or not _SWITCH.match(line)]
+    found = text.split("\n")
+    for number, line in enumerate(found, start=1):
+        place = Place(path, number)
+        check_line(line, place)
+        if number > len(wanted):
+            refuse(place, f"{line.strip()[:60]!r} stands behind the end of the module")
+        said = line
+        if name == _PRINT:
+            said = line.replace(f'"{layer.folder}/GeoPath', '"GeoPath')
+            said = "  PROC main()" if entry and line == f"  PROC {entry}()" else said
+        if said != wanted[number - 1]:
+            refuse(
+                place,
+                f"the layer's own program says {wanted[number - 1].strip()[:80]!r} here, found {line.strip()[:80]!r}",
+            )
+    if len(found) < len(wanted):
+        refuse(Place(path, len(found)), f"the module breaks off before {wanted[len(found)].strip()[:80]!r}")
+
+
+def _check_stack(files: Mapping[str, str], layers: Sequence[OwnProgram], entries: Sequence[str]) -> None:
+    """Check GeoStack word for word against what geoprint brings; its comments say nothing to a controller."""
+    if STACK_MODULE not in files:
+        refuse(Place(STACK_MODULE, 1), "the module is missing")
+    wanted = [line for line in _expected(layers, entries) if not line.lstrip().startswith("!")]
+    lines = as_new(files[STACK_MODULE]).split("\n")
+    found = [(number, line) for number, line in enumerate(lines, start=1) if not line.lstrip().startswith("!")]
+    for number, line in enumerate(lines, start=1):
+        check_line(line, Place(STACK_MODULE, number))
+    for (number, line), word in zip(found, wanted, strict=False):
+        if line != word:
+            refuse(Place(STACK_MODULE, number), f"it must say {word.strip()!r} here, found {line.strip()[:80]!r}")
+    if len(found) != len(wanted):
+        refuse(
+            Place(STACK_MODULE, len(lines)), f"it must have {len(wanted)} lines without comments, found {len(found)}"
+        )
+
+
+def _expected(layers: Sequence[OwnProgram], entries: Sequence[str]) -> Iterator[str]:
+    """Yield the lines of GeoStack for these layers."""
+    missing, pause = bool(layers[0].placement.missing), layers[0].cell.process.layer_pause
+    holds = {"known": not missing, "unknown": missing, "pause": pause > 0.0}
+    template = resources.files("geoprint.export.rapid").joinpath("geo_stack.mod").read_text(encoding="ascii")
+    for line in template.split("\n"):
+        condition = re.match(r"@([a-z]+)\|", line)
+        bare = line if condition is None else line[condition.end() :]
+        if condition is not None and not holds[condition[1]]:
+            continue
+        if bare == "<FORGETTING>":
+            for layer in layers:
+                for name, _ in reversed(_modules(layer)):
+                    yield f'    GeoStackForget "{layer.folder}/{name}";'
+        elif bare == "<PRINTING>":
+            for number, (layer, entry) in enumerate(zip(layers, entries, strict=True), start=1):
+                yield f'    GeoStackLayer {number},"{layer.folder}","{entry}";'
+        elif bare != "<HEADER>":
+            yield bare.replace("<LAYERS>", str(len(layers))).replace("<PAUSE>", f"{pause:.6G}")
+
+
+def _failing(check: Callable[[], object]) -> Iterator[VerificationError]:
+    """Yield what a check raises."""
+    try:
+        check()
+    except VerificationError as error:
+        yield error

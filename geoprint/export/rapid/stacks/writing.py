@@ -1,0 +1,123 @@
+r"""The RAPID program of a stack: GeoStack, whose main loads one layer after the other, and the layers' own modules.
+
+Each layer is the program that was written and verified for it, but for what a task holds only once: its `main` has
+another name, its switches stand in GeoStack, its modules lie in a folder of their own. What GeoStack does between them
+moves nothing: each ends at home with everything shut off, where the next begins.
+
+What [ABBRapid] says of modules that come and go decides its form. A procedure of a module that is loaded later is
+called by late binding alone (`%entry%`; ERR_REFUNKPRC where no loaded module has it), and data of such a module cannot
+be named at all: so the layers name data of GeoStack, never the other way round. `UnLoad` forgets what persistents were
+set to, so what a person sets and what must outlast a layer stands in GeoStack. Two loaded modules must not declare the
+same name, so a layer is forgotten before the next is loaded (`UnLoad` with the path that it was loaded by; ERR_UNLOAD
+where it is not there). Nothing moves meanwhile, so `Load` waits as well as `StartLoad` with `WaitLoad`; `\Dynamic`
+lets PP to main unload what a stop has left, and main forgets it once more by itself.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import final
+
+from geoprint.export.rapid import values
+from geoprint.export.rapid.cell_module import guard_module, program_file
+from geoprint.export.rapid.settings import CELL_MODULE, STACK_MODULE
+from geoprint.export.rapid.templates import conditions, filled
+from geoprint.model import Cell, Placement, comparable
+
+_GUARD, _PRINT = "GeoGuard.mod", "GeoPrint.mod"
+# What GeoStack declares in place of a layer's GeoCell.
+_SWITCHES = ("PERS bool geoDryRun:=", "PERS num geoSpeedPct:=", "PERS num geoFirstRun:=")
+# A RAPID num and six digits in a name are enough to tell two layers apart.
+_LARGEST_SUM = 1_000_000
+
+
+@final
+@comparable
+class StackedLayer:
+    """The modules of a layer.
+
+    Attributes:
+        folder: in which they lie.
+        entry: the procedure that prints it.
+        modules: file in that folder, and text.
+    """
+
+    folder: str
+    entry: str
+    modules: tuple[tuple[str, str], ...]
+
+
+def stacked_layer(
+    modules: Sequence[tuple[str, str]], *, number: int, folder: str, cell: Cell, placement: Placement
+) -> StackedLayer:
+    """Return a layer of a stack, made of the program of that layer.
+
+    Args:
+        modules: file and text of each of its modules, as `proven_program` wrote them; lists of modules are left out.
+        number: of the layer, from 1.
+        folder: in which its modules shall lie.
+        cell: its outputs.
+        placement: whether all of it was stated.
+    """
+    loading = any(name.startswith("GeoPath") for name, _ in modules)
+    guard = guard_module(cell, placement=placement, loading=loading, stacked=True)
+    placed: dict[str, str] = {}
+    for name, text in modules:
+        if name == CELL_MODULE:
+            lines = text.split("\n")
+            placed[name] = "\n".join(line for line in lines if not line.lstrip().startswith(_SWITCHES))
+        elif name == _PRINT:
+            placed[name] = text.replace('"GeoPath', f'"{folder}/GeoPath')
+        elif name.endswith(".mod"):
+            placed[name] = guard if name == _GUARD else text
+    sum_of = zlib.crc32("".join(placed.values()).encode("ascii")) % _LARGEST_SUM
+    entry = f"GeoLayer{number}_{sum_of}"
+    placed[_PRINT] = placed[_PRINT].replace("  PROC main()\n", f"  PROC {entry}()\n", 1)
+    return StackedLayer(folder, entry, tuple(placed.items()))
+
+
+def stack_files(
+    layers: Sequence[StackedLayer], *, cell: Cell, placement: Placement, part_name: str
+) -> tuple[tuple[str, str], ...]:
+    """Return file and text of GeoStack, of the list of modules that names it, and of all modules of the layers.
+
+    Args:
+        layers: the lowest first.
+        cell: its name, arm and pause.
+        placement: whether all of it was stated.
+        part_name: for the header.
+    """
+    inner = [(f"{layer.folder}/{name}", text) for layer in layers for name, text in layer.modules]
+    stack = _stack_module(layers, cell=cell, placement=placement, part_name=part_name)
+    return (STACK_MODULE, stack), ("GeoStack.pgf", program_file([STACK_MODULE])), *inner
+
+
+def _stack_module(layers: Sequence[StackedLayer], *, cell: Cell, placement: Placement, part_name: str) -> str:
+    holding = conditions(cell, placement=placement, loading=True, stacked=True)
+    pause = cell.process.layer_pause
+    holding |= {"pause"} if pause > 0.0 else set()
+    forgetting = [
+        f'    GeoStackForget "{layer.folder}/{name}";' for layer in layers for name, _ in reversed(layer.modules)
+    ]
+    printing = [
+        f'    GeoStackLayer {number},"{layer.folder}","{layer.entry}";' for number, layer in enumerate(layers, start=1)
+    ]
+    header = [
+        f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.",
+        f"Part: {part_name}",
+        f"Cell: {cell.name}; robot: {cell.robot.model}",
+        f"{len(layers)} layers, each loaded from HOME: in its turn: copy their folders there first.",
+        "Checked: executed from home to home; each layer makes the moves and switchings of its own program.",
+        "Not checked: the real cell. Run it dry and slowly first.",
+        "It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.",
+    ]
+    words = {
+        "HEADER": "\n".join(line for text in header for line in values.comment(text)),
+        "LAYERS": str(len(layers)),
+        "PAUSE": values.significant(pause),
+        "FORGETTING": "\n".join(forgetting),
+        "PRINTING": "\n".join(printing),
+    }
+    return filled("geo_stack.mod", holding=holding, words=words)
