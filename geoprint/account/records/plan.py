@@ -15,8 +15,9 @@ from geoprint.account.records.robot import RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
 from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
-from geoprint.config.job import Job, PatchRegion
+from geoprint.config.job import Job
 from geoprint.config.key import keys_of
+from geoprint.config.patch_region import PatchRegion
 from geoprint.surfaces.repair import PreparationReport, Repairs, described
 
 
