@@ -264,10 +264,11 @@ class Job(Table):
     @model_validator(mode="after")
     def _a_source_for_each_patch(self) -> Self:
         source = self.source
-        if len(self.patches) > 1 and source is not None and not (source.border or source.best):
+        everywhere = source is None or source.border or source.best or source.angle is not None
+        if len(self.patches) > 1 and not everywhere:
             raise ValueError(
                 f"the source {source} lies on one patch, but there are {len(self.patches)}: give each its own, as "
-                "`source` in its table, or take border or best for all"
+                "`source` in its table, or take border, best or an angle for all"
             )
         return self
 
