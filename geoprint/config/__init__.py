@@ -19,6 +19,7 @@ from geoprint.config.job_file import (
     job_of as job_of,
     job_text as job_text,
 )
+from geoprint.config.layer_pattern import LayerPattern as LayerPattern
 from geoprint.config.needles import (
     Needle as Needle,
     common_needles as common_needles,

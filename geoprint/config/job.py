@@ -12,6 +12,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from geoprint.config.key import Key, keys_of
+from geoprint.config.layer_pattern import LayerPattern, layer_pattern
 from geoprint.config.patch_region import PatchRegion
 from geoprint.config.source import SHAPES, Source
 from geoprint.config.strict import Rounds, Table
@@ -78,6 +79,17 @@ class Job(Table):
             always=False,
         ),
     ] = "contours"
+    patterns: Annotated[
+        list[str] | None,
+        Field(min_length=1),
+        Key(
+            "Patterns of the layers of a thickness in turn, from the lowest, with commas between them; with the angle "
+            "of straight rows in degrees, as contours,guided:45,guided:-45.",
+            '["contours", "guided:45", "guided:-45"] # of layers, in turn from the lowest',
+            group="paths",
+            always=False,
+        ),
+    ] = None
     middle: Annotated[
         Literal["best", "fitted", "plain"] | None,
         Key(
@@ -262,6 +274,19 @@ class Job(Table):
         return self
 
     @model_validator(mode="after")
+    def _patterns_of_layers(self) -> Self:
+        if self.patterns is None:
+            return self
+        if self.pattern != type(self).model_fields["pattern"].default:
+            raise ValueError("give either a pattern or patterns, not both: patterns say that of each layer")
+        angles = [each.angle_deg for each in self.drawings]
+        if self.source is not None and None not in angles:
+            raise ValueError(
+                f"the source {self.source} is of none of the patterns, which all have an angle: leave out one of both"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _a_source_for_each_patch(self) -> Self:
         source = self.source
         everywhere = source is None or source.border or source.best or source.angle is not None
@@ -277,9 +302,29 @@ class Job(Table):
         """Whether it is of layers over the part."""
         return self.thickness is not None or self.target is not None
 
+    @property
+    def drawings(self) -> tuple[LayerPattern, ...]:
+        """The patterns that layers have in turn, from the lowest; one where all have the same.
+
+        Raises:
+            ValueError: a text means none.
+        """
+        return (LayerPattern(self.pattern),) if self.patterns is None else tuple(map(layer_pattern, self.patterns))
+
+    @property
+    def drawing(self) -> LayerPattern:
+        """The pattern of its layer; of the lowest where it is of all."""
+        return self.drawings[((self.layer or 1) - 1) % len(self.drawings)]
+
+    @property
+    def counted_from(self) -> Source | None:
+        """What distance is measured from on its layer: the angle of its pattern, else its source."""
+        angle = self.drawing.angle_deg
+        return self.source if angle is None else Source(angle=angle)
+
     def settings(self) -> dict[str, object]:
-        """Return what plan.json tells of the job, by the names there."""
-        values = dict(self)
+        """Return what plan.json tells of the job, by the names there; pattern and source are those of its layer."""
+        values = dict(self) | {"pattern": self.drawing.name, "source": self.counted_from}
         return {
             key.told or name: values[name]
             for name, key, field in keys_of(type(self))

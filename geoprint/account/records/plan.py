@@ -140,6 +140,9 @@ class LayerRecord(Record):
     count: Count = Field(default=1, description="of all layers of the thickness")
     bottom_mm: float = Field(default=0.0, description="height over the part at which it begins [mm]")
     height_mm: float = Field(description="that it shall have [mm]")
+    pattern: str | None = Field(
+        default=None, description="of its paths, with the angle of rows in degrees, where patterns take turns"
+    )
     standoff_mm: Rounded = Field(description="of the tip over what the layer lies on [mm]")
     runs: Pair = Field(description="first and last that make it")
 

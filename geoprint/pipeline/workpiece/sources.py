@@ -32,10 +32,14 @@ BORDER = Source(border=True)
 
 
 def sources_of(job: Job, surface: Surface) -> tuple[Source, ...]:
-    """Return the source of each piece of a surface: what its patch states, else what the job does, else the border."""
-    stated = [patch.source for patch in job.patches] or [None]
+    """Return the source of each piece of a surface: what its patch states, else what the job does, else the border.
+
+    The angle of a layer's own pattern counts more than either.
+    """
+    own = job.drawing.angle_deg is not None
+    stated = [None if own else patch.source for patch in job.patches] or [None]
     every = stated * len(pieces(surface)) if len(stated) == 1 else stated
-    return tuple(each or job.source or BORDER for each in every)
+    return tuple(each or job.counted_from or BORDER for each in every)
 
 
 def seed_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Seed:
