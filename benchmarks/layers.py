@@ -1,11 +1,13 @@
 """How high are layers over what lies below, and what does a stack cost?
 
-    python -m benchmarks.layers [--parts FILE ...] [--thickness MM] [--height MM] [--smoke]
+    python -m benchmarks.layers [--parts FILE ...] [--thickness MM] [--height MM] [--spacing MM] [--smoke]
 
 The first table is of shells by formula: area of each layer over a cap, a cylinder and a plate, inside and outside,
 against the formula. The second is of parts: for the tops of the lowest and the highest layer, the share of the area
 whose distance from the part is off by more than 2 % of a layer, by a distance computed here that shares nothing with
-the one that made it; the same of the part pushed along its normals; triangles that cross; and the processor time.
+the one that made it; the same of the part pushed along its normals; triangles that cross; and the processor time. The
+third is of their seams: how far the starts of closed runs are from those one layer below and two, in spacings, where
+the run has a place two spacings from all of them.
 """
 
 from __future__ import annotations
@@ -14,15 +16,20 @@ import argparse
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import trimesh.triangles
 from scipy.spatial import KDTree
 
 from benchmarks.parts.tables import row, table
+from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.layers import layer_level, whole_layers
 from geoprint.model import FloatArray, Surface
+from geoprint.pipeline.covering import cover
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces import face_areas, turned_over, vertex_normals
 from geoprint.surfaces.files import load
 from geoprint.surfaces.remesh import refine
@@ -38,14 +45,22 @@ EDGE = 0.4
 NEAREST = 12
 
 
+class _Start(NamedTuple):
+    """A run: its places from its start [mm], and whether it is closed."""
+
+    places: FloatArray
+    closed: bool
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside those of data/"
     )
     parser.add_argument("--thickness", type=float, default=3.2, metavar="MM")
     parser.add_argument("--height", type=float, default=0.4, metavar="MM", help="of a layer")
+    parser.add_argument("--spacing", type=float, default=1.5, metavar="MM", help="of the paths, for their seams")
     parser.add_argument("--smoke", action="store_true", help="two layers of 1 mm")
     arguments = parser.parse_args()
     thickness, wanted = (2.0, 1.0) if arguments.smoke else (arguments.thickness, arguments.height)
@@ -62,6 +77,18 @@ def main() -> None:
         part = load(file, unit="mm")
         for over in (height, count * height):
             print(_row(part, over, height), flush=True)
+    print()
+    for line in table(
+        "part", "layers", "closed runs", "with room", "one below: least", "nearer than 2", "two: least", "nearer than 2"
+    ):
+        print(line, flush=True)
+    for file in [*(DATA / name for name in OWN), *arguments.parts]:
+        print(
+            _seams_row(
+                file, [_starts(file, layer, thickness, arguments.spacing) for layer in range(count)], arguments.spacing
+            ),
+            flush=True,
+        )
 
 
 def _shells(edge: float) -> Iterator[tuple[str, Surface, float, int]]:
@@ -97,6 +124,36 @@ def _row(part: Surface, over: float, height: float) -> str:
         part.name, f"{over:.3g} mm", f"{shares[0]:.3%}", f"{shares[1]:.1%}", str(len(level.faces)), str(crossing),
         f"{took:.1f} s",
     )  # fmt: skip
+
+
+def _starts(file: Path, layer: int, thickness: float, spacing: float) -> list[_Start]:
+    """Return where the runs of a layer start."""
+    job = job_of(surface=file, unit="mm", spacing=spacing, thickness=thickness, layer=layer + 1, robot=False)
+    stage = Stages(lambda _: None)
+    workpiece = prepare_workpiece(job, stage, backends=[job.backend])
+    curves = cover(job, workpiece, stage).toolpath.curves
+    return [_Start(curves.xyz(workpiece.surface, run), bool(curves.closed[run])) for run in range(curves.count)]
+
+
+def _seams_row(file: Path, layers: list[list[_Start]], spacing: float) -> str:
+    """Return how far starts are from those of the layers below."""
+    found: list[list[float]] = [[], []]
+    closed, roomy = 0, 0
+    for above, starts in enumerate(layers):
+        below = [KDTree(np.array([start.places[0] for start in layer])) for layer in layers[max(above - 2, 0) : above]]
+        for start in starts:
+            away = [np.asarray(tree.query(start.places)[0], dtype=np.float64) / spacing for tree in reversed(below)]
+            closed += start.closed
+            if start.closed and away and np.min(away, axis=0).max() >= 2.0:
+                roomy += 1
+                for distances, nearest in zip(found, away, strict=False):
+                    distances.append(float(nearest[0]))
+    told = [text for each in found for text in (_least(each), f"{sum(away < 2.0 for away in each)} of {len(each)}")]
+    return row(file.name, str(len(layers)), str(closed), str(roomy), *told)
+
+
+def _least(values: list[float]) -> str:
+    return f"{min(values):.2f}" if values else "-"
 
 
 def _places(surface: Surface) -> FloatArray:

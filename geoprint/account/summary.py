@@ -230,6 +230,7 @@ def _layer(layer: Layer, plan: Plan) -> LayerRecord:
         count=1 if place is None else place.count,
         bottom_mm=0.0 if place is None else place.bottom,
         height_mm=layer.height,
+        pattern=str(plan.job.drawing) if plan.job.patterns else None,
         standoff_mm=plan.poses.standoff + plan.workpiece.below,
         runs=(0, plan.toolpath.curves.count - 1),
     )

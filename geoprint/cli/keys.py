@@ -146,6 +146,8 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
         kind, read, default, shape = list[str], _options_by_owner, "", "NAME.KEY=VALUE"
     elif kind is Source:
         kind, read, shape, default = str, _source, "SOURCE", "border"
+    elif kind == list[str]:
+        kind, read, shape = str, _parted, f"{name.upper()[:-1]},..."
     elif get_origin(kind) is list:
         kind, read, default = Path, _curve, ""
     return _Option(flag, cast("type", kind), key.help, read, default, shape)
@@ -171,6 +173,10 @@ def _as_given(value: object) -> object:
 def _source(text: str) -> Path | dict[str, object]:
     """Return the keys of a source; a folder as it stands, because `geoprint plan` takes bundles by this option too."""
     return Path(text) if Path(text).is_dir() else source_named(text)
+
+
+def _parted(text: str) -> list[str]:
+    return [part.strip() for part in text.split(",")]
 
 
 def _curve(path: Path) -> list[list[float]]:

@@ -12,16 +12,14 @@ from geoprint.config.cells import (
     packaged_cell_text as packaged_cell_text,
 )
 from geoprint.config.curve_table import read_curve as read_curve
-from geoprint.config.job import (
-    Job as Job,
-    PatchRegion as PatchRegion,
-)
+from geoprint.config.job import Job as Job
 from geoprint.config.job_file import (
     job_file_text as job_file_text,
     job_named as job_named,
     job_of as job_of,
     job_text as job_text,
 )
+from geoprint.config.layer_pattern import LayerPattern as LayerPattern
 from geoprint.config.needles import (
     Needle as Needle,
     common_needles as common_needles,
@@ -29,4 +27,5 @@ from geoprint.config.needles import (
     needle_of as needle_of,
     with_needle as with_needle,
 )
+from geoprint.config.patch_region import PatchRegion as PatchRegion
 from geoprint.config.source import Source as Source, source_named as source_named

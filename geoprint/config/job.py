@@ -12,20 +12,18 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
 from geoprint.config.key import Key, keys_of
+from geoprint.config.layer_pattern import LayerPattern, layer_pattern
+from geoprint.config.patch_region import PatchRegion
 from geoprint.config.source import SHAPES, Source
-from geoprint.config.strict import Rounds, Table, Triple
+from geoprint.config.strict import Rounds, Table
 from geoprint.model import OnSlowdown
 
-# A line is sought between each two; what is drawn by hand has a few dozens.
-MOST_CURVE_POINTS = 500
 # Each is held against each other one.
 MOST_PATCHES = 100
 # Paths nearer together than this [mm] are a typing error: every needle is hundreds of times as wide.
 LEAST_SPACING = 1e-3
 
 Spacing = Annotated[float, Field(ge=LEAST_SPACING)]
-Cone = Annotated[float, Field(gt=0.0, lt=180.0)]
-Corners = Annotated[list[float], Field(min_length=6, max_length=6)]
 # What one backend or pattern alone takes: a value by the name of its option.
 Options = dict[str, bool | int | float | str]
 
@@ -40,72 +38,6 @@ GROUPS = {
     "patches": "The patches to print, one table each, one after another; without any, the whole surface is the part. "
     "Of one patch\neverything that is given holds together.",
 }
-
-
-class PatchRegion(Table):
-    """Where a patch lies on its body; what is given holds together: within the radius and within the box.
-
-    A radius [mm] and a cone are about the point `at`. The patch is the side of the curve that holds that point, without
-    one the smaller side.
-    """
-
-    at: Annotated[
-        Triple | None,
-        Key(
-            "Cut the part out of the file: the piece about the point X Y Z (mm) ...",
-            "[0.0, 0.0, 0.0] # point on or near the surface that the patch holds",
-        ),
-    ] = None
-    radius: Annotated[
-        PositiveFloat | None,
-        Key("... up to this far along the surface in mm ...", "10.0 # up to this far from it along the surface"),
-    ] = None
-    cone_deg: Annotated[
-        Cone | None,
-        Key(
-            "... and where its normal turns at most this far, in degrees.",
-            "30.0 # where the normal turns at most this far from that at the point",
-            option="cone",
-        ),
-    ] = None
-    box: Annotated[
-        Corners | None,
-        Key(
-            "Cut the part out of the file by a box: lowest and highest X Y Z in mm.",
-            "[-10.0, -10.0, -10.0, 10.0, 10.0, 10.0] # lowest x, y, z and highest x, y, z",
-        ),
-    ] = None
-    curve: Annotated[
-        list[Triple] | None,
-        Key(
-            "Cut the part out of the file along a closed curve: a CSV file x,y,z (mm) of points in order round "
-            "it; `--at` says which side, by default the smaller.",
-            "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0], [0.0, 9.0, 29.0]] # points in order round it, "
-            "joined by shortest lines",
-        ),
-    ] = None
-    region: Annotated[
-        str | None,
-        Key(
-            "Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them.",
-            '"anterior" # name that the file gives to some of its faces; `geoprint inspect` lists them',
-        ),
-    ] = None
-    source: Annotated[
-        Source | None, Key("", "{ best = true } # what its distance is measured from, as in [source]", option="")
-    ] = None
-
-    @model_validator(mode="after")
-    def _is_bounded(self) -> Self:
-        if self.at is None and (self.radius is not None or self.cone_deg is not None):
-            raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
-        if all(bound is None for bound in (self.radius, self.cone_deg, self.box, self.curve, self.region)):
-            raise ValueError("a patch needs a bound: give a radius, a cone, a box, a curve or a region")
-        if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
-            raise ValueError("a box is its lowest x y z and then its highest x y z")
-        if self.curve is not None and not 3 <= len(self.curve) <= MOST_CURVE_POINTS:
-            raise ValueError(f"a curve has 3 to {MOST_CURVE_POINTS} points, found {len(self.curve)}")
-        return self
 
 
 class Job(Table):
@@ -147,6 +79,17 @@ class Job(Table):
             always=False,
         ),
     ] = "contours"
+    patterns: Annotated[
+        list[str] | None,
+        Field(min_length=1),
+        Key(
+            "Patterns of the layers of a thickness in turn, from the lowest, with commas between them; with the angle "
+            "of straight rows in degrees, as contours,guided:45,guided:-45.",
+            '["contours", "guided:45", "guided:-45"] # of layers, in turn from the lowest',
+            group="paths",
+            always=False,
+        ),
+    ] = None
     middle: Annotated[
         Literal["best", "fitted", "plain"] | None,
         Key(
@@ -331,12 +274,26 @@ class Job(Table):
         return self
 
     @model_validator(mode="after")
+    def _patterns_of_layers(self) -> Self:
+        if self.patterns is None:
+            return self
+        if self.pattern != type(self).model_fields["pattern"].default:
+            raise ValueError("give either a pattern or patterns, not both: patterns say that of each layer")
+        angles = [each.angle_deg for each in self.drawings]
+        if self.source is not None and None not in angles:
+            raise ValueError(
+                f"the source {self.source} is of none of the patterns, which all have an angle: leave out one of both"
+            )
+        return self
+
+    @model_validator(mode="after")
     def _a_source_for_each_patch(self) -> Self:
         source = self.source
-        if len(self.patches) > 1 and source is not None and not (source.border or source.best):
+        everywhere = source is None or source.border or source.best or source.angle is not None
+        if len(self.patches) > 1 and not everywhere:
             raise ValueError(
                 f"the source {source} lies on one patch, but there are {len(self.patches)}: give each its own, as "
-                "`source` in its table, or take border or best for all"
+                "`source` in its table, or take border, best or an angle for all"
             )
         return self
 
@@ -345,9 +302,29 @@ class Job(Table):
         """Whether it is of layers over the part."""
         return self.thickness is not None or self.target is not None
 
+    @property
+    def drawings(self) -> tuple[LayerPattern, ...]:
+        """The patterns that layers have in turn, from the lowest; one where all have the same.
+
+        Raises:
+            ValueError: a text means none.
+        """
+        return (LayerPattern(self.pattern),) if self.patterns is None else tuple(map(layer_pattern, self.patterns))
+
+    @property
+    def drawing(self) -> LayerPattern:
+        """The pattern of its layer; of the lowest where it is of all."""
+        return self.drawings[((self.layer or 1) - 1) % len(self.drawings)]
+
+    @property
+    def counted_from(self) -> Source | None:
+        """What distance is measured from on its layer: the angle of its pattern, else its source."""
+        angle = self.drawing.angle_deg
+        return self.source if angle is None else Source(angle=angle)
+
     def settings(self) -> dict[str, object]:
-        """Return what plan.json tells of the job, by the names there."""
-        values = dict(self)
+        """Return what plan.json tells of the job, by the names there; pattern and source are those of its layer."""
+        values = dict(self) | {"pattern": self.drawing.name, "source": self.counted_from}
         return {
             key.told or name: values[name]
             for name, key, field in keys_of(type(self))

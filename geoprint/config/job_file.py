@@ -25,6 +25,8 @@ _HEAD = """\
 _PLANNED = """\
 # The job that these files were planned from; `geoprint plan --from` this folder plans it again.
 """
+# Keys that exclude each other: the one that is given replaces the one that is written.
+_EXCLUSIVE = ({"spacing", "rounds"}, {"pattern", "patterns"})
 # Keys of a job that name files.
 _FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
 
@@ -62,8 +64,7 @@ def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) ->
     if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
         del given["surface"]
         written = _read_job_file(surface)
-        # Spacing and rounds exclude each other: the one that is given replaces the one that is written.
-        gone = {"spacing", "rounds"} if {"spacing", "rounds"} & given.keys() else set[str]()
+        gone = {name for pair in _EXCLUSIVE if pair & given.keys() for name in pair}
         given = _joined({name: value for name, value in written.items() if name not in gone}, given)
     try:
         return Job.model_validate(given)

@@ -1,4 +1,4 @@
-"""Where paths are counted from, as a job states it: loops of the border, part of one, a drawn curve, or a point."""
+"""Where paths are counted from, as a job states it: loops of the border, part of one, a curve, an angle, or a point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,13 @@ from geoprint.errors import UsageError
 
 # A line is sought between each two points of a drawn curve.
 MOST_SOURCE_POINTS = 500
-SHAPES = "border, best, loops:1,3, near:X,Y,Z, between:X,Y,Z:X,Y,Z, point:X,Y,Z, or a CSV file x,y,z of a drawn curve"
+SHAPES = (
+    "border, best, loops:1,3, near:X,Y,Z, between:X,Y,Z:X,Y,Z, point:X,Y,Z, angle:45, or a CSV file x,y,z of a drawn "
+    "curve"
+)
+
+# Of a line, which looks the same after half a turn [degrees].
+Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
 
 
 class Source(Table):
@@ -42,6 +48,9 @@ class Source(Table):
         Key("", "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0]] # points of a drawn curve, joined by shortest lines"),
     ] = None
     point: Annotated[Triple | None, Key("", "[0.0, 0.0, 0.0] # one point")] = None
+    angle: Annotated[
+        Angle | None, Key("", "45.0 # a straight line over the middle, in degrees from the x axis seen from outside")
+    ] = None
 
     @model_validator(mode="before")
     @classmethod
@@ -50,7 +59,7 @@ class Source(Table):
 
     @model_validator(mode="after")
     def _is_one(self) -> Self:
-        given = [name for name, value in self if value not in (None, False)]
+        given = [name for name, value in self if value is not None and value is not False]
         if len(given) != 1:
             found = " and ".join(given) if given else "none"
             raise ValueError(f"a source is one of {', '.join(type(self).model_fields)}, found {found}")
@@ -60,6 +69,8 @@ class Source(Table):
         """Return it in a few words, as `--from` takes them; a drawn curve by its number of points."""
         if self.loops is not None:
             return f"loops:{','.join(map(str, self.loops))}"
+        if self.angle is not None:
+            return f"angle:{self.angle:g}"
         if self.curve is not None:
             return f"a curve of {len(self.curve)} points"
         point = None if self.point is None else [self.point]
@@ -108,5 +119,5 @@ def _places(text: str) -> list[list[float]]:
 
 
 READERS: dict[str, Callable[[str], object]] = {
-    "loop": _numbers, "loops": _numbers, "near": _places, "between": _places, "point": _place
+    "loop": _numbers, "loops": _numbers, "near": _places, "between": _places, "point": _place, "angle": float
 }  # fmt: skip

@@ -7,3 +7,4 @@ from geoprint.paths.poses import (
     mean_lean as mean_lean,
     poses as poses,
 )
+from geoprint.paths.seams import Seams as Seams, seams_of as seams_of

@@ -13,15 +13,12 @@ from geoprint.paths.backtracks import without_backtracks
 from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.fairing import faired
 from geoprint.paths.resample import resample
-from geoprint.surfaces import arc_lengths, component_labels, mean_normal, normals, positions
+from geoprint.paths.seams import Seams, starts_apart
+from geoprint.surfaces import arc_lengths, component_labels, normals, positions
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
-# Multiples of this share of a turn fall farthest apart.
-GOLDEN = (5.0**0.5 - 1.0) / 2.0
-# Where the mean normal is so nearly the x axis the y axis stands in for it.
-LEANING = 0.9
 # What the tip may leave out where it would turn sharply, as a share of the spacing: what is within 5 % counts as even.
 BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
@@ -39,7 +36,7 @@ class _Run:
 
 
 def arrange(
-    strokes: Strokes, surface: Surface, *, speed: float, standoff: float = 0.0, layer: int | None = None
+    strokes: Strokes, surface: Surface, *, speed: float, standoff: float = 0.0, seams: Seams | None = None
 ) -> Toolpath:
     """Order, orient and resample strokes.
 
@@ -57,7 +54,7 @@ def arrange(
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
-        layer: of a stack, from 0; from layer to layer the first seam moves about the part by the golden section.
+        seams: of a layer of a stack: where its closed runs may start; of those places the nearest counts.
 
     Returns:
         The toolpath, `faired`; steps at most half a spacing and chord error at most a 500th of it, but where the tip
@@ -70,7 +67,7 @@ def arrange(
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
     if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
         raise _lost(min(lost) if runs else None, spacing=spacing)
-    ordered = _piece_by_piece(runs, towards=None if layer is None else _direction(surface, GOLDEN * layer))
+    ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
     closed = [run.closed for run in ordered]
     smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
     step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
@@ -80,7 +77,7 @@ def arrange(
     return Toolpath(
         curves=curves,
         levels=np.array([ordered[run.run].level for run in rounded.pieces]),
-        layers=np.full(len(rounded.pieces), layer or 0),
+        layers=np.full(len(rounded.pieces), 0 if seams is None else seams.layer),
         spacing=spacing,
         dropped_runs=len(dropped),
         dropped_length=float(sum(_length(run) for run in dropped)),
@@ -159,10 +156,10 @@ def _lost(piece: int | None, *, spacing: float) -> FieldError:
     )
 
 
-def _piece_by_piece(runs: list[_Run], *, towards: FloatArray | None) -> list[_Run]:
+def _piece_by_piece(runs: list[_Run], *, seams: Seams | None, spacing: float) -> list[_Run]:
     """Order the runs of each piece by themselves, and the pieces so that each starts near where the tool is."""
     waiting = [
-        _in_order([run for run in runs if run.piece == piece], towards=towards)
+        _in_turn([run for run in runs if run.piece == piece], seams, spacing=spacing)
         for piece in sorted({run.piece for run in runs})
     ]
     ordered = waiting.pop(0)
@@ -172,30 +169,31 @@ def _piece_by_piece(runs: list[_Run], *, towards: FloatArray | None) -> list[_Ru
     return ordered
 
 
-def _in_order(runs: list[_Run], *, towards: FloatArray | None) -> list[_Run]:
-    """Go level by level, always to the nearest run, each turned so that it starts near the tool."""
-    waiting = sorted(runs, key=lambda run: run.level)
-    here = _first_start(waiting, towards=towards)
+def _in_turn(runs: list[_Run], seams: Seams | None, *, spacing: float) -> list[_Run]:
+    """Order the runs of a piece; of a layer of a stack keeping from where those below it start, as they would here."""
+    taken = np.zeros((0, 3))
     ordered: list[_Run] = []
-    while waiting:
-        candidates = [run for run in waiting if run.level == waiting[0].level]
-        distances = [_nearest_start(run, here)[1] for run in candidates]
-        chosen = candidates[int(np.argmin(distances))]
-        waiting.remove(chosen)
-        turned = _started_near(chosen, here)
-        ordered.append(turned)
-        here = turned.places[-1]
+    for towards in [None] if seams is None else seams.directions:
+        ordered = _in_order(runs, towards=towards, taken=taken, spacing=spacing)
+        taken = np.concatenate([taken, [run.places[0] for run in ordered]])
     return ordered
 
 
-def _direction(surface: Surface, turns: float) -> FloatArray:
-    """Return a (3,) unit vector across the mean normal of a surface, turned about it from the x axis."""
-    upright = mean_normal(surface)
-    upright /= max(float(np.linalg.norm(upright)), np.finfo(np.float64).tiny)
-    across = np.eye(3)[0 if abs(upright[0]) < LEANING else 1]
-    across -= (across @ upright) * upright
-    across /= np.linalg.norm(across)
-    return np.cos(2.0 * np.pi * turns) * across + np.sin(2.0 * np.pi * turns) * np.cross(upright, across)
+def _in_order(runs: list[_Run], *, towards: FloatArray | None, taken: FloatArray, spacing: float) -> list[_Run]:
+    """Go level by level, always to the nearest run, each turned so that it starts near the tool."""
+    waiting = sorted(runs, key=lambda run: run.level)
+    here = _first_start(waiting, towards=towards)
+    starts = [_starts(run, taken, spacing=spacing) for run in waiting]
+    ordered: list[_Run] = []
+    while waiting:
+        level = sum(run.level == waiting[0].level for run in waiting)
+        nearest = [_nearest_start(*each, here) for each in zip(waiting[:level], starts[:level], strict=True)]
+        chosen = int(np.argmin([distance for _, distance in nearest]))
+        turned = _started_at(waiting.pop(chosen), nearest[chosen][0])
+        del starts[chosen]
+        ordered.append(turned)
+        here = turned.places[-1]
+    return ordered
 
 
 def _first_start(runs: list[_Run], *, towards: FloatArray | None) -> FloatArray:
@@ -210,17 +208,21 @@ def _first_start(runs: list[_Run], *, towards: FloatArray | None) -> FloatArray:
     return outer[int(np.argmin(np.linalg.norm(outer - inner.mean(axis=0), axis=1)))]
 
 
-def _nearest_start(run: _Run, here: FloatArray) -> tuple[int, float]:
-    """Return the index of the best starting point of a run and its distance from here [mm]."""
-    size = int(run.places.shape[0])
-    starts: IntArray = np.arange(size - 1) if run.closed else np.array([0, size - 1])
+def _starts(run: _Run, taken: FloatArray, *, spacing: float) -> IntArray:
+    """Return the indices of the points at which a run may start: its ends; of a closed run those apart from others."""
+    if not run.closed:
+        return np.array([0, len(run.places) - 1])
+    return starts_apart(run.places[:-1], taken, spacing=spacing)
+
+
+def _nearest_start(run: _Run, starts: IntArray, here: FloatArray) -> tuple[int, float]:
+    """Return which of some starting points of a run is nearest to a place, and its distance from there [mm]."""
     distances = np.linalg.norm(run.places[starts] - here, axis=1)
     best = int(np.argmin(distances))
     return int(starts[best]), float(distances[best])
 
 
-def _started_near(run: _Run, here: FloatArray) -> _Run:
-    start, _ = _nearest_start(run, here)
+def _started_at(run: _Run, start: int) -> _Run:
     forward: IntArray = np.arange(int(run.places.shape[0]))
     if run.closed:
         return _reordered(run, np.append(np.roll(forward[:-1], -start), start))

@@ -13,4 +13,5 @@ from geoprint.patterns.known import (
     pattern as pattern,
     pattern_names as pattern_names,
     register as register,
+    runs_beside_line as runs_beside_line,
 )

@@ -1,7 +1,8 @@
 """The interface that every pattern answers to, and that of what builds one.
 
-On its class a pattern states its `title`, a few words beside its name, and may state its `summary`, one sentence. Its
-options are the keyword-only arguments of its constructor.
+On its class a pattern states its `title`, a few words beside its name, and may state its `summary`, one sentence, and
+`beside_line`, whether its rows run beside a line, so that they may have an angle. Its options are the keyword-only
+arguments of its constructor.
 """
 
 from __future__ import annotations

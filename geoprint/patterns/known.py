@@ -47,3 +47,8 @@ def pattern(name: str) -> Entry[PatternFactory]:
 def pattern_names() -> tuple[str, ...]:
     """Return the names of all patterns; those of packages are not loaded for it."""
     return _KNOWN.names
+
+
+def runs_beside_line(entry: Entry[PatternFactory]) -> bool:
+    """Return whether the rows of a pattern run beside a line, as it states; most have none."""
+    return entry.fact("beside_line", default=False)

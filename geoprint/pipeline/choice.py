@@ -10,7 +10,7 @@ from geoprint.backends import Backend, backend, backend_names, with_option
 from geoprint.config import Job
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Surface
-from geoprint.patterns import Pattern, pattern, pattern_names
+from geoprint.patterns import Pattern, pattern, pattern_names, runs_beside_line
 from geoprint.registry import Entry, OptionValue, Titled
 
 # The option that `--resolution` stands for, of whichever backend has it.
@@ -36,8 +36,9 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
     """Check the options of a job, before the long work; those of what is not chosen just have to be right.
 
     Raises:
-        UsageError: a backend, the pattern or one of their options is unknown, an option is missing or of another type,
-            or the resolution means none of the backends, or the middle or the contours not the pattern.
+        UsageError: a backend, a pattern or one of their options is unknown, an option is missing or of another type,
+            or the resolution means none of the backends, the middle or the contours none of the patterns, or an angle
+            not its pattern.
     """
     chosen = [backend(name) for name in backends]
     if job.resolution is not None and not any(RESOLUTION in entry.options for entry in chosen):
@@ -48,15 +49,34 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
         )
     for entry in chosen:
         _options(job, entry)
-    drawing = pattern(job.pattern)
+    drawings = [pattern(each.name) for each in job.drawings]
     for key, said in PATTERN_KEYS.items():
-        if getattr(job, key) is not None and key not in drawing.options:
+        if getattr(job, key) is not None and not any(key in drawing.options for drawing in drawings):
+            names = " and ".join(dict.fromkeys(drawing.name for drawing in drawings))
             raise UsageError(
-                f"`--{key} {getattr(job, key)}` says {said}, but the pattern {job.pattern} has none: leave it out."
+                f"`--{key} {getattr(job, key)}` says {said}, but the pattern {names} has none: leave it out."
             )
-    _options(job, drawing)
+    for drawing in drawings:
+        _options(job, drawing)
+    _check_angles(job)
     for name in job.options:
         _options(job, _named(name))
+
+
+def _check_angles(job: Job) -> None:
+    """Check that layers whose rows run beside a line have one where patterns take turns, and others no angle."""
+    for each in job.drawings if job.patterns else ():
+        beside = runs_beside_line(pattern(each.name))
+        if each.angle_deg is not None and not beside:
+            raise UsageError(
+                f"`--patterns`: {each} gives an angle, but rows of the pattern {each.name} run beside no line: write "
+                f"{each.name} alone."
+            )
+        if each.angle_deg is None and beside and job.source is None:
+            raise UsageError(
+                f"`--patterns`: rows of {each.name} run beside a line: give their angle in degrees, as {each.name}:45, "
+                "or a drawn curve with `--from curve.csv`."
+            )
 
 
 def backend_of(job: Job) -> Callable[[Surface], Backend]:
@@ -75,13 +95,13 @@ def pattern_of(job: Job) -> Pattern:
     Raises:
         UsageError: as `check_options`.
     """
-    entry = pattern(job.pattern)
+    entry = pattern(job.drawing.name)
     return entry.factory(**_options(job, entry))
 
 
 def seeks_middle(job: Job) -> bool:
     """Return whether the best middle of a job's pattern is to be found: where it has one, and no other is asked for."""
-    entry = pattern(job.pattern)
+    entry = pattern(job.drawing.name)
     return (
         MIDDLE in entry.options and MIDDLE not in job.options.get(entry.name, {}) and job.middle in {None, BEST_MIDDLE}
     )

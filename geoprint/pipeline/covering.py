@@ -5,7 +5,7 @@ from __future__ import annotations
 from geoprint.backends import Piecewise
 from geoprint.config import Job
 from geoprint.model import Contours
-from geoprint.paths import arrange
+from geoprint.paths import arrange, seams_of
 from geoprint.pipeline.choice import backend_of, pattern_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import pose_stream
@@ -23,8 +23,9 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):
         process = workpiece.cell.process
-        layer = None if workpiece.place is None else workpiece.place.number - 1
-        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff, layer=layer)
+        place = workpiece.place
+        seams = None if place is None else seams_of(place.base, layer=place.number - 1)
+        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff, seams=seams)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    layers = (Layer(surface, layer or 0, process.layer_height),)
+    layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
     return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)

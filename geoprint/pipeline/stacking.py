@@ -26,6 +26,7 @@ from geoprint.config import Job
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
+from geoprint.pipeline.choice import check_options
 from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
@@ -52,13 +53,14 @@ def plan_stack(
         What stack.json says.
 
     Raises:
-        UsageError: the job has no thickness or one layer alone, or the folder exists already.
+        UsageError: the job has no thickness or one layer alone, the folder exists already, or as `check_options`.
         ExportError: nothing can be written there.
         ResourceError: a process was ended from outside, as it is where memory runs out.
         GeoprintError: as `plan`; the sentence names the layer.
     """
     if not job.layered or job.layer is not None:
         raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
+    check_options(job, [job.backend])
     check_writable(directory, overwrite=overwrite)
     stack = read_stack(job)
     with TemporaryDirectory() as staging:
@@ -150,6 +152,7 @@ def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord | LeftOutR
         bottom_mm=layer.bottom_mm,
         height_mm=layer.height_mm,
         area_mm2=area,
+        pattern=str(planned.job.drawing),
         runs=told.paths.runs,
         deposit_mm=told.paths.deposit_mm,
         spacing_cv=None if spacing is None else spacing.cv,

@@ -21,6 +21,8 @@ from geoprint.errors import UsageError
         ("near:1,2,3:4,5,6", {"near": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}, "near:1,2,3:4,5,6"),
         ("between:0,0,0:1,0,0", {"between": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}, "between:0,0,0:1,0,0"),
         ("point:1e1,2,3", {"point": [10.0, 2.0, 3.0]}, "point:10,2,3"),
+        ("angle:-45", {"angle": -45.0}, "angle:-45"),
+        ("angle:0", {"angle": 0.0}, "angle:0"),
     ],
 )
 def test_a_text_is_a_source_and_told_as_it_is_typed(text: str, keys: dict[str, object], said: str) -> None:
@@ -50,7 +52,7 @@ def test_a_text_that_means_nothing_is_refused_with_what_would(text: str) -> None
 @pytest.mark.parametrize(
     ("keys", "why"),
     [
-        ({}, "a source is one of border, best, loops, near, between, curve, point, found none"),
+        ({}, "a source is one of border, best, loops, near, between, curve, point, angle, found none"),
         ({"best": True, "loops": [1]}, "found best and loops"),
         ({"loops": []}, "at least 1 item"),
         ({"loops": [0]}, "greater than 0"),

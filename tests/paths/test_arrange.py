@@ -11,7 +11,7 @@ from geoprint.backends.heat import Heat
 from geoprint.backends.isolines import isolines
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Strokes, Surface, SurfaceCurves, Toolpath
-from geoprint.paths import arrange, largest_lean, mean_lean, poses
+from geoprint.paths import arrange, largest_lean, mean_lean, poses, seams_of
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
 from geoprint.patterns import PATTERNS
 from geoprint.surfaces import boundary_seed, positions
@@ -58,6 +58,45 @@ def test_seams_of_a_cap_lie_side_by_side() -> None:
     toolpath, _ = planned(surface, spacing=2.0)
     steps = np.linalg.norm(np.diff(run_starts(toolpath, surface), axis=0), axis=1)
     assert steps.max() < 2.0 * 1.6
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        plate((40.0, 30.0), (80, 60), jitter_seed=3),
+        spherical_cap(radius=30.0, angle=0.8, rings=40, jitter_seed=2),
+        annulus(inner=4.0, divisions=(120, 32)),
+    ],
+    ids=["plate", "cap", "annulus"],
+)
+def test_no_closed_run_starts_within_two_spacings_of_a_start_in_the_two_layers_below(surface: Surface) -> None:
+    spacing = 1.5
+    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=spacing)
+    layers = [arrange(strokes, surface, speed=SPEED, seams=seams_of(surface, layer=layer)) for layer in range(6)]
+    assert [int(layer.layers[0]) for layer in layers] == list(range(6))
+    starts = [run_starts(layer, surface) for layer in layers]
+    judged = 0
+    for above in range(1, 6):
+        below = KDTree(np.concatenate(starts[max(above - 2, 0) : above]))
+        curves = layers[above].curves
+        for run in np.flatnonzero(curves.closed).tolist():
+            # A run too short for that has no place so far from them.
+            away = np.asarray(below.query(curves.xyz(surface, run))[0], dtype=np.float64)
+            if away.max() >= 2.5 * spacing:
+                assert away[0] >= 2.0 * spacing
+                judged += 1
+    assert judged > 20
+
+
+def test_the_fourth_layer_of_a_stack_starts_where_the_first_does_and_a_single_skin_knows_no_layers() -> None:
+    surface = spherical_cap(radius=30.0, angle=0.8, rings=30, jitter_seed=2)
+    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=3.0)
+    first, fourth, skin = (
+        arrange(strokes, surface, speed=SPEED, seams=seams)
+        for seams in (seams_of(surface, layer=0), seams_of(surface, layer=3), None)
+    )
+    np.testing.assert_array_equal(run_starts(first, surface), run_starts(fourth, surface))
+    assert set(skin.layers.tolist()) == {0}
 
 
 def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:

@@ -15,8 +15,9 @@ from geoprint.account.records.robot import RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
 from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
-from geoprint.config.job import Job, PatchRegion
+from geoprint.config.job import Job
 from geoprint.config.key import keys_of
+from geoprint.config.patch_region import PatchRegion
 from geoprint.surfaces.repair import PreparationReport, Repairs, described
 
 
@@ -139,6 +140,9 @@ class LayerRecord(Record):
     count: Count = Field(default=1, description="of all layers of the thickness")
     bottom_mm: float = Field(default=0.0, description="height over the part at which it begins [mm]")
     height_mm: float = Field(description="that it shall have [mm]")
+    pattern: str | None = Field(
+        default=None, description="of its paths, with the angle of rows in degrees, where patterns take turns"
+    )
     standoff_mm: Rounded = Field(description="of the tip over what the layer lies on [mm]")
     runs: Pair = Field(description="first and last that make it")
 

@@ -19,6 +19,7 @@ class StackedLayerRecord(Record):
     bottom_mm: Rounded = Field(description="height over the part at which it begins [mm]")
     height_mm: Rounded = Field(description="its own [mm]")
     area_mm2: Rounded = Field(description="of the surface in its middle [mm2]")
+    pattern: str = Field(default="contours", description="of its paths, with the angle of rows in degrees")
     runs: Count = Field(description="how many")
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
     spacing_cv: float | None = Field(description="variation of the spacing; null where there is one level")

@@ -35,6 +35,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     lines += [
         f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
         f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"
+        + (f", {layer.pattern}" if layer.pattern else "")
         for layer in told.layers
         if layer.count > 1
     ]

@@ -51,6 +51,6 @@ def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     time = "" if layer.print_s is None else f", {layer.print_s:.0f} s"
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
-        f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.runs} runs, {layer.deposit_mm:.0f} mm of path, "
-        f"{layer.laid_mm3 / 1000.0:.3g} cm3, {spacing}{gap}{time}{clear}"
+        f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
+        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3, {spacing}{gap}{time}{clear}"
     )

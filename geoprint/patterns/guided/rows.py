@@ -61,6 +61,7 @@ class GuidedPattern:
     """
 
     title: ClassVar[str] = "rows beside a drawn curve"
+    beside_line: ClassVar[bool] = True
     summary: ClassVar[str] = "Rows at equal distances from a drawn curve, joined by turns where they end."
 
     def __init__(self, *, contours: int = 0) -> None:

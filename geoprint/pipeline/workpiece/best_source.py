@@ -46,6 +46,7 @@ def with_best_sources(job: Job, workpiece: Workpiece, *, backends: Sequence[str]
     if not any(source.best for source in sources):
         return workpiece
     job = with_backend(job, max(backends, key=lambda name: accuracy(backend(name))))
+    base = None if workpiece.place is None else workpiece.place.base
     tried: list[TriedSource] = []
     parts = pieces(workpiece.part)
     for number, piece in enumerate(pieces(workpiece.surface)):
@@ -53,7 +54,7 @@ def with_best_sources(job: Job, workpiece: Workpiece, *, backends: Sequence[str]
             alone = replace(workpiece, surface=piece.surface, part=parts[number].surface)
             sources[number], found = _best(job, alone, patch=number + 1)
             tried += found
-    return replace(workpiece, seed=united_seed(workpiece.surface, tuple(sources)), tried=tuple(tried))
+    return replace(workpiece, seed=united_seed(workpiece.surface, tuple(sources), base=base), tried=tuple(tried))
 
 
 def candidates(job: Job, surface: Surface) -> list[Source]:
@@ -81,7 +82,7 @@ def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[T
     """Try the sources of a workpiece in one piece; return the best one, and what was found of each."""
     sources, found, refused = list[Source](), list[TriedSource](), list[FieldError]()
     for source in candidates(job, workpiece.surface):
-        seeded = replace(workpiece, seed=united_seed(workpiece.surface, (source,)))
+        seeded = replace(workpiece, seed=united_seed(workpiece.surface, (source,), base=None))
         try:
             paths = cover(job, seeded, Stages(lambda _: None))
             measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing)

@@ -91,9 +91,12 @@ def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tu
         FieldError: nothing of the part's outer side is so far away, or nothing of the target, or nothing lies below.
         MeshError: sheets of a level lie too close together.
     """
-    if not job.layered and (job.layer or job.feather) is not None:
-        given = "--feather" if job.layer is None else f"--layer {job.layer}"
-        raise UsageError(f"`{given}` is of a thickness: give `--thickness` in mm or a `--target` too, or leave it out.")
+    given = {f"--layer {job.layer}": job.layer, "--feather": job.feather, "--patterns": job.patterns}
+    stray = [option for option, value in given.items() if value is not None]
+    if stray and not job.layered:
+        raise UsageError(
+            f"`{stray[0]}` is of a thickness: give `--thickness` in mm or a `--target` too, or leave it out."
+        )
     stack = stack_of(job, cell, part, file)
     if stack is None:
         return None

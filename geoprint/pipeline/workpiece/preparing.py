@@ -82,7 +82,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     with stage("refining"):
         factories = [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=_wanted_spacing(job, sided.part))
-        seed = seed_of(job, surface)
+        seed = seed_of(job, surface, base=None if sided.place is None else sided.place.base)
     workpiece = Workpiece(
         cell=stack_cell(cell, sided.place),
         part=sided.part,

@@ -9,6 +9,7 @@ import numpy as np
 from geoprint.config import Job, Source
 from geoprint.errors import FieldError, naming
 from geoprint.model import FloatArray, Seed, Surface, SurfaceCurves
+from geoprint.pipeline.workpiece.sections import section_seed
 from geoprint.quality.oracle import shortest_way
 from geoprint.surfaces import (
     all_curves,
@@ -31,27 +32,32 @@ BORDER = Source(border=True)
 
 
 def sources_of(job: Job, surface: Surface) -> tuple[Source, ...]:
-    """Return the source of each piece of a surface: what its patch states, else what the job does, else the border."""
-    stated = [patch.source for patch in job.patches] or [None]
+    """Return the source of each piece of a surface: what its patch states, else what the job does, else the border.
+
+    The angle of a layer's own pattern counts more than either.
+    """
+    own = job.drawing.angle_deg is not None
+    stated = [None if own else patch.source for patch in job.patches] or [None]
     every = stated * len(pieces(surface)) if len(stated) == 1 else stated
-    return tuple(each or job.source or BORDER for each in every)
+    return tuple(each or job.counted_from or BORDER for each in every)
 
 
-def seed_of(job: Job, surface: Surface) -> Seed:
+def seed_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Seed:
     """Return where distance is zero on a surface; for the best source, which is yet to be found, its border or a point.
 
     Args:
         job: its sources.
         surface: in one piece, or a piece for each patch of the job.
+        base: of a layer, the part that the lowest one lies on: an angle is counted on it; else on each piece itself.
 
     Raises:
         FieldError: the surface has no such source, or a place lies off it; of several patches it says which.
     """
-    return united_seed(surface, sources_of(job, surface))
+    return united_seed(surface, sources_of(job, surface), base=base)
 
 
-def united_seed(surface: Surface, sources: tuple[Source, ...]) -> Seed:
-    """Return the seed of a surface from the source of each of its pieces.
+def united_seed(surface: Surface, sources: tuple[Source, ...], *, base: Surface | None) -> Seed:
+    """Return the seed of a surface from the source of each of its pieces; the base is as of `seed_of`.
 
     Raises:
         FieldError: as `seed_of`.
@@ -59,21 +65,22 @@ def united_seed(surface: Surface, sources: tuple[Source, ...]) -> Seed:
     found: list[SurfaceCurves] = []
     for number, (piece, source) in enumerate(zip(pieces(surface), sources, strict=True), start=1):
         with naming(f"patch {number}, about {in_words(middle_of(piece.surface))}" if len(sources) > 1 else ""):
-            found.append(piece.on_whole(_seed(source, piece.surface).curves))
+            found.append(piece.on_whole(_seed(source, piece.surface, base=base or piece.surface).curves))
     return Seed(all_curves(found))
 
 
-def _seed(source: Source, surface: Surface) -> Seed:
+def _seed(source: Source, surface: Surface, *, base: Surface) -> Seed:
     """Return the seed of a surface in one piece."""
     if source.point is not None or (source.best and not boundary_loops(surface)):
         place = surface.vertices[0] if source.point is None else np.array(source.point)
         return point_seed(surface, place, tolerance=SOURCE_TOLERANCE)
+    if source.angle is not None:
+        return section_seed(surface, angle_deg=source.angle, base=base)
     if source.curve is not None:
         return curve_seed(surface, np.array(source.curve))
-    if source.loops is not None:
-        return loop_seed(surface, source.loops)
-    if source.near is not None:
-        return loop_seed(surface, [nearest_loop(surface, np.array(place)) for place in source.near])
+    if source.loops is not None or source.near is not None:
+        near = [nearest_loop(surface, np.array(place)) for place in source.near or []]
+        return loop_seed(surface, source.loops or near)
     if source.between is not None:
         first, *middle, last = np.array(source.between)
         return part_seed(surface, first, last, through=middle[0] if middle else None)

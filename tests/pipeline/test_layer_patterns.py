@@ -1,0 +1,81 @@
+"""Patterns that take turns: layers cross as their angles do, one alone is planned as its own, and all is told."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from geoprint.account import outcome_text, record_plan, stack_text
+from geoprint.config import job_of
+from geoprint.errors import UsageError
+from geoprint.model import FloatArray
+from geoprint.pipeline import plan, plan_stack
+from geoprint.pipeline.covering import cover
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
+
+FLAT = Path(__file__).parents[2] / "data" / "heart_flat_patch.ply"
+
+
+def _rows(part: Path, layer: int, backend: str) -> tuple[FloatArray, FloatArray]:
+    """Return (k, 3) places on the straight rows of a layer [mm] and the unit vectors along these."""
+    job = job_of(
+        surface=part, unit="mm", spacing=2.0, thickness=1.0, layer=layer, backend=backend, robot=False,
+        patterns=["guided:0", "guided:90"],
+    )  # fmt: skip
+    stage = Stages(lambda _: None)
+    workpiece = prepare_workpiece(job, stage, backends=[backend])
+    toolpath = cover(job, workpiece, stage).toolpath
+    places = toolpath.curves.points.xyz(workpiece.surface)
+    middles, along = list[FloatArray](), list[FloatArray]()
+    for begin, end in pairwise(toolpath.curves.offsets.tolist()):
+        line, rows = places[begin:end], toolpath.rows[begin:end]
+        on = (rows[1:] % 1.0 == 0.0) & (rows[1:] == rows[:-1])
+        middles.append((0.5 * (line[1:] + line[:-1]))[on])
+        along.append(np.diff(line, axis=0)[on])
+    steps = np.concatenate(along)
+    return np.concatenate(middles), steps / np.linalg.norm(steps, axis=1, keepdims=True)
+
+
+@pytest.mark.dear
+@pytest.mark.parametrize("backend", ["heat", "lscm"])
+def test_layers_at_0_and_90_degrees_cross_square(backend: str) -> None:
+    (below, first), (above, second) = (_rows(FLAT, layer, backend) for layer in (1, 2))
+    away, at = KDTree(below).query(above)
+    crossing = np.degrees(np.arccos(np.abs(np.einsum("kx,kx->k", first[at], second))))
+    # The patch is not quite flat: away from the middle, rows beside a line turn with its curvature.
+    middle = (np.asarray(away) < 1.0) & (np.linalg.norm(above - below.mean(axis=0), axis=1) < 10.0)
+    assert middle.sum() > 100
+    assert np.abs(crossing[middle] - 90.0).max() < 1.0
+
+
+@pytest.mark.dear
+def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tmp_path: Path) -> None:
+    part = tmp_path / "plate.ply"
+    save_ply(plate((20.0, 12.0), (20, 12)), part)
+    patterns = ["contours", "guided:45", "guided:-45"]
+    asked = {"surface": part, "unit": "mm", "spacing": 2.0, "thickness": 2.0, "robot": False, "patterns": patterns}
+    told = plan_stack(job_of(**asked), tmp_path / "device")
+    assert [layer.pattern for layer in told.layers] == [*patterns, "contours"]
+    assert " 2 from 0.5 mm: guided:45, " in stack_text(told)
+    again = job_of(surface=tmp_path / "device" / "layer-02" / "job.toml")
+    assert (again.patterns, again.layer) == (patterns, 2)
+    alone = plan(job_of(**asked, layer=2))
+    (layer,) = record_plan(alone).layers
+    assert layer.pattern == "guided:45"
+    assert "paths in its middle, guided:45" in outcome_text(record_plan(alone))
+    table = (tmp_path / "device" / "layer-02" / "poses.csv").read_text(encoding="utf-8").splitlines()
+    assert len(table) == alone.poses.count + 1
+
+
+def test_what_is_wrong_with_patterns_is_said_before_any_layer_is_planned(tmp_path: Path) -> None:
+    part = tmp_path / "plate.ply"
+    save_ply(plate((20.0, 12.0), (20, 12)), part)
+    with pytest.raises(UsageError, match=r"^`--patterns`: spiral:30 gives an angle"):
+        plan_stack(job_of(surface=part, thickness=2.0, patterns=["contours", "spiral:30"]), tmp_path / "device")
