@@ -6,6 +6,7 @@
 - `refining`: the same made finer where it must be;
 - `targets`: what layers fill: a closed shape, or a thickness that varies over the part;
 - `cutting`: a level cut by it, and what holds it from below;
+- `slices`: what a plane cuts of layers, and of the paths on them;
 - `stacks`: how many layers of which height make a thickness, and the levels between them.
 """
 
@@ -17,6 +18,13 @@ from geoprint.layers.cutting import (
     without_crumbs as without_crumbs,
 )
 from geoprint.layers.level_surfaces import level_surface as level_surface
+from geoprint.layers.slices import (
+    CutPlane as CutPlane,
+    Slice as Slice,
+    middle_planes as middle_planes,
+    sliced as sliced,
+    sliced_layer as sliced_layer,
+)
 from geoprint.layers.stacks import (
     layer_level as layer_level,
     whole_layers as whole_layers,

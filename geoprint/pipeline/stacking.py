@@ -11,17 +11,16 @@ entry point brings it.
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
+from geoprint.account.stacked.summary import finished_record, layer_record
 from geoprint.config import Job
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
@@ -30,8 +29,9 @@ from geoprint.pipeline.choice import check_options
 from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
-from geoprint.pipeline.workpiece import EMPTY, read_stack
-from geoprint.results import Plan
+from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
+from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
+from geoprint.results import StackedLayer
 from geoprint.surfaces import face_areas
 
 # Plans at a time: each takes up to a gigabyte.
@@ -65,8 +65,11 @@ def plan_stack(
     stack = read_stack(job)
     with TemporaryDirectory() as staging:
         found = _planned(job, [Path(staging, folder) for folder in _folders(stack.count)], observe)
-        layers = tuple(layer for layer in found if isinstance(layer, StackedLayerRecord))
+        printed = [layer for layer in found if not isinstance(layer, LeftOutRecord)]
+        layers = tuple(record for record, _ in printed)
         files, program = stack_program(Path(staging), layers, part_name=job.surface.name)
+        observe("finished thickness")
+        finished = finished_stack(job, stack, [layer for _, layer in printed])
         told = StackRecord(
             schema=1,
             version=version("geoprint"),
@@ -74,6 +77,7 @@ def plan_stack(
             thickness_mm=stack.thickness,
             target=None if job.target is None else job.target.name,
             target_mm3=None if stack.target is None else stack.target.volume,
+            finished=finished_record(finished, wanted=_wanted(stack, layers)),
             layers=layers,
             program=program,
             left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
@@ -86,8 +90,8 @@ def plan_stack(
         if read_record(folder / STACK, StackRecord) != told:
             raise VerificationError(f"{STACK} does not read back as it was told; the disk may be faulty: write again.")
 
-    stack = {STACK: json_bytes(as_json(told))}
-    write_bundle(directory, stack | listed, overwrite=overwrite, verify=verify, unlisted=timings)
+    own = {STACK: json_bytes(as_json(told))}
+    write_bundle(directory, own | listed, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
 
 
@@ -97,13 +101,21 @@ def _written(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
+def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
+    """Return the volume that a stack shall have [mm3]: that of its target where a formula has it."""
+    volume = None if stack.target is None else stack.target.volume
+    return sum(layer.wanted_mm3 for layer in layers) if volume is None else volume
+
+
 def _folders(count: int) -> list[str]:
     """Return the folder of each layer."""
     return [f"layer-{number:02}" for number in range(1, count + 1)]
 
 
-def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[StackedLayerRecord | LeftOutRecord]:
-    """Plan the layers, two at a time, and return what is said of each; the first refusal ends it.
+def _planned(
+    job: Job, folders: list[Path], observe: Callable[[str], None]
+) -> list[tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord]:
+    """Plan the layers, two at a time, and return what is said and kept of each; the first refusal ends it.
 
     Raises:
         FieldError: a layer over one with nothing to print in it has something, or none has.
@@ -125,7 +137,7 @@ def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> l
             pool.shutdown(wait=True, cancel_futures=True)
             raise
         found = [future.result() for future, _ in sorted(waiting.items(), key=lambda each: each[1])]
-    printed = [isinstance(layer, StackedLayerRecord) for layer in found]
+    printed = [not isinstance(layer, LeftOutRecord) for layer in found]
     holes = [layer for layer, above in zip(found, printed[1:], strict=False) if above]
     empty = next((layer for layer in (*holes, found[0]) if isinstance(layer, LeftOutRecord)), None)
     if empty is not None:
@@ -133,7 +145,7 @@ def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> l
     return found
 
 
-def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord | LeftOutRecord:
+def _layer(job: Job, number: int, folder: Path) -> tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord:
     """Plan one layer and write its bundle, or say why there is nothing to print in it."""
     try:
         with naming(f"layer {number}"):
@@ -143,31 +155,5 @@ def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord | LeftOutR
         if not error.details.get(EMPTY):
             raise
         return LeftOutRecord(number=number, reason=str(error))
-    (layer,) = told.layers
-    area = float(face_areas(planned.workpiece.part).sum())
-    spacing = None if told.uniformity is None else told.uniformity.spacing
-    robots = told.robot
-    return StackedLayerRecord(
-        folder=folder.name,
-        bottom_mm=layer.bottom_mm,
-        height_mm=layer.height_mm,
-        area_mm2=area,
-        pattern=str(planned.job.drawing),
-        runs=told.paths.runs,
-        deposit_mm=told.paths.deposit_mm,
-        spacing_cv=None if spacing is None else spacing.cv,
-        gap=None if told.uniformity is None else told.uniformity.gap,
-        laid_mm3=_laid(planned),
-        wanted_mm3=area * layer.height_mm,
-        print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
-        clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
-        warnings=told.warnings,
-        not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
-    )
-
-
-def _laid(planned: Plan) -> float:
-    """Return the volume that the poses of a plan lay [mm3]: flow times the length of the run on the layer's surface."""
-    poses = planned.poses
-    lengths = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
-    return float((lengths * poses.flow[:-1])[poses.laid].sum())
+    kept, area = stacked_layer(planned), float(face_areas(planned.workpiece.part).sum())
+    return layer_record(told, kept, folder=folder.name, area=area, pattern=str(planned.job.drawing)), kept

@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple, final
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
@@ -109,12 +110,12 @@ def coverage(
         spacing: wanted [mm].
     """
     area = 0.5 * float((mesh.corners[1::3].real * mesh.corners[2::3].imag).sum())
-    found, unknown = _nearest_two(mesh, distance, spacing=spacing)
+    found, areas, unknown = _nearest_two(mesh, distance, spacing=spacing)
     across, gap, overlap = found.triangles.extents, GAP_SHARE * spacing, OVERLAP_SHARE * spacing
     near, both = np.isfinite(found.own), np.isfinite(found.other)
     here = np.ones(found.own.size)
     here[both] = _own_shares(mesh, path, found.some(both))
-    weights = found.triangles.areas / found.triangles.areas.sum()
+    weights = areas / areas.sum()
     widths, lengths = strip_widths(
         samples,
         np.concatenate([found.own_runs[near], found.other_runs[both]]),
@@ -139,23 +140,36 @@ def coverage(
     )
 
 
-def _nearest_two(mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float) -> tuple[_NearestTwo, float]:
-    """Return the stretches near small triangles, and the share of the area for which they were not found."""
-    triangles = small_triangles(mesh, edge_length=TRIANGLE_SHARE * spacing)
+def _nearest_two(
+    mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float
+) -> tuple[_NearestTwo, FloatArray, float]:
+    """Return the stretches near small triangles, how much area each of these stands for, and the unknown share of it.
+
+    A triangle whose stretches were not found counts with the nearest one whose were: without it the strips about it
+    would seem narrower, here more and there less.
+    """
+    every = small_triangles(mesh, edge_length=TRIANGLE_SHARE * spacing)
     # In random order, so that what a budget leaves out is nowhere in particular.
-    triangles = triangles.some(np.random.default_rng(0).permutation(triangles.areas.size)[:MOST_TRIANGLES])
+    order = np.random.default_rng(0).permutation(every.areas.size)
+    triangles = every.some(order[:MOST_TRIANGLES])
     # Where even the straight distance is too large nothing has to be looked for.
     straight = distance.straight(spatial(mesh, triangles.middles))
     limits = np.where(straight < REACH * spacing, REACH * spacing, 0.0)
     own = distance(triangles.middles, Ask.anything(limits=limits))
     reach = np.maximum(own.distances, OVERLAP_SHARE * spacing) + triangles.extents
     limits = np.where(np.isfinite(own.distances), reach, 0.0)
-    every = np.full(limits.size, ANY)
-    ask = Ask.elsewhere(every, own.runs, own.arcs, clear=APART * spacing, limits=limits)
+    ask = Ask.elsewhere(np.full(limits.size, ANY), own.runs, own.arcs, clear=APART * spacing, limits=limits)
     other = distance(triangles.middles, ask)
     known = own.complete & other.complete
     found = _NearestTwo(triangles, own.distances, own.runs, own.arcs, other.distances, other.runs, other.arcs)
-    return found.some(known), 1.0 - float(triangles.areas[known].sum() / triangles.areas.sum())
+    areas = triangles.areas[known]
+    unknown = 1.0 - float(areas.sum() / triangles.areas.sum())
+    others = every.some(np.concatenate([order[:MOST_TRIANGLES][~known], order[MOST_TRIANGLES:]]))
+    if known.any() and others.areas.size:
+        places = [spatial(mesh, some.middles) for some in (triangles.some(known), others)]
+        _, nearest = KDTree(places[0]).query(places[1])
+        areas = areas + np.bincount(np.asarray(nearest, dtype=np.int64), others.areas, minlength=areas.size)
+    return found.some(known), areas, unknown
 
 
 def _own_shares(mesh: FlatMesh, path: SurfacePath, found: _NearestTwo) -> FloatArray:

@@ -77,10 +77,13 @@ class LevelledLayer:
         poses: the stream; only its places count, not its flow.
         surface: what it covers.
         spacing: distance between neighbouring levels [mm].
+
+    Attributes:
+        surface: the same refined, n vertices, at which thickness is simulated.
     """
 
     def __init__(self, poses: PoseStream, surface: Surface, *, spacing: float) -> None:
-        fine = refine(surface, edge_length=EDGE_SHARE * spacing)
+        self.surface = fine = refine(surface, edge_length=EDGE_SHARE * spacing)
         self._areas = lumped_mass(fine)
         self._stretches = _stretches(poses, step=EDGE_SHARE * spacing)
         landed, _ = closest(fine, self._stretches.places)
@@ -100,7 +103,7 @@ class LevelledLayer:
         Raises:
             FieldError: the spreading does not converge, on triangles that are far too thin.
         """
-        thickness = self._levelled(np.asarray(self._put_down @ self._volumes(flow)))
+        thickness = self.field(flow)
         away = ~self._near
         return Thickness(
             mean=float(np.average(thickness, weights=self._areas)),
@@ -108,6 +111,14 @@ class LevelledLayer:
             near_cv=_variation(thickness[self._near], self._areas[self._near]),
             away_share=float(self._areas[away].sum() / self._areas.sum()),
         )
+
+    def field(self, flow: FloatArray) -> FloatArray:
+        """Return the (n,) thickness at the vertices of the refined surface for a (p,) flow at the poses [mm].
+
+        Raises:
+            FieldError: as `__call__`.
+        """
+        return self._levelled(np.asarray(self._put_down @ self._volumes(flow)))
 
     def _volumes(self, flow: FloatArray) -> FloatArray:
         """Return the (k,) volume of each stretch [mm3]."""

@@ -35,6 +35,10 @@ from geoprint.results.refusal import (
     Refusal as Refusal,
     TriedChange as TriedChange,
 )
+from geoprint.results.stacked import (
+    FinishedStack as FinishedStack,
+    StackedLayer as StackedLayer,
+)
 from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,
@@ -43,4 +47,5 @@ from geoprint.results.workpiece import (
     TargetFile as TargetFile,
     TriedSource as TriedSource,
     Workpiece as Workpiece,
+    upright_of as upright_of,
 )

@@ -231,8 +231,13 @@ class Workpiece:
         """How the part stands; where nobody places it its mean normal is up, or its own z axis without one."""
         if self.placement is not None:
             return self.placement.T_base_work[:3, :3]
-        mean = mean_normal(self.part)
-        length = float(np.linalg.norm(mean))
-        if length < np.finfo(np.float64).eps:
-            return np.eye(3)
-        return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
+        return upright_of(self.part)
+
+
+def upright_of(part: Surface) -> FloatArray:
+    """Return the (3, 3) smallest rotation that turns a part's mean normal up; none where it has no mean normal."""
+    mean = mean_normal(part)
+    length = float(np.linalg.norm(mean))
+    if length < np.finfo(np.float64).eps:
+        return np.eye(3)
+    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]

@@ -24,7 +24,13 @@ class StackedLayerRecord(Record):
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
     spacing_cv: float | None = Field(description="variation of the spacing; null where there is one level")
     gap: float | None = Field(description="share of its area that no path covers")
-    laid_mm3: Rounded = Field(description="volume that the path lays [mm3]")
+    overlap: float | None = Field(description="share of its area that is laid twice")
+    thickness_cv: float | None = Field(
+        description="variation of its own thickness where fronts are apart, with the flow to print; null: nowhere"
+    )
+    laid_mm3: Rounded = Field(
+        description="volume that is laid, as the program was executed; without a robot, as the path has it [mm3]"
+    )
     wanted_mm3: Rounded = Field(description="volume of the layer: area times height [mm3]")
     print_s: Rounded | None = Field(description="time of the program [s]; null without a robot")
     clearance_mm: Rounded | None = Field(
@@ -32,6 +38,29 @@ class StackedLayerRecord(Record):
     )
     warnings: tuple[str, ...] = Field(description="what a person should act on")
     not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+
+
+class FinishedRecord(Record):
+    """How the stack comes out with one flow: thickness of all layers together over the wanted one, by simulation."""
+
+    mean: Rounded = Field(description="mean thickness over the wanted one")
+    cv: Rounded = Field(description="standard deviation of the thickness over its mean")
+    p1: Rounded = Field(description="1st percentile")
+    p99: Rounded = Field(description="99th percentile")
+    within_5_percent: Rounded = Field(description="share of the area within 5 % of the wanted thickness")
+    judged: Rounded = Field(description="share of the area that these figures are of")
+    creased: Rounded = Field(description="share of it over which a hollow is filled before it is as high as wanted")
+    volume: Rounded = Field(description="volume laid over the wanted one")
+
+
+class FinishedFlowsRecord(Record):
+    """The finished stack with each flow; null where nothing of it can be judged."""
+
+    constant_flow: FinishedRecord | None = Field(description="with constant flow")
+    following_flow: FinishedRecord | None = Field(description="with flow that follows the width")
+    printed: FinishedRecord | None = Field(
+        description="as the programs were executed; without a robot as the cell's signals allow"
+    )
 
 
 class LeftOutRecord(Record):
@@ -65,6 +94,7 @@ class StackRecord(Record):
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
     target: str | None = Field(description="file of what the layers fill; null for a thickness")
     target_mm3: Rounded | None = Field(description="volume of that shape [mm3]; null without one")
+    finished: FinishedFlowsRecord = Field(description="how all layers together come out")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
     program: StackProgramRecord | None = Field(description="of all layers; null without a robot")
     left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")

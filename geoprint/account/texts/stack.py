@@ -8,6 +8,9 @@ from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.account.texts.marks import marked_lines
 from geoprint.account.texts.stack_sheet import behind_layer, stack_steps
 
+# Less of the area than this is not worth a line.
+TOLD_SHARE = 0.0005
+
 
 def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
     """Return the lines that a person reads when all layers of a thickness are planned.
@@ -16,16 +19,9 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
         told: what stack.json says.
         verbose: whether to list all that was not checked.
     """
-    laid = sum(layer.laid_mm3 for layer in told.layers)
-    wanted = sum(layer.wanted_mm3 for layer in told.layers)
-    first = (
-        f"{told.part}: {told.thickness_mm:.3g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
-        f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
-    )
-    if told.target_mm3 is not None:
-        first += f", which is {wanted / told.target_mm3:.1%} of {told.target}"
     lines = [
-        first,
+        stack_sentence(told),
+        *finished_sentences(told),
         *(_layer_line(number, layer) + behind_layer(number, told) for number, layer in enumerate(told.layers, start=1)),
     ]
     lines += [f"  left out: {each.reason}" for each in told.left_out]
@@ -33,6 +29,35 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
     lines += stack_steps(told)
     lines += marked_lines(warnings=_warnings(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
+
+
+def stack_sentence(told: StackRecord) -> str:
+    """Return what was planned and how much of it is laid, without a stop."""
+    laid = sum(layer.laid_mm3 for layer in told.layers)
+    wanted = sum(layer.wanted_mm3 for layer in told.layers)
+    said = (
+        f"{told.part}: {told.thickness_mm:.3g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
+        f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
+    )
+    return said if told.target_mm3 is None else f"{said}, which is {wanted / told.target_mm3:.1%} of {told.target}"
+
+
+def finished_sentences(told: StackRecord) -> Iterator[str]:
+    """Yield how all layers together come out, without stops; nothing where nobody can say."""
+    found = told.finished
+    if found.printed is None or found.constant_flow is None or found.following_flow is None:
+        return
+    yield (
+        f"finished thickness {found.printed.mean:.1%} of what is wanted, varies by {found.printed.cv:.2%}: 98 of 100 "
+        f"places have {found.printed.p1:.1%} to {found.printed.p99:.1%} of it (variation with flow that follows "
+        f"{found.following_flow.cv:.2%}, constant {found.constant_flow.cv:.2%})"
+    )
+    if found.printed.judged < 1.0:
+        low = max(1.0 - found.printed.judged - found.printed.creased, 0.0)
+        parts = [(found.printed.creased, "fills a hollow before it is so high"), (low, "is lower than a layer")]
+        said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= TOLD_SHARE)
+        if said:
+            yield f"  not judged: {said}"
 
 
 def _warnings(told: StackRecord) -> Iterator[str]:

@@ -1,0 +1,1 @@
+"""What is said of a stack of layers, and its page."""

@@ -1,0 +1,66 @@
+"""What stack.json says of the layers of a stack and of all of them together."""
+
+from __future__ import annotations
+
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.stack import FinishedFlowsRecord, FinishedRecord, StackedLayerRecord
+from geoprint.results import FinishedStack, StackedLayer
+
+
+def layer_record(told: PlanRecord, kept: StackedLayer, *, folder: str, area: float, pattern: str) -> StackedLayerRecord:
+    """Return what is said of a planned layer.
+
+    Args:
+        told: what its plan.json says.
+        kept: what is kept of it.
+        folder: of its bundle.
+        area: of the surface in its middle [mm2].
+        pattern: that its paths have.
+    """
+    even, robots, laid = told.uniformity, told.robot, told.deposition
+    spacing = None if even is None else even.spacing
+    flow = None if laid is None else laid.constant_flow if laid.flow == "constant" else laid.following_flow
+    return StackedLayerRecord(
+        folder=folder,
+        bottom_mm=kept.bottom,
+        height_mm=kept.height,
+        area_mm2=area,
+        pattern=pattern,
+        runs=told.paths.runs,
+        deposit_mm=told.paths.deposit_mm,
+        spacing_cv=None if spacing is None else spacing.cv,
+        gap=None if even is None else even.gap,
+        overlap=None if even is None else even.overlap,
+        thickness_cv=None if flow is None else flow.cv,
+        laid_mm3=float(kept.volumes[kept.printed]),
+        wanted_mm3=area * kept.height,
+        print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
+        clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
+        warnings=told.warnings,
+        not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
+    )
+
+
+def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsRecord:
+    """Return how a stack comes out.
+
+    Args:
+        stack: all of its layers.
+        wanted: the volume that it shall have [mm3].
+    """
+    told = [
+        None
+        if found is None
+        else FinishedRecord(
+            mean=found.mean,
+            cv=found.cv,
+            p1=found.p1,
+            p99=found.p99,
+            within_5_percent=found.within_5_percent,
+            judged=found.judged,
+            creased=found.creased,
+            volume=sum(float(layer.volumes[flow]) for layer in stack.layers) / wanted,
+        )
+        for flow, found in enumerate(stack.flows)
+    ]
+    return FinishedFlowsRecord(constant_flow=told[0], following_flow=told[1], printed=told[stack.printed])

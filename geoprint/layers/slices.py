@@ -1,0 +1,116 @@
+"""Layers sliced open: the line in which a plane cuts a surface, and the beads of the paths that cross it."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from geoprint.backends import isolines
+from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Surface, freeze_arrays, frozen
+
+# A path that runs along the plane would be cut without end: its bead is drawn so many times as wide at most.
+MOST_OBLIQUE = 3.0
+# A plane passes the vertices of a surface by this share of its size: one that goes through them cuts in branches.
+ASIDE_SHARE = 1e-6
+
+
+@final
+@frozen
+class CutPlane:
+    """A plane that slices a part open.
+
+    Attributes:
+        origin: (3,) a place on it [mm].
+        R_plane_work: (3, 3) rotation: x to the right, y up, both in the plane, and z out of it to the reader.
+    """
+
+    origin: FloatArray
+    R_plane_work: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, origin="float: 3", R_plane_work="float: 3 3")
+
+    def seen(self, places: FloatArray) -> FloatArray:
+        """Return (k, 3) places as seen: right, up, and towards the reader from the plane [mm]."""
+        return (places - self.origin) @ self.R_plane_work.T
+
+
+@final
+@frozen
+class Slice:
+    """What a plane cuts of a layer, or of the part: c lines, and b beads.
+
+    Attributes:
+        line: (q, 2) of the surface, line after line [mm].
+        offsets: (c + 1,) where each line starts.
+        beads: (b, 2) middles of the beads [mm].
+        along: (b, 2) unit vectors along the layer.
+        widths: (b,) of the beads, as the plane cuts them [mm].
+    """
+
+    line: FloatArray
+    offsets: IntArray
+    beads: FloatArray
+    along: FloatArray
+    widths: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, line="float: q 2", offsets="int: o", beads="float: b 2", along="float: b 2", widths="float: b"
+        )
+
+
+def middle_planes(part: Surface, upright: FloatArray) -> tuple[CutPlane, CutPlane]:
+    """Return the planes through the middle of a part, upright: across where it is longest, and along that.
+
+    Args:
+        part: n vertices.
+        upright: (3, 3) rotation in which it stands upright.
+    """
+    seen = part.vertices @ upright.T
+    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0))
+    _, _, axes = np.linalg.svd(seen[:, :2] - seen[:, :2].mean(axis=0), full_matrices=False)
+    longest = axes[0] * (1.0 if axes[0].sum() >= 0.0 else -1.0)
+    long, short, up = np.append(longest, 0.0), np.array([-longest[1], longest[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    aside = ASIDE_SHARE * float(np.linalg.norm(np.ptp(seen, axis=0)))
+    across, along = np.stack([short, up, long]), np.stack([long, up, -short])
+    first, second = (
+        CutPlane((middle + aside * R[2]) @ upright, R @ upright) for R in (across, along)
+    )  # fmt: skip
+    return first, second
+
+
+def sliced(surface: Surface, plane: CutPlane) -> tuple[FloatArray, IntArray]:
+    """Return the (q, 2) places where a plane cuts a surface [mm], line after line, and the (c + 1,) starts of these."""
+    curves, _ = isolines(surface, ScalarField(plane.seen(surface.vertices)[:, 2]), levels=np.zeros(1))
+    return plane.seen(curves.points.xyz(surface))[:, :2], curves.offsets
+
+
+def sliced_layer(surface: Surface, poses: PoseStream, plane: CutPlane, *, height: float) -> Slice:
+    """Return what a plane cuts of a layer: the line of its middle, and the beads of its paths.
+
+    Args:
+        surface: the middle of the layer.
+        poses: its paths, with the flow that they lay.
+        plane: that cuts.
+        height: of the layer [mm]; the flow over it is the width of a bead.
+    """
+    line, offsets = sliced(surface, plane)
+    seen = plane.seen(poses.surface_points)
+    over = seen[:, 2] >= 0.0
+    (rows,) = np.nonzero(poses.laid & (over[1:] != over[:-1]))
+    share = seen[rows, 2] / (seen[rows, 2] - seen[rows + 1, 2])
+    steps = seen[rows + 1] - seen[rows]
+    flow = poses.flow[rows] + share * (poses.flow[rows + 1] - poses.flow[rows])
+    straight = np.abs(steps[:, 2]) / np.linalg.norm(steps, axis=1)
+    upright = poses.normals[rows] @ plane.R_plane_work.T[:, :2]
+    lengths = np.linalg.norm(upright, axis=1, keepdims=True)
+    upright = np.where(lengths > 0.0, upright / np.where(lengths > 0.0, lengths, 1.0), [0.0, 1.0])
+    return Slice(
+        line=line,
+        offsets=offsets,
+        beads=(seen[rows] + share[:, None] * steps)[:, :2],
+        along=np.column_stack([upright[:, 1], -upright[:, 0]]),
+        widths=flow / height / np.maximum(straight, 1.0 / MOST_OBLIQUE),
+    )

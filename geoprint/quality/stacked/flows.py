@@ -1,0 +1,68 @@
+"""What a program lays along its path, as it was executed: from when material flows and when the tip is where.
+
+A valve that is only open or shut lets the same volume through in every second, so that where the tip is slower more is
+laid to a mm of path. An output that follows the speed of the tip lays what was planned to a mm.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint.model import FloatArray, PoseStream
+
+
+def flow_by_time(poses: PoseStream, times: FloatArray, material: FloatArray, *, rate: float) -> FloatArray:
+    """Return the (p,) flow at the poses that a valve leaves which is open or shut [mm3/mm].
+
+    Args:
+        poses: p of them, as the robot makes them.
+        times: (p,) when each is passed [s].
+        material: (d, 2) when material begins and ends to flow, in order [s].
+        rate: volume that flows in a second [mm3/s].
+    """
+    return _spread(poses, rate * _open(times, material))
+
+
+def flow_by_length(poses: PoseStream, times: FloatArray, material: FloatArray) -> FloatArray:
+    """Return the (p,) flow at the poses that an output leaves which follows the speed of the tip [mm3/mm].
+
+    Args:
+        poses: p of them, as the robot makes them, with the flow that was planned.
+        times: (p,) when each is passed [s].
+        material: (d, 2) when material begins and ends to flow, in order [s].
+    """
+    took = np.diff(times)
+    shares = np.divide(_open(times, material), took, out=np.ones_like(took), where=took > 0.0)
+    return _spread(poses, shares * _lengths(poses) * (poses.flow[:-1] + poses.flow[1:]) / 2.0)
+
+
+def laid_volume(poses: PoseStream, flow: FloatArray) -> float:
+    """Return the volume that a (p,) flow lays along a path [mm3]: linear between the poses [mm3/mm]."""
+    return float((_lengths(poses) * (flow[:-1] + flow[1:]) / 2.0)[poses.laid].sum())
+
+
+def _open(times: FloatArray, material: FloatArray) -> FloatArray:
+    """Return (p - 1,) how long material flows between each moment and the next [s]."""
+    moments = np.concatenate([[-np.inf], material.ravel(), [np.inf]])
+    before = np.searchsorted(moments, times, side="right") - 1
+    passed = np.concatenate([[0.0], np.cumsum(material[:, 1] - material[:, 0])])
+    # Between the two ends of a span it flows, and its number is half of that of its moment.
+    flowing, span = before % 2 == 1, before // 2
+    until = passed[span] + np.where(flowing, times - np.where(flowing, moments[before], 0.0), 0.0)
+    return np.diff(until)
+
+
+def _spread(poses: PoseStream, volumes: FloatArray) -> FloatArray:
+    """Return the (p,) flow at the poses that lays the (p - 1,) volumes between them, shared by the poses at both ends.
+
+    A volume where the tip stands still comes to its neighbours.
+    """
+    laid = np.where(poses.laid, volumes, 0.0)
+    lengths = np.where(poses.laid, _lengths(poses), 0.0)
+    total, along = (np.append(each, 0.0) + np.insert(each, 0, 0.0) for each in (laid, lengths))
+    return np.divide(total, along, out=np.zeros_like(total), where=along > 0.0)
+
+
+def _lengths(poses: PoseStream) -> FloatArray:
+    found: FloatArray = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
+    return found
