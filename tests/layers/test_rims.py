@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.layers.rims import rim_normals
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import boundary_loops, turned_over, vertex_normals
+from geoprint.surfaces import boundary_loops, part_of, turned_over, vertex_normals
 from geoprint.surfaces.files import load
 from geoprint.surfaces.repair import prepare
 from tests import meshes
@@ -87,8 +87,8 @@ def test_a_fold_beside_the_rim_does_not_turn_them(fold_deg: float, strips: int) 
 def test_at_a_rim_cut_into_a_heart_they_are_nearer_to_those_of_the_whole(name: str) -> None:
     whole = prepare(load(shared(f"patches/{name}.ply"), unit="mm"))[0]
     rim = np.concatenate(boundary_loops(whole))
-    inner = ~np.isin(whole.faces, rim).any(axis=1)
-    part = Surface(*_compact(whole.vertices, whole.faces[inner]))
+    inner = np.array([not np.isin(face, rim).any() for face in whole.faces])
+    part = part_of(whole, inner)
     upright = {tuple(place): normal for place, normal in zip(whole.vertices, vertex_normals(whole), strict=True)}
     off: list[FloatArray] = []
     for loop in boundary_loops(part):
@@ -100,8 +100,3 @@ def test_at_a_rim_cut_into_a_heart_they_are_nearer_to_those_of_the_whole(name: s
     angles = np.concatenate(off, axis=1)
     assert np.median(angles[0]) < 0.6 * np.median(angles[1])
     assert np.percentile(angles[0], 95) < np.percentile(angles[1], 95)
-
-
-def _compact(vertices: FloatArray, faces: np.ndarray[tuple[int, ...], np.dtype[np.int64]]):
-    used, renumbered = np.unique(faces, return_inverse=True)
-    return vertices[used], renumbered.reshape(-1, 3)
