@@ -1,40 +1,38 @@
 """How high are layers over what lies below, and what does a stack cost?
 
-    python -m benchmarks.layers [--parts FILE ...] [--thickness MM] [--height MM] [--spacing MM] [--smoke]
+    python -m benchmarks.layers [--parts FILE ...] [--thickness MM] [--height MM] [--smoke]
 
-The first table is of shells by formula: area of each layer over a cap, a cylinder and a plate, inside and outside,
-against the formula. The second is of parts: for the tops of the lowest and the highest layer, the share of the area
-whose distance from the part is off by more than 2 % of a layer, by a distance computed here that shares nothing with
-the one that made it; the same of the part pushed along its normals; triangles that cross; and the processor time. The
-third is of their seams: how far the starts of closed runs are from those one layer below and two, in spacings, where
-the run has a place two spacings from all of them.
+The first table is of shells by formula: area of each layer over a cap and a cylinder of ever shorter edges and over a
+plate, inside and outside, against the formula. The second plans the layers of a cap and of a tube and holds area,
+length of the paths and laid volume against theirs. The third is of parts on both sides: for the tops of the lowest and
+the highest layer, the share of the area whose distance from the part, or from the top of the layer below, is off by
+more than 2 % of a layer, by a distance computed here that shares nothing with the one that made it; the same of the
+part pushed along its normals; faces that cross and faces that look at the part; and the processor time.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Sequence
+from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import trimesh.triangles
 from scipy.spatial import KDTree
 
+from benchmarks.parts.shells import EDGES, JITTER_SEED, PathShell, Shell, flat_shell, path_shells, shells
 from benchmarks.parts.tables import row, table
-from geoprint.config import job_of
+from geoprint.config import load_cell
 from geoprint.errors import GeoprintError
 from geoprint.layers import layer_level, whole_layers
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline.covering import cover
-from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece
-from geoprint.surfaces import face_areas, turned_over, vertex_normals
+from geoprint.surfaces import face_areas, face_normals, turned_over, vertex_normals
 from geoprint.surfaces.files import load
 from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import prepare
 from geoprint.surfaces.repair.crossings import crossings
-from tests.meshes import cylinder_patch, plate, spherical_cap
 
 DATA = Path(__file__).parents[1] / "data"
 OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply")
@@ -43,13 +41,12 @@ SEED = 22
 # Edges of the part for the judge [mm], and so many of its triangles with the nearest middles are looked at.
 EDGE = 0.4
 NEAREST = 12
-
-
-class _Start(NamedTuple):
-    """A run: its places from its start [mm], and whether it is closed."""
-
-    places: FloatArray
-    closed: bool
+# A lower bottom is the part itself [mm].
+SMALLEST = 1e-9
+HEADINGS = (
+    "part", "side", "over it", "off by 2 %", "over the layer below", "pushed", "faces", "crossing", "flipped",
+    "processor time",
+)  # fmt: skip
 
 
 def main() -> None:
@@ -60,100 +57,71 @@ def main() -> None:
     )
     parser.add_argument("--thickness", type=float, default=3.2, metavar="MM")
     parser.add_argument("--height", type=float, default=0.4, metavar="MM", help="of a layer")
-    parser.add_argument("--spacing", type=float, default=1.5, metavar="MM", help="of the paths, for their seams")
-    parser.add_argument("--smoke", action="store_true", help="two layers of 1 mm")
+    parser.add_argument("--smoke", action="store_true", help="two layers of 1 mm on coarse parts")
     arguments = parser.parse_args()
     thickness, wanted = (2.0, 1.0) if arguments.smoke else (arguments.thickness, arguments.height)
     count, height = whole_layers(thickness, height=wanted)
-    for line in table("shell", "layers", "area off the formula, worst"):
-        print(line, flush=True)
-    for name, part, curvature, bends in _shells(0.6 if arguments.smoke else 0.3):
-        off = max(_off(part, (number + 0.5) * height, height, curvature, bends) for number in range(count))
-        print(row(name, str(count), f"{off:.2%}"), flush=True)
-    print()
-    for line in table("part", "over it", "off by 2 %", "pushed", "faces", "crossing", "processor time"):
-        print(line, flush=True)
+    _print_areas(count, height, edges=EDGES[:2] if arguments.smoke else EDGES)
+    _print_paths(thickness, shells=islice(path_shells(), 1 if arguments.smoke else None))
+    print(*table(*HEADINGS), sep="\n", flush=True)
     for file in [*(DATA / name for name in OWN), *arguments.parts]:
-        part = load(file, unit="mm")
-        for over in (height, count * height):
-            print(_row(part, over, height), flush=True)
-    print()
-    for line in table(
-        "part", "layers", "closed runs", "with room", "one below: least", "nearer than 2", "two: least", "nearer than 2"
-    ):
-        print(line, flush=True)
-    for file in [*(DATA / name for name in OWN), *arguments.parts]:
-        print(
-            _seams_row(
-                file, [_starts(file, layer, thickness, arguments.spacing) for layer in range(count)], arguments.spacing
-            ),
-            flush=True,
-        )
+        part = prepare(load(file, unit="mm"))[0]
+        for side, printed in (("outside", part), ("turned over", turned_over(part))):
+            for over in (height, count * height):
+                print(_row(printed, side, over, height), flush=True)
 
 
-def _shells(edge: float) -> Iterator[tuple[str, Surface, float, int]]:
-    """Yield name and part, and its curvature [1/mm] in how many directions."""
-    rings = round(10.0 / edge)
-    cap = spherical_cap(radius=12.0, angle=0.8, rings=rings)
-    tube = cylinder_patch(radius=12.0, angle=1.4, length=10.0, divisions=(2 * rings, 10))
-    for sign, side in ((1.0, "outside"), (-1.0, "inside")):
-        for name, part, power in (("cap", cap, 2), ("cylinder", tube, 1)):
-            yield f"{name}, {side}", part if sign > 0.0 else turned_over(part), sign / 12.0, power
-    yield "plate", plate((20.0, 15.0)), 0.0, 1
+def _print_areas(count: int, height: float, *, edges: Sequence[float]) -> None:
+    print(*table("shell", "edge over radius", "layers", "area off the formula, worst", "irregular"), sep="\n")
+    for edge in edges:
+        for even, uneven in zip(shells(edge), shells(edge, jitter_seed=JITTER_SEED), strict=True):
+            off = [_worst(shell, count, height) for shell in (even, uneven)]
+            print(row(even.name, f"{edge:g}", str(count), *(f"{one:+.2%}" for one in off)), flush=True)
+    flat = flat_shell()
+    print(row(flat.name, "", str(count), f"{_worst(flat, count, height):+.2%}", ""), flush=True)
 
 
-def _off(part: Surface, over: float, height: float, curvature: float, bends: int) -> float:
-    """Return the deviation of a level's area from its formula, over that."""
-    level = layer_level(part, over, height=height)
-    wanted = float(face_areas(part).sum()) * (1.0 + over * curvature) ** bends
-    return abs(float(face_areas(level).sum()) / wanted - 1.0)
+def _worst(shell: Shell, count: int, height: float) -> float:
+    return max((shell.off((number + 0.5) * height, height=height) for number in range(count)), key=abs)
 
 
-def _row(part: Surface, over: float, height: float) -> str:
+def _print_paths(thickness: float, *, shells: Iterable[PathShell]) -> None:
+    print(*table("shell", "layers", "area off, worst", "path length", "laid volume"), sep="\n")
+    count, _ = whole_layers(thickness, height=load_cell(None).process.layer_height)
+    for shell in shells:
+        off = np.array([shell.off(layer, thickness=thickness) for layer in range(1, count + 1)])
+        worst = off[np.abs(off).argmax(axis=0), np.arange(3)]
+        print(row(shell.name, str(count), *(f"{one:+.2%}" for one in worst)), flush=True)
+
+
+def _row(part: Surface, side: str, over: float, height: float) -> str:
+    """Return what is said of the top of a layer, which lies between it and what is a height lower."""
     begun = time.process_time()
     try:
         level = layer_level(part, over, height=height)
+        took = time.process_time() - begun
+        bottom = over - height
+        below = part if bottom < SMALLEST else layer_level(part, bottom, height=height)
     except GeoprintError as error:
-        return row(part.name, f"{over:.3g} mm", str(error)[:110].replace("|", "/"), *[""] * 4)
-    took = time.process_time() - begun
+        return row(part.name, side, f"{over:.3g} mm", str(error)[:110].replace("|", "/"), *[""] * 6)
     pushed = Surface(part.vertices + over * vertex_normals(part), part.faces, part.name)
-    fine = refine(part, edge_length=EDGE)
-    shares = [(np.abs(_distances(fine, _places(each)) - over) > 0.02 * height).mean() for each in (level, pushed)]
+    fine, lower = refine(part, edge_length=EDGE), refine(below, edge_length=EDGE)
+    shares = [
+        (np.abs(_away(ground, _places(each)) - wanted) > 0.02 * height).mean()
+        for each, ground, wanted in ((level, fine, over), (level, lower, height), (pushed, fine, over))
+    ]
     crossing = len(np.unique(crossings(level, depth=1e-9).pairs))
     return row(
-        part.name, f"{over:.3g} mm", f"{shares[0]:.3%}", f"{shares[1]:.1%}", str(len(level.faces)), str(crossing),
-        f"{took:.1f} s",
+        part.name, side, f"{over:.3g} mm", *(f"{share:.3%}" for share in shares[:2]), f"{shares[2]:.1%}",
+        str(len(level.faces)), str(crossing), str(_flipped(level, fine)), f"{took:.1f} s",
     )  # fmt: skip
 
 
-def _starts(file: Path, layer: int, thickness: float, spacing: float) -> list[_Start]:
-    """Return where the runs of a layer start."""
-    job = job_of(surface=file, unit="mm", spacing=spacing, thickness=thickness, layer=layer + 1, robot=False)
-    stage = Stages(lambda _: None)
-    workpiece = prepare_workpiece(job, stage, backends=[job.backend])
-    curves = cover(job, workpiece, stage).toolpath.curves
-    return [_Start(curves.xyz(workpiece.surface, run), bool(curves.closed[run])) for run in range(curves.count)]
-
-
-def _seams_row(file: Path, layers: list[list[_Start]], spacing: float) -> str:
-    """Return how far starts are from those of the layers below."""
-    found: list[list[float]] = [[], []]
-    closed, roomy = 0, 0
-    for above, starts in enumerate(layers):
-        below = [KDTree(np.array([start.places[0] for start in layer])) for layer in layers[max(above - 2, 0) : above]]
-        for start in starts:
-            away = [np.asarray(tree.query(start.places)[0], dtype=np.float64) / spacing for tree in reversed(below)]
-            closed += start.closed
-            if start.closed and away and np.min(away, axis=0).max() >= 2.0:
-                roomy += 1
-                for distances, nearest in zip(found, away, strict=False):
-                    distances.append(float(nearest[0]))
-    told = [text for each in found for text in (_least(each), f"{sum(away < 2.0 for away in each)} of {len(each)}")]
-    return row(file.name, str(len(layers)), str(closed), str(roomy), *told)
-
-
-def _least(values: list[float]) -> str:
-    return f"{min(values):.2f}" if values else "-"
+def _flipped(level: Surface, part: Surface) -> int:
+    """Return how many faces of a level face the part: their normal has none of the direction away from it."""
+    middles = level.vertices[level.faces].mean(axis=1)
+    upright = np.einsum("kx,kx->k", face_normals(level), middles - _feet(part, middles))
+    return int((upright <= 0.0).sum())
 
 
 def _places(surface: Surface) -> FloatArray:
@@ -164,14 +132,22 @@ def _places(surface: Surface) -> FloatArray:
     return np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), SAMPLES), surface.vertices[surface.faces[faces]])
 
 
-def _distances(part: Surface, places: FloatArray) -> FloatArray:
-    """Return the distances of places from a part of small triangles: to the planes of the nearest, within them [mm]."""
+def _away(part: Surface, places: FloatArray) -> FloatArray:
+    """Return how far places are away from a part [mm]."""
+    found: FloatArray = np.linalg.norm(places - _feet(part, places), axis=1)
+    return found
+
+
+def _feet(part: Surface, places: FloatArray) -> FloatArray:
+    """Return the closest places of a part of small triangles: in those with the nearest middles [mm]."""
     corners = part.vertices[part.faces]
     near = np.asarray(KDTree(corners.mean(axis=1)).query(places, k=NEAREST)[1], dtype=np.int64)
-    best = np.full(len(places), np.inf)
+    best, least = np.zeros_like(places), np.full(len(places), np.inf)
     for column in range(NEAREST):
         found: FloatArray = trimesh.triangles.closest_point(corners[near[:, column]], places)  # pyright: ignore[reportUnknownMemberType]
-        best = np.minimum(best, np.linalg.norm(found - places, axis=1))
+        away = np.linalg.norm(found - places, axis=1)
+        nearer = away < least
+        best[nearer], least[nearer] = found[nearer], away[nearer]
     return best
 
 

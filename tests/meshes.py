@@ -125,6 +125,41 @@ def torus(*, major: float = 20.0, minor: float = 8.0, divisions: tuple[int, int]
     return Surface(vertices=vertices, faces=faces, name="torus")
 
 
+def blocks(filled: list[list[list[int]]], *, x: list[float], y: list[float], z: list[float]) -> Surface:
+    """Return the closed boundary of the blocks of a grid that are filled; none may touch another in an edge alone.
+
+    Args:
+        filled: whether the block between x[i] and x[i + 1], y[j] and y[j + 1], z[k] and z[k + 1] is, at [i][j][k].
+        x: where the grid is cut [mm]; also y and z.
+    """
+    full = np.pad(np.array(filled, dtype=np.int64), 1)
+    index = np.arange(len(x) * len(y) * len(z)).reshape(len(x), len(y), len(z))
+    faces: list[IntArray] = []
+    for axis in range(3):
+        step = np.diff(full, axis=axis)
+        for place in np.argwhere(step != 0):
+            corner = place - 1
+            corner[axis] += 1
+            aside, across = np.roll(np.eye(3, dtype=np.int64), -axis - 1, axis=0)[:2]
+            a, b, c, d = (index[tuple(corner + shift)] for shift in (0 * aside, aside, aside + across, across))
+            # What begins is seen against the axis, what ends along it.
+            faces.append(np.array([[a, c, b], [a, d, c]] if step[tuple(place)] > 0 else [[a, b, c], [a, c, d]]))
+    grid = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
+    used, renumbered = np.unique(np.concatenate(faces), return_inverse=True)
+    return Surface(grid[used], renumbered.reshape(-1, 3), name="blocks")
+
+
+def wedge(*, length: float, width: float, height: float, depth: float = 1.0) -> Surface:
+    """Return a closed wedge: its top rises from z = 0 at x = 0 to a height at x = length; its floor lies at -depth."""
+    floor = [(i, j, -depth) for i, j in ((0.0, 0.0), (length, 0.0), (length, width), (0.0, width))]
+    top = [(i, j, height * i / length) for i, j, _ in floor]
+    faces = [(0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7)]
+    for corner in range(4):
+        ahead = (corner + 1) % 4
+        faces += [(corner, ahead, 4 + ahead), (corner, 4 + ahead, 4 + corner)]
+    return Surface(np.array(floor + top), np.array(faces), name="wedge")
+
+
 def _on_unit_sphere(vertices: FloatArray) -> FloatArray:
     return vertices / np.linalg.norm(vertices, axis=1, keepdims=True).astype(np.float64)
 

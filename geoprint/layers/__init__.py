@@ -1,6 +1,7 @@
 """Layers: expanded surfaces over a part, each at one distance from it, and how a thickness falls into them.
 
 - `feet`: where on the part a place stands, on which side, and how far beyond its rim;
+- `rims`: normals at the rim, right to second order;
 - `nets`: triangles about a level of the distance, from cells of a grid;
 - `level_surfaces`: the level surface of the distance, cut along the normals of the rim;
 - `refining`: the same made finer where it must be;

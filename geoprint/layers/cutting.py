@@ -16,6 +16,7 @@ from geoprint.surfaces import (
     PolylineDistance,
     boundary_loops,
     clipped,
+    closest,
     component_labels,
     face_areas,
     in_words,
@@ -23,6 +24,7 @@ from geoprint.surfaces import (
     part_of,
     pieces,
 )
+from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair.manifold import split_vertices
 
 # A layer may stand out over the one below by this share of its own height: what leans by 45 degrees stands by itself.
@@ -31,6 +33,8 @@ OUT_SHARE = 1.0
 LEAST_AREA = 1e-6
 # The rim of a piece is cut to this share of the spacing to find its width: that sets speed, not accuracy.
 STEP_SHARE = 0.1
+# The width of a piece is looked for at places so far apart, over the spacing.
+WIDTH_SHARE = 0.1
 
 
 def cut(part: Surface, level: Surface, target: Target, *, height: float, tolerance: float) -> Surface:
@@ -84,15 +88,21 @@ def area_standing_out(part: Surface, surface: Surface, target: Target, *, below:
     Raises:
         FieldError: a piece of it has nothing below.
     """
+    ground = Ground(part)
+    depths = target.depth(ground.raised(surface.vertices, below))
     middles = surface.vertices[surface.faces].mean(axis=1)
-    out = -target.depth(Ground(part).raised(middles, below))
+    held = target.depth(ground.raised(middles, below)) > 0.0
     labels = component_labels(surface)
     for number, piece in enumerate(pieces(surface)):
-        if (out[labels == number] > 0.0).all():
+        if not held[labels == number].any():
             raise FieldError(
                 f"about {in_words(middle_of(piece.surface))} it would hang in the air: nothing of the target lies "
                 "below. Print that piece by itself, or turn the target."
             )
+    if held.all() or depths.max() <= 0.0:
+        return float(face_areas(surface)[~held].sum())
+    # A place that hangs may still be near the target that rises beside it: how far out it is shows on the layer itself.
+    _, out = closest(clipped(surface, -depths[:, None]), middles)
     return float(face_areas(surface)[out > OUT_SHARE * height].sum())
 
 
@@ -134,11 +144,13 @@ def with_sides(part: Surface, surface: Surface) -> Surface:
 
 
 def _is_wide(piece: Surface, *, spacing: float) -> bool:
-    """Say whether a vertex of a piece is half a spacing [mm] from its rim, so that the first path has room."""
+    """Say whether a place of a piece is half a spacing [mm] from its rim, so that the first path has room."""
     loops = boundary_loops(piece)
     if not loops:
         return True
-    inside = np.setdiff1d(np.arange(len(piece.vertices)), np.concatenate(loops))
-    rims = [piece.vertices[np.append(loop, loop[0])] for loop in loops]
-    away = PolylineDistance(rims, step=STEP_SHARE * spacing)
-    return bool(inside.size and away(piece.vertices[inside]).max() > spacing / 2.0)
+    away = PolylineDistance([piece.vertices[np.append(loop, loop[0])] for loop in loops], step=STEP_SHARE * spacing)
+    if away(piece.vertices).max() > spacing / 2.0:
+        return True
+    # Its triangles may be so large that the vertices all lie near the rim, whatever lies between them.
+    fine = refine(piece, edge_length=WIDTH_SHARE * spacing)
+    return bool(away(fine.vertices).max() > spacing / 2.0)

@@ -6,8 +6,9 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from geoprint.layers.rims import rim_normals
 from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.surfaces import boundary_loops, closest, normals, positions, vertex_normals
+from geoprint.surfaces import boundary_loops, closest, normals, positions
 from geoprint.surfaces.box_tree import box_tree, nearest_triangles
 from geoprint.surfaces.points import closest_in_triangles
 
@@ -45,7 +46,9 @@ class Ground:
             return
         ends: IntArray = np.concatenate([np.column_stack([loop, np.roll(loop, -1)]) for loop in loops])
         starts, stops = part.vertices[ends[:, 0]], part.vertices[ends[:, 1]]
-        upright = vertex_normals(part)
+        upright = np.zeros_like(part.vertices)
+        for loop in loops:
+            upright[loop] = rim_normals(part, loop)
         between: FloatArray = upright[ends[:, 0]] + upright[ends[:, 1]]
         outwards = _unit(np.cross(stops - starts, between))
         beyond = np.zeros_like(part.vertices)

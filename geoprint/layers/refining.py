@@ -38,7 +38,8 @@ def fine_where(
     Args:
         ground: the part.
         surface: on the level.
-        values: (k,) of (k, 3) places [mm], changing by no more than one moves.
+        values: (k,) of (k, 3) places [mm]; where it changes by more than one moves, only edges that it is zero on
+            are sure to be looked at.
         height: of the level [mm].
         tolerance: largest deviation of the function from linear at the middles of edges, if halving reaches it [mm].
     """
@@ -46,7 +47,7 @@ def fine_where(
         found = values(surface.vertices)
         pairs, edge = numbered_pairs(half_edges(surface.faces))
         ends, lengths = found[pairs], _lengths(surface, pairs)
-        doubtful = np.flatnonzero(np.abs(ends).min(axis=1) < lengths)
+        doubtful = np.flatnonzero((np.abs(ends).min(axis=1) < lengths) | (np.sign(ends).prod(axis=1) < 0.0))
         middles = surface.vertices[pairs[doubtful]].mean(axis=1)
         chosen = np.zeros(len(pairs), dtype=np.bool_)
         chosen[doubtful] = np.abs(values(middles) - ends[doubtful].mean(axis=1)) > tolerance

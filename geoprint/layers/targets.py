@@ -12,6 +12,7 @@ from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.surfaces import (
     boundary_loops,
     closest,
+    edges,
     face_normals,
     half_edges,
     positions,
@@ -25,6 +26,8 @@ from geoprint.surfaces.topology import numbered_pairs
 ON_EDGE = 1e-9
 # The height of a shape is looked for at places so far apart [mm], at most so many across it.
 LOOKED_AT, MOST_ACROSS = 1.0, 200
+# Where its edges pass the rim is found by so many halvings: a thousandth of a millimetre and less.
+HALVINGS = 12
 
 
 class Target(Protocol):
@@ -99,10 +102,9 @@ class TargetShape:
     def _highest(self, part: Surface) -> float:
         """Return how high the shape ends over the part [mm]."""
         across = float(np.linalg.norm(np.ptp(self._shape.vertices, axis=0)))
-        places = refine(self._shape, edge_length=max(LOOKED_AT, across / MOST_ACROSS)).vertices
+        looked_at = refine(self._shape, edge_length=max(LOOKED_AT, across / MOST_ACROSS))
         ground = Ground(part)
-        feet = ground.feet(places)
-        over = feet.distances[ground.beyond(places, feet.places) <= 0.0]
+        over = ground.feet(_standing_on(ground, looked_at)).distances
         if over.max(initial=0.0) <= 0.0:
             raise FieldError(
                 f"nothing of the target {self._shape.name} is over the outer side of {part.name}: check that both are "
@@ -134,6 +136,22 @@ class TargetThickness:
         """Return how far below the top (k, 3) places lie [mm], below 0 over it."""
         points, distances = closest(self._part, places)
         return points.values(self._part, self._thickness) - distances
+
+
+def _standing_on(ground: Ground, surface: Surface) -> FloatArray:
+    """Return the vertices of a surface over or under the part, and where its edges pass the rim; there may be none."""
+    if not ground.rimmed:
+        return surface.vertices
+    beyond = ground.beyond(surface.vertices, ground.feet(surface.vertices).places)
+    pairs = edges(surface.faces)
+    passing = pairs[np.sign(beyond[pairs]).prod(axis=1) < 0.0]
+    ends = np.take_along_axis(passing, beyond[passing].argsort(axis=1), axis=1)
+    inner, outer = surface.vertices[ends[:, 0]], surface.vertices[ends[:, 1]]
+    for _ in range(HALVINGS):
+        middles = (inner + outer) / 2.0
+        out = (ground.beyond(middles, ground.feet(middles).places) > 0.0)[:, None]
+        inner, outer = np.where(out, inner, middles), np.where(out, middles, outer)
+    return np.concatenate([surface.vertices[beyond <= 0.0], inner])
 
 
 def _angle_weighted(surface: Surface, upright: FloatArray) -> FloatArray:

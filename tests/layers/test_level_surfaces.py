@@ -63,23 +63,34 @@ def test_over_a_plate_it_is_the_plate() -> None:
 
 @pytest.mark.parametrize(("height", "inner"), [(2.0, False), (2.0, True)])
 def test_over_a_cap_it_is_a_cap(height: float, *, inner: bool) -> None:
-    # The normals of the rim are those of its faces: half of one turns them by a hundredth.
     part = meshes.spherical_cap(radius=10.0, angle=0.9, rings=24)
     before = float(face_areas(part).sum())
     level = _level(turned_over(part) if inner else part, height)
     radius = 10.0 - height if inner else 10.0 + height
-    assert face_areas(level).sum() == pytest.approx(before * (radius / 10.0) ** 2, rel=0.01)
+    assert face_areas(level).sum() == pytest.approx(before * (radius / 10.0) ** 2, rel=0.002)
     np.testing.assert_allclose(np.linalg.norm(level.vertices, axis=1), radius, atol=0.02)
     # The rim is ruled by the normals: as far from the pole as below.
     polar = np.arccos(level.vertices[:, 2] / np.linalg.norm(level.vertices, axis=1))
-    assert polar.max() == pytest.approx(0.9, abs=0.01)
+    assert polar.max() == pytest.approx(0.9, abs=0.001)
 
 
 def test_over_a_cylinder_it_is_a_cylinder() -> None:
     part = meshes.cylinder_patch(radius=10.0, angle=1.2, length=8.0, divisions=(40, 6))
     level = _level(part, 1.5)
-    assert face_areas(level).sum() == pytest.approx(1.2 * 11.5 * 8.0, rel=0.008)
+    assert face_areas(level).sum() == pytest.approx(1.2 * 11.5 * 8.0, rel=0.002)
     assert _judged(part, level, height=1.5) < 1e-3
+
+
+@pytest.mark.parametrize("inner", [False, True])
+def test_the_area_of_a_shell_comes_to_its_formula_with_the_square_of_the_edge(*, inner: bool) -> None:
+    off: list[float] = []
+    for rings in (4, 8):
+        part = meshes.spherical_cap(radius=12.0, angle=0.8, rings=rings, jitter_seed=3)
+        area = float(face_areas(part).sum()) * (0.75 if inner else 1.25) ** 2
+        level = _level(turned_over(part) if inner else part, 3.0)
+        off.append(abs(float(face_areas(level).sum()) / area - 1.0))
+    assert off[0] < 0.015
+    assert off[0] / off[1] > 3.0
 
 
 def _ridge(angle_deg: float) -> Surface:

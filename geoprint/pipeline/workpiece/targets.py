@@ -74,9 +74,10 @@ def target_over(job: Job, file: TargetFile | None, part: Surface) -> Target | No
     size = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
     rise = size if job.feather is None else job.feather / UP_A_RIM
     fine = refine(part, edge_length=min(size / ACROSS, max(rise, size / MOST_ACROSS)))
-    thickness = (
-        np.full(len(fine.vertices), job.thickness) if table is None else _between(table, fine, name=str(job.target))
-    )
+    if file is None or table is None:
+        thickness = np.full(len(fine.vertices), job.thickness)
+    else:
+        thickness = _between(table, fine, name=file.name)
     if job.feather is not None:
         thickness = thickness * np.minimum(_from_rim(fine) / job.feather, 1.0)
     return TargetThickness(fine, thickness)
