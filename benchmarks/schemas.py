@@ -19,6 +19,7 @@ from geoprint.account import (
     MeasurementRecord,
     PlanRecord,
     SeenFile,
+    StackComparisonRecord,
     StackRecord,
 )
 
@@ -35,6 +36,7 @@ def schemas() -> dict[str, str]:
         "evidence": SeenFile,
         "measure": MeasurementRecord,
         "stack": StackRecord,
+        "stacks": StackComparisonRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"

@@ -34,6 +34,7 @@ from geoprint.account.records.rounding import (
     read_record as read_record,
 )
 from geoprint.account.records.stack import StackRecord as StackRecord
+from geoprint.account.records.stack_comparison import StackComparisonRecord as StackComparisonRecord
 from geoprint.account.remeshing import remeshing_summary as remeshing_summary, remeshing_text as remeshing_text
 from geoprint.account.robot_summary import program_digest as program_digest
 from geoprint.account.run_tables import (
@@ -60,4 +61,5 @@ from geoprint.account.texts.run_sheet import (
     run_sheet as run_sheet,
 )
 from geoprint.account.texts.stack import stack_text as stack_text
+from geoprint.account.texts.stack_comparison import stack_comparison_text as stack_comparison_text
 from geoprint.account.verdict import verdict as verdict

@@ -107,6 +107,13 @@ def compare(
     jobs = [job_asked(surface, keys) for surface in surfaces]
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
+    if any(job.layered and job.layer is None for job in jobs):
+        if samples or figures:
+            raise UsageError("`--samples` and `--figures` are of single layers: name one with `--layer`.")
+        _compare_stacks(
+            jobs, out, backends=backends_of(backends), overwrite=overwrite, verbose=verbose, as_json=as_json
+        )
+        return
     with watch() as observe:
         compared = compare_parts(jobs, backends=backends_of(backends), observe=observe)
         observe("writing")
@@ -114,6 +121,25 @@ def compare(
     if as_json:
         tell_json(json_of(told.record))
     say(f"{comparison_table(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
+
+
+def _compare_stacks(
+    jobs: list[Job], out: Path, *, backends: list[str] | None, overwrite: bool, verbose: bool, as_json: bool
+) -> None:
+    """Compare backends over all layers of one thickness."""
+    from geoprint.account import as_json as json_of, stack_comparison_text
+    from geoprint.pipeline import compare_stacks
+
+    if len(jobs) > 1:
+        raise UsageError(
+            f"whole stacks are compared over one part at a time, {len(jobs)} are given: compare them one by one, or "
+            "one `--layer` of all."
+        )
+    with watch() as observe:
+        told = compare_stacks(jobs[0], out, backends=backends, overwrite=overwrite, observe=observe)
+    if as_json:
+        tell_json(json_of(told))
+    say(f"{stack_comparison_text(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
 
 
 @takes(but=("place", "robot"))

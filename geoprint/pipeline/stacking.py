@@ -11,14 +11,14 @@ entry point brings it.
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from geoprint.account.records.rounding import as_json, read_record
+from geoprint.account.records.rounding import Record, as_json, read_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
 from geoprint.account.stacked.summary import finished_record, layer_record
 from geoprint.config import Job
@@ -58,47 +58,88 @@ def plan_stack(
         ResourceError: a process was ended from outside, as it is where memory runs out.
         GeoprintError: as `plan`; the sentence names the layer.
     """
-    if not job.layered or job.layer is not None:
-        raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
+    check_stacked(job)
     check_options(job, [job.backend])
     check_writable(directory, overwrite=overwrite)
-    stack = read_stack(job)
     with TemporaryDirectory() as staging:
-        found = _planned(job, [Path(staging, folder) for folder in _folders(stack.count)], observe)
-        printed = [layer for layer in found if not isinstance(layer, LeftOutRecord)]
-        layers = tuple(record for record, _ in printed)
-        files, program = stack_program(Path(staging), layers, part_name=job.surface.name)
-        observe("finished thickness")
-        finished = finished_stack(job, stack, [layer for _, layer in printed])
-        told = StackRecord(
-            schema=1,
-            version=version("geoprint"),
-            part=job.surface.name,
-            thickness_mm=stack.thickness,
-            target=None if job.target is None else job.target.name,
-            target_mm3=None if stack.target is None else stack.target.volume,
-            finished=finished_record(finished, wanted=_wanted(stack, layers)),
-            layers=layers,
-            program=program,
-            left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
-        )
-        files |= _written(Path(staging))
+        told = stack_into(job, Path(staging), observe=observe)
+        save_stacks(Path(staging), directory, overwrite=overwrite, told={STACK: told})
+    return told
+
+
+def check_stacked(job: Job) -> None:
+    """Check that a job is of all layers.
+
+    Raises:
+        UsageError: it is not.
+    """
+    if not job.layered or job.layer is not None:
+        raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
+
+
+def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> StackRecord:
+    """Plan every layer of a thickness, and write all that a stack's folder holds into one that nobody sees yet.
+
+    Args:
+        job: of all layers.
+        folder: an empty one.
+        observe: called with what is being done.
+
+    Raises:
+        GeoprintError: as `plan_stack`.
+    """
+    stack = read_stack(job)
+    found = _planned(job, [Path(folder, name) for name in _folders(stack.count)], observe)
+    printed = [layer for layer in found if not isinstance(layer, LeftOutRecord)]
+    layers = tuple(record for record, _ in printed)
+    files, program = stack_program(folder, layers, part_name=job.surface.name)
+    observe("finished thickness")
+    finished = finished_stack(job, stack, [layer for _, layer in printed])
+    told = StackRecord(
+        schema=1,
+        version=version("geoprint"),
+        part=job.surface.name,
+        thickness_mm=stack.thickness,
+        target=None if job.target is None else job.target.name,
+        target_mm3=None if stack.target is None else stack.target.volume,
+        finished=finished_record(finished, wanted=_wanted(stack, layers)),
+        layers=layers,
+        program=program,
+        left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
+    )
+    for name, content in {STACK: json_bytes(as_json(told)), **files}.items():
+        place = folder / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(content)
+    return told
+
+
+def save_stacks(staging: Path, directory: Path | str, *, overwrite: bool, told: Mapping[str, Record]) -> None:
+    """Let what was written into a folder that nobody sees appear where it shall stand: verified, or not at all.
+
+    Args:
+        staging: the folder.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+        told: records that must read back, by the name of their file.
+
+    Raises:
+        ExportError: nothing can be written there.
+        VerificationError: a record does not read back.
+    """
+    paths = [path for path in sorted(staging.rglob("*")) if path.is_file()]
+    files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in paths}
     timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
     listed = {name: content for name, content in files.items() if name not in timings}
 
     def verify(folder: Path) -> None:
-        if read_record(folder / STACK, StackRecord) != told:
-            raise VerificationError(f"{STACK} does not read back as it was told; the disk may be faulty: write again.")
+        for name, record in told.items():
+            if read_record(folder / name, type(record)) != record:
+                raise VerificationError(
+                    f"{name} does not read back as it was told; the disk may be faulty: write again."
+                )
 
-    own = {STACK: json_bytes(as_json(told))}
-    write_bundle(directory, own | listed, overwrite=overwrite, verify=verify, unlisted=timings)
-    return told
-
-
-def _written(folder: Path) -> dict[str, bytes]:
-    """Return name and content of all files in a folder."""
-    paths = [path for path in sorted(folder.rglob("*")) if path.is_file()]
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
+    write_bundle(directory, listed, overwrite=overwrite, verify=verify, unlisted=timings)
 
 
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
@@ -156,4 +197,6 @@ def _layer(job: Job, number: int, folder: Path) -> tuple[StackedLayerRecord, Sta
             raise
         return LeftOutRecord(number=number, reason=str(error))
     kept, area = stacked_layer(planned), float(face_areas(planned.workpiece.part).sum())
-    return layer_record(told, kept, folder=folder.name, area=area, pattern=str(planned.job.drawing)), kept
+    return layer_record(
+        told, kept, folder=folder.name, area=area, pattern=str(planned.job.drawing), not_printable=planned.not_printable
+    ), kept

@@ -36,6 +36,7 @@ class StackedLayerRecord(Record):
     clearance_mm: Rounded | None = Field(
         description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
     )
+    not_printable: str | None = Field(description="why the robot cannot print it, where that does not end the planning")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
     not_checked: tuple[str, ...] = Field(description="what nobody looked at")
 

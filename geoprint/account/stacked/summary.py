@@ -7,7 +7,9 @@ from geoprint.account.records.stack import FinishedFlowsRecord, FinishedRecord, 
 from geoprint.results import FinishedStack, StackedLayer
 
 
-def layer_record(told: PlanRecord, kept: StackedLayer, *, folder: str, area: float, pattern: str) -> StackedLayerRecord:
+def layer_record(
+    told: PlanRecord, kept: StackedLayer, *, folder: str, area: float, pattern: str, not_printable: str | None
+) -> StackedLayerRecord:
     """Return what is said of a planned layer.
 
     Args:
@@ -16,6 +18,7 @@ def layer_record(told: PlanRecord, kept: StackedLayer, *, folder: str, area: flo
         folder: of its bundle.
         area: of the surface in its middle [mm2].
         pattern: that its paths have.
+        not_printable: why the robot cannot print it, or None.
     """
     even, robots, laid = told.uniformity, told.robot, told.deposition
     spacing = None if even is None else even.spacing
@@ -36,6 +39,7 @@ def layer_record(told: PlanRecord, kept: StackedLayer, *, folder: str, area: flo
         wanted_mm3=area * kept.height,
         print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
+        not_printable=not_printable,
         warnings=told.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )

@@ -15,7 +15,7 @@ from geoprint.export.rapid import CELL_MODULE, STACK_MODULE, as_new
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
 # What stands beside the bundles of a comparison.
-COMPARISON, STACK = "compare.json", "stack.json"
+COMPARISON, STACK, STACKS = "compare.json", "stack.json", "stacks.json"
 # What a person asks for who named another folder.
 WHICH_FOLDER = "give the folder that `geoprint plan --out` wrote, or one of a backend below that of `geoprint compare`"
 

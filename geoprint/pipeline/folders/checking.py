@@ -8,9 +8,9 @@ from geoprint.account.checked import Checked, CheckedComparison, CheckedStack, F
 from geoprint.account.records.comparison import ComparisonRecord, PartRecord
 from geoprint.account.records.rounding import read_record
 from geoprint.account.verdict import ranked
-from geoprint.errors import GeoprintError
+from geoprint.errors import GeoprintError, InputError
 from geoprint.export import PLAN
-from geoprint.pipeline.bundles.contents import COMPARISON, STACK, bundles, changes, listed, part_folders
+from geoprint.pipeline.bundles.contents import COMPARISON, STACK, STACKS, bundles, changes, listed, part_folders
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.folders.stack_program import check_stack
 
@@ -23,12 +23,15 @@ def check_folder(folder: Path | str, *, full: bool = False) -> Checked | Checked
         full: as for `check_bundle`.
 
     Raises:
-        InputError: geoprint did not write the folder.
+        InputError: geoprint did not write the folder, or it holds compared stacks.
     """
     folder = Path(folder)
     names = listed(folder)
     if PLAN in names:
         return check_bundle(folder, full=full)
+    stacks = [str(folder / PurePosixPath(name).parent) for name in names if PurePosixPath(name).name == STACK]
+    if STACKS in names:
+        raise InputError(f"{folder} holds compared stacks; check one of them: {' or '.join(stacks)}.")
     inner = bundles(names)
     beside = {
         name: digest

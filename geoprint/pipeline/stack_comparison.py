@@ -1,0 +1,86 @@
+"""Whole stacks of layers, planned with several backends: which covers them more evenly, and what prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
+
+from geoprint.account.records.rounding import as_json
+from geoprint.account.records.stack import StackRecord
+from geoprint.account.records.stack_comparison import StackComparisonRecord
+from geoprint.account.stacked.comparison import best_stack, compared_stack, stack_verdict
+from geoprint.backends import compared_backends
+from geoprint.config import Job
+from geoprint.errors import FieldError
+from geoprint.export import check_writable, json_bytes
+from geoprint.pipeline.bundles.contents import STACKS
+from geoprint.pipeline.choice import check_options, with_backend
+from geoprint.pipeline.stacking import check_stacked, save_stacks, stack_into
+
+
+def compare_stacks(
+    job: Job,
+    directory: Path | str,
+    *,
+    backends: Sequence[str] | None = None,
+    overwrite: bool = False,
+    observe: Callable[[str], None] = lambda _: None,
+) -> StackComparisonRecord:
+    """Plan every layer of a thickness with several backends, and write their stacks and stacks.json: all or nothing.
+
+    As in `compare`, all of them plan a layer on the same surface, and what the robot cannot print is planned, too.
+
+    Args:
+        job: with a thickness, without a layer; its backend is ignored.
+        directory: where the folder shall stand; the stack of a backend is in a folder of its name.
+        backends: which to compare, a name that comes twice counts once; those that say so of themselves by default.
+        overwrite: whether an existing result may be replaced.
+        observe: called with what is being done.
+
+    Returns:
+        What stacks.json says.
+
+    Raises:
+        UsageError: as `plan_stack`.
+        FieldError: no backend can plan all layers; that of the first one.
+        GeoprintError: as `plan_stack`.
+    """
+    check_stacked(job)
+    names = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
+    check_options(job, names)
+    check_writable(directory, overwrite=overwrite)
+    with TemporaryDirectory() as staging:
+        found = [(name, _stack(with_backend(job, name), names, Path(staging, name), observe)) for name in names]
+        stacks = [told for _, told in found if isinstance(told, StackRecord)]
+        if not stacks:
+            raise FieldError(next(told for _, told in found if isinstance(told, str)))
+        rows = [compared_stack(name, told, asked=job.robot) for name, told in found]
+        record = StackComparisonRecord(
+            schema=1,
+            version=version("geoprint"),
+            part=job.surface.name,
+            thickness_mm=stacks[0].thickness_mm,
+            layers=len(stacks[0].layers),
+            verdict=stack_verdict(rows, part=job.surface.name),
+            best=best_stack(rows)[0].backend,
+            backends=tuple(rows),
+        )
+        Path(staging, STACKS).write_bytes(json_bytes(as_json(record)))
+        save_stacks(Path(staging), directory, overwrite=overwrite, told={STACKS: record})
+    return record
+
+
+def _stack(job: Job, compared: Sequence[str], folder: Path, observe: Callable[[str], None]) -> StackRecord | str:
+    """Return what is said of the stack of one of the compared backends, or why it cannot plan a layer."""
+    try:
+        return stack_into(
+            job.model_copy(update={"compared": [*compared]}),
+            folder,
+            observe=lambda stage: observe(f"{job.backend}: {stage}"),
+        )
+    except FieldError as error:
+        rmtree(folder, ignore_errors=True)
+        return str(error)
