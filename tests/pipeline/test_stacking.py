@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 import pytest
 
-from geoprint.account import StackRecord, check_text, outcome_text, record_plan, stack_text
+from geoprint.account import StackRecord, check_summary, check_text, outcome_text, record_plan, stack_text
 from geoprint.account.records.stack import StackedLayerRecord
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
@@ -159,6 +159,11 @@ def test_the_run_sheet_of_a_stack_says_what_to_load_and_where_it_pauses(
     assert "run layers 2 to 2 dry at 25 % of the speed (geoDryRun TRUE)" in text
     assert re.search(r"layers +1  \d+ runs, \d+ s, [\d.]+ cm3; then 20 s at home\n +2  .* cm3\n", text)
     assert "geoLastLayer, 1 to 2, ends it behind that layer" in text
+    found = check_summary(check_folder(folder))
+    assert found["set_to"] == {
+        "dry_run": True, "speed_pct": 25.0, "first_layer": 2, "first_run": 1, "last_layer": 2,
+    }  # fmt: skip
+    assert found["executed"] == list(device[1].program.scenarios if device[1].program else ())
     assert "; then 20 s at home" in stack_text(device[1])
 
 
