@@ -20,6 +20,7 @@ from tests.motion.cells import bent_cell, straight_cell
 # Of what the packaged cells leave out, in their order.
 EXAMPLES = (
     "[good_print]\n# pressure_kpa = 10\n# rounds = 20",
+    "layer_pause_s = 60",
     "pressure_kpa = 10\n# rounds = 20",
     'vacuum = "doVacuum"',
     "[flood]\n# duration_s = 60\n# joints_deg",
@@ -141,6 +142,7 @@ def test_the_packaged_cells_show_what_else_a_cell_may_have_and_their_examples_ar
         cell = load_cell(written(tmp_path, text))
         assert cell.good_print == GoodPrint(10e3, 20)
         assert (cell.process.pressure, cell.process.rounds, cell.signals.vacuum) == (10e3, 20, "doVacuum")
+        assert cell.process.layer_pause == 60.0
         assert cell.flood is not None
         assert cell.flood.duration == 60.0
         assert cell.flood.joints is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -12,11 +13,13 @@ from typing import Self
 import numpy as np
 import pytest
 
-from geoprint.account import check_text, outcome_text, record_plan, stack_text
+from geoprint.account import StackRecord, check_summary, check_text, outcome_text, record_plan, stack_text
+from geoprint.account.records.stack import StackedLayerRecord
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, stacking
+from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.results import Plan
 from geoprint.surfaces import closest, face_areas
 from geoprint.surfaces.files import save_ply
@@ -92,34 +95,118 @@ def test_seams_move_on_from_layer_to_layer(tmp_path: Path) -> None:
     assert np.minimum(steps, 1.0 - steps).min() > 0.2
 
 
+@pytest.fixture(scope="module")
+def device(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]:
+    """A stack of two layers with a pause between them."""
+    folder = tmp_path_factory.mktemp("device")
+    cell = folder / "cell.toml"
+    text = packaged_cell_text("irb120-bent45").replace("# layer_pause_s = 60", "layer_pause_s = 20")
+    cell.write_text(text, encoding="utf-8")
+    job = job_of(surface=_cap(folder), unit="mm", spacing=3.0, thickness=1.0, place="demo", cell=cell)
+    return folder / "device", plan_stack(job, folder / "device")
+
+
 @pytest.mark.dear
-def test_a_stack_is_written_whole_and_each_layer_checks(tmp_path: Path) -> None:
-    job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, place="demo")
-    told = plan_stack(job, tmp_path / "device")
+def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, StackRecord]) -> None:
+    folder, told = device
     assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02"]
-    assert json.loads((tmp_path / "device" / "stack.json").read_text())["layers"][1]["bottom_mm"] == 0.5
+    assert json.loads((folder / "stack.json").read_text())["layers"][1]["bottom_mm"] == 0.5
     for layer in told.layers:
-        assert not check_bundle(tmp_path / "device" / layer.folder, full=True).findings
+        assert not check_bundle(folder / layer.folder, full=True).findings
         assert layer.clearance_mm is not None
         assert layer.clearance_mm > 0.5
         assert layer.laid_mm3 == pytest.approx(layer.wanted_mm3, rel=0.1)
-    assert "1 mm in 2 layers of 0.5 mm" in stack_text(told)
-    checked = check_folder(tmp_path / "device")
-    assert check_text(checked).startswith("STACK  device: 2 layers, the lowest first\n\nlayer-01  as planned")
-    sheet = check_text(check_folder(tmp_path / "device" / "layer-02"))
+    sheet = check_text(check_folder(folder / "layer-02"))
     assert "layer 0.5 mm, stand-off 0.3 mm over the layer below" in sheet
-    (tmp_path / "device" / "stack.json").write_text("{}", encoding="utf-8")
-    shutil.rmtree(tmp_path / "device" / "layer-01")
-    text = check_text(check_folder(tmp_path / "device"))
-    assert "stack.json, line 1: the file was changed" in text
-    assert "layer-01  is not the plan that was made" in text
     text = stack_text(told)
+    assert "1 mm in 2 layers of 0.5 mm" in text
     assert " 2 from 0.5 mm: " in text
     assert text.count("PLACEMENT NOT KNOWN") == 1
     assert "things; `--verbose` lists them" in text
     assert told.layers[0].not_checked[0] in stack_text(told, verbose=True)
     (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in told.layers[1:])
     assert "warning: layer 2: mind this" in stack_text(told.model_copy(update={"layers": (told.layers[0], upper)}))
+
+
+@pytest.mark.dear
+def test_a_stack_has_one_program_that_was_executed(device: tuple[Path, StackRecord]) -> None:
+    folder, told = device
+    program = told.program
+    assert program is not None
+    assert (program.file, program.pause_s, program.runs_dry_only) == ("rapid/GeoStack.pgf", 20.0, True)
+    times = [layer.print_s for layer in told.layers if layer.print_s is not None]
+    assert program.print_s == pytest.approx(sum(times) + 20.0, abs=1e-5)
+    assert program.scenarios == (
+        "dry", "printing", "printing from layer 2 on", "printing up to layer 1",
+        f"printing from run {told.layers[1].runs // 2 + 1} of layer 2 on",
+    )  # fmt: skip
+    assert {path.name for path in (folder / "rapid" / "layer-02").iterdir()} == {
+        "GeoCell.mod", "GeoGuard.mod", "GeoPrint.mod",
+    }  # fmt: skip
+    assert "layer-01` to `layer-02`" in (folder / "rapid" / "controller" / "first_load.md").read_text()
+
+
+@pytest.mark.dear
+def test_the_run_sheet_of_a_stack_says_what_to_load_and_where_it_pauses(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    stack = folder / "rapid" / "GeoStack.mod"
+    stack.write_text(stack.read_text().replace("geoFirstLayer:=1", "geoFirstLayer:=2"))
+    text = check_text(check_folder(folder))
+    assert text.startswith("STACK  device: 2 layers, the lowest first\n\nlayer-01  as planned")
+    assert "copy the folders layer-01 to layer-02 of rapid/ to the controller's HOME folder" in text
+    assert "run layers 2 to 2 dry at 25 % of the speed (geoDryRun TRUE)" in text
+    assert re.search(r"layers +1  \d+ runs, \d+ s, [\d.]+ cm3; then 20 s at home\n +2  .* cm3\n", text)
+    assert "geoLastLayer, 1 to 2, ends it behind that layer" in text
+    found = check_summary(check_folder(folder))
+    assert found["set_to"] == {
+        "dry_run": True, "speed_pct": 25.0, "first_layer": 2, "first_run": 1, "last_layer": 2,
+    }  # fmt: skip
+    assert found["executed"] == list(device[1].program.scenarios if device[1].program else ())
+    assert "; then 20 s at home" in stack_text(device[1])
+
+
+@pytest.mark.dear
+def test_what_was_changed_in_the_program_of_a_stack_is_found(device: tuple[Path, StackRecord], tmp_path: Path) -> None:
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    path = folder / "rapid" / "layer-02" / "GeoPrint.mod"
+    lines = path.read_text().split("\n")
+    at = next(k for k, line in enumerate(lines) if "MoveL" in line)
+    lines[at] = lines[at].replace(",[9E9,", ",[9E8,")
+    path.write_text("\n".join(lines))
+    (folder / "rapid" / "layer-02" / "GeoGuard.mod").unlink()
+    findings = check_folder(folder).findings
+    assert [(each.file, each.line) for each in findings[:2]] == [
+        ("rapid/layer-02/GeoGuard.mod", 1), ("rapid/layer-02/GeoPrint.mod", at + 1),
+    ]  # fmt: skip
+    assert "the layer's own program says 'MoveL" in findings[1].reason
+    assert sum(each.file == "rapid/layer-02/GeoPrint.mod" for each in findings) == 1
+    resident = folder / "rapid" / "controller" / "GeoResident.sys"
+    resident.write_text(resident.read_text().replace("SetDO doUV,0;", "SetDO doUV,1;", 1))
+    assert any("the guard must say 'SetDO doUV,0;'" in each.reason for each in check_folder(folder).findings)
+
+
+@pytest.mark.dear
+def test_a_stack_is_not_held_against_layers_that_were_changed(device: tuple[Path, StackRecord], tmp_path: Path) -> None:
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    shutil.rmtree(folder / "layer-01")
+    text = check_text(check_folder(folder))
+    assert "layer-01  is not the plan that was made" in text
+    assert "rapid/GeoStack.pgf, line 1: a layer is not as it was planned" in text
+    (folder / "stack.json").write_text("{}", encoding="utf-8")
+    text = check_text(check_folder(folder))
+    assert "stack.json, line 1: " in text
+    assert "RUN SHEET" not in text
+
+
+def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
+    layer = StackedLayerRecord.model_validate(
+        dict.fromkeys(("bottom_mm", "height_mm", "area_mm2", "deposit_mm", "laid_mm3", "wanted_mm3"), 1.0)
+        | dict.fromkeys(("spacing_cv", "gap", "print_s", "clearance_mm"))
+        | {"folder": "layer-01", "runs": 1, "warnings": (), "not_checked": ()}
+    )
+    assert stack_program(tmp_path, [layer], part_name="cap.ply") == ({}, None)
 
 
 @pytest.mark.dear

@@ -31,6 +31,17 @@ class SettingsNow(Record):
 
 
 @final
+class StackSettingsNow(Record):
+    """How the program of a stack is set to run."""
+
+    dry_run: bool = Field(description="whether it runs dry")
+    speed_pct: float = Field(description="of the planned speed [%]")
+    first_layer: int = Field(description="from which on it prints, from 1")
+    first_run: int = Field(description="of that layer, from which on it prints, from 1")
+    last_layer: int = Field(description="behind which it ends")
+
+
+@final
 class RepeatedRecord(Record):
     """What was computed once more, with `--full`."""
 
@@ -70,4 +81,10 @@ class CheckedComparisonRecord(Record):
     findings: tuple[FindingRecord, ...] = Field(description="what is wrong with what stands beside the bundles")
     bundles: tuple[CheckRecord, ...] = Field(
         description="part by part, in the order of the verdict; or from the lowest layer up"
+    )
+    set_to: StackSettingsNow | None = Field(
+        default=None, description="of a stack; left out where its program is not that of its layers"
+    )
+    executed: tuple[str, ...] = Field(
+        default=(), description="of a stack: how its program was run in this check, each layer as by itself"
     )

@@ -19,6 +19,7 @@ from geoprint.account.records.check import (
     FindingRecord,
     RepeatedRecord,
     SettingsNow,
+    StackSettingsNow,
 )
 from geoprint.account.records.evidence import EvidenceRecord
 from geoprint.account.records.plan import PatchRecord, PlanRecord
@@ -40,12 +41,16 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
     """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
     if isinstance(checked, Checked):
         return as_json(_record(checked, checked.folder.name))
+    stack = checked.stack
+    settings = None if stack is None else stack.settings
     return as_json(
         CheckedComparisonRecord(
             comparison=checked.folder.name,
             agrees=not checked.findings,
             findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
             bundles=tuple(_record(one, name) for name, one in checked.bundles),
+            set_to=None if settings is None else StackSettingsNow(**asdict(settings)),
+            executed=() if stack is None else stack.scenarios,
         )
     )
 

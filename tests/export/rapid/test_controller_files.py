@@ -71,6 +71,22 @@ def test_configuration_has_the_form_of_a_controllers_own(name: str) -> None:
             assert not re.search(r"\\\n\s*\n|[ \t]\n", text), "a line goes on into nothing"
 
 
+@pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION], ids=["known", "unknown"])
+def test_a_stack_says_what_to_copy_and_what_to_try(placement: Placement) -> None:
+    brought = controller_files(CELL, placement=placement, loading=True, layers=12)
+    page = brought.pop("first_load.md")
+    alone = controller_files(CELL, placement=placement, loading=True)
+    assert not re.search(r"^@|<[A-Z]+>", page, re.MULTILINE)
+    assert max(len(line) for line in page.split("\n")) <= 88
+    assert "Copy the folders `layer-01` to `layer-12` of `rapid/` to HOME:" in page
+    assert "geoFirstLayer and geoLastLayer above 12" in page
+    assert "GeoPrint.pgf" not in page
+    assert page.count("GeoStack.pgf") == alone["first_load.md"].count("GeoPrint.pgf") == 2
+    assert ("Set geoLastLayer to 1" in page) is not bool(placement.missing)
+    # All else is that of the cell, whatever is printed in it.
+    assert brought == {name: text for name, text in alone.items() if name != "first_load.md"}
+
+
 def test_every_event_is_tied_to_a_routine_of_the_resident_that_takes_nothing() -> None:
     brought = files(CELL)
     hooks = entries(brought["SYS.cfg"], "CAB_EXEC_HOOKS")

@@ -10,22 +10,32 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 
 from geoprint.export.rapid.language.syntax import Module, Value
-from geoprint.export.rapid.machine import Controller, Execution, Scenario, Switching, compile_task, execute
+from geoprint.export.rapid.machine import (
+    Controller,
+    Execution,
+    MachineTask,
+    Scenario,
+    Switching,
+    compile_task,
+    execute,
+)
 from geoprint.export.rapid.made import dry, printing, signals_of, task_of
 from geoprint.export.rapid.stacks.comparing import Part, compare_part, parts_of, state_of
 from geoprint.export.rapid.text import Place, refuse
-from geoprint.model import Cell, Placement, comparable
+from geoprint.model import BoolArray, Cell, IntArray, Placement, comparable
 from geoprint.motion.arm import Arm
 
 _MAIN = "GeoStack.mod"
 _ENTRY = Place(_MAIN, 1)
 # What a guard shows behind a stop, before the line that must name the layer.
 _CUT_SHORT = "The last print was stopped in run"
+# How it was run, in words, and lines of GeoStack's statements with whether each was executed.
+_Ran: TypeAlias = tuple[str, IntArray, BoolArray]
 # The machine's clock is a sum of a hundred thousand moves [s].
 _TIME_TOLERANCE = 1e-6
 
@@ -90,7 +100,6 @@ class StackRun:
         self._runs: list[int] = []
         for number, (_, own) in enumerate(layers, start=1):
             self._runs.append(self._run_own(number, own))
-        self._ran: list[tuple[str, Execution]] = []
 
     def prove(self) -> StackProof:
         """Execute the stack in all its courses.
@@ -101,7 +110,9 @@ class StackRun:
                 refused; what GeoStack notes does not lead back to the layer that a stop has cut short.
         """
         gaps: Sequence[float] = ()
-        seconds: tuple[float, ...] = ()
+        printed: list[Part] = []
+        # Executions are large: what is kept of each is its name and which lines of GeoStack it has executed.
+        ran: list[_Ran] = []
         for course in self._courses():
             execution = execute(self._task, self._scenario(course))
             parts = self._check(course, execution)
@@ -110,41 +121,48 @@ class StackRun:
                 gaps = found
             elif course.name == "printing":
                 self._check_pauses(found, gaps)
-                seconds = tuple(part.end - part.begin for part in parts)
-            self._ran.append((course.name, execution))
-        self._stopped()
+                printed = parts
+            ran.append((course.name, *execution.statements[_MAIN]))
+        ran += self._stopped(printed[-1])
         refused = self._refusals()
-        lines = self._ran[0][1].statements[_MAIN][0]
-        seen = np.logical_or.reduce([execution.statements[_MAIN][1] for _, execution in (*self._ran, *refused)])
-        left = np.unique(lines[~seen]).size
-        count = np.unique(lines).size
-        names, others = ([name for name, _ in each] for each in (self._ran, refused))
-        return StackProof(tuple(names), tuple(others), count, count - left, tuple(self._runs), seconds)
+        lines = ran[0][1]
+        seen: BoolArray = np.logical_or.reduce([each for _, _, each in (*ran, *refused)])
+        left, count = np.unique(lines[~seen]).size, np.unique(lines).size
+        names, others = (tuple(name for name, _, _ in each) for each in (ran, refused))
+        seconds = tuple(part.end - part.begin for part in printed)
+        return StackProof(names, others, count, count - left, tuple(self._runs), seconds)
 
     def _run_own(self, number: int, modules: Sequence[Module]) -> int:
         """Execute a layer's own program as its courses need it, and return how many runs it has."""
         task = task_of(modules, cell=self._cell, arm=self._arm)
-        scenario = printing(self._cell, placement=self._placement)
-        (whole,) = parts_of(execute(task, scenario))
-        runs = whole.runs
+        whole = self._alone(task, printing(self._cell, placement=self._placement))
         self._printing[number, 1] = whole
-        (self._dry[number],) = parts_of(execute(task, dry(self._cell)))
-        middle = runs // 2 + 1
+        self._dry[number] = self._alone(task, dry(self._cell))
+        middle = whole.runs // 2 + 1
         later = printing(self._cell, placement=self._placement, first=middle)
-        (self._printing[number, middle],) = parts_of(execute(task, later))
-        return runs
+        self._printing[number, middle] = self._alone(task, later)
+        return whole.runs
+
+    def _alone(self, task: MachineTask, scenario: Scenario) -> Part:
+        execution = execute(task, scenario)
+        parts = parts_of(execution)
+        if execution.ended != "end" or len(parts) != 1:
+            place = Place(execution.file or "GeoPrint.mod", max(execution.line, 1))
+            refuse(place, f"the own program of a layer does not run to its end: {execution.reason}")
+        return parts[0]
 
     def _courses(self) -> list[_Course]:
         count = len(self._runs)
         middle = count // 2 + 1
         run = self._runs[middle - 1] // 2 + 1
+        resumed = [_Course(f"printing from run {run} of layer {middle} on", middle, count, run)]
         courses = [_Course("dry", 1, count, dry=True), _Course("printing", 1, count)]
         if count > 1:
             courses += [
                 _Course(f"printing from layer {middle} on", middle, count),
                 _Course(f"printing up to layer {count - 1}", 1, count - 1),
             ]
-        return [*courses, _Course(f"printing from run {run} of layer {middle} on", middle, count, run)]
+        return [*courses, *(resumed if run > 1 else ())]
 
     def _scenario(self, course: _Course) -> Scenario:
         printed = printing(self._cell, placement=self._placement, first=course.run)
@@ -190,8 +208,8 @@ class StackRun:
             if abs(gap - none - pause) > _TIME_TOLERANCE:
                 refuse(_ENTRY, f"the pause behind layer {number} is {gap - none:.3f} s, the cell asks for {pause:g} s")
 
-    def _refusals(self) -> list[tuple[str, Execution]]:
-        """Execute what must be refused before anything moves, and return each case in words with what happened."""
+    def _refusals(self) -> list[_Ran]:
+        """Execute what must be refused before anything moves."""
         count = len(self._runs)
         base = self._scenario(self._courses()[1])
         cases: dict[str, Mapping[str, Value]] = {
@@ -205,16 +223,16 @@ class StackRun:
         there = self._task.disk(base)
         missing = f"{self._folders[0]}/GeoPrint.mod"
         scenarios["a module that is not in HOME:"] = replace(base, disk=there - {missing})
-        found: list[tuple[str, Execution]] = []
+        found: list[_Ran] = []
         for name, scenario in scenarios.items():
             execution = execute(self._task, scenario)
             if execution.ended != "exit" or execution.moves.count:
                 place = Place(execution.file or _MAIN, max(execution.line, 1))
                 refuse(place, f"{name}: the stack must refuse before it moves, and it does not")
-            found.append((name, execution))
+            found.append((name, *execution.statements[_MAIN]))
         return found
 
-    def _stopped(self) -> None:
+    def _stopped(self, last: Part) -> list[_Ran]:
         """Execute a stop while the last layer prints, and a start from main behind it: it must be that layer's.
 
         Nothing is stopped where nothing is switched on but in thought.
@@ -222,11 +240,10 @@ class StackRun:
         count = len(self._runs)
         whole = _Course("printing", 1, count)
         scenario = self._scenario(whole)
-        last = parts_of(self._ran[1][1])[-1]
         valve = self._cell.signals.dispenser.lower()
         on = [each for each in last.switchings if each.signal == valve and each.value > 0.0 and each.move >= 0]
         if scenario.held or not on:
-            return
+            return []
         controller = Controller(self._task, scenario)
         controller.stop_at(_soon(last, on[0]), "Stop")
         lit = [name for name, value in controller.state.signals.items() if value]
@@ -243,7 +260,7 @@ class StackRun:
         said = next((k for k, text in enumerate(texts) if text.startswith(_CUT_SHORT)), len(texts))
         if f"of layer {count}" not in texts[said + 1 : said + 2]:
             refuse(_ENTRY, f"{name}: nothing says in which layer the print was stopped")
-        self._ran.append((name, execution))
+        return [(name, *execution.statements[_MAIN])]
 
 
 def _soon(part: Part, switched: Switching) -> float:

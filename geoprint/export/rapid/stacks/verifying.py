@@ -80,14 +80,15 @@ def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> Judge
     for number, (layer, entry) in enumerate(zip(layers, entries, strict=True), start=1):
         findings += _layer_findings(files, layer, number=number, entry=entry)
     findings += _failing(lambda: _check_stack(files, layers, entries))
-    known = {STACK_MODULE, _LIST, *(f"{layer.folder}/{name}" for layer in layers for name, _ in _modules(layer))}
+    brought = {STACK_MODULE, *(f"{layer.folder}/{name}" for layer in layers for name, _ in _modules(layer))}
+    known = brought | {_LIST}
     findings += [
         refusal(Place(name, 1), "no layer of the stack has this module") for name in sorted(files.keys() - known)
     ]
     parsed, broken = _parsed({name: text for name, text in files.items() if name in known})
     findings += broken
     proofs: list[StackProof] = []
-    if not broken and STACK_MODULE in files:
+    if not broken and brought <= files.keys():
         unresolved = _unresolved(parsed, resident, layers)
         findings += unresolved
         if not unresolved:

@@ -6,11 +6,11 @@ moves nothing: each ends at home with everything shut off, where the next begins
 
 What [ABBRapid] says of modules that come and go decides its form. A procedure of a module that is loaded later is
 called by late binding alone (`%entry%`; ERR_REFUNKPRC where no loaded module has it), and data of such a module cannot
-be named at all: so the layers name data of GeoStack, never the other way round. `UnLoad` forgets what persistents were
-set to, so what a person sets and what must outlast a layer stands in GeoStack. Two loaded modules must not declare the
-same name, so a layer is forgotten before the next is loaded (`UnLoad` with the path that it was loaded by; ERR_UNLOAD
-where it is not there). Nothing moves meanwhile, so `Load` waits as well as `StartLoad` with `WaitLoad`; `\Dynamic`
-lets PP to main unload what a stop has left, and main forgets it once more by itself.
+be named at all: so the layers name data of GeoStack, and GeoStack none of theirs. `UnLoad` forgets what persistents
+were set to, so what a person sets and what must outlast a layer stands in GeoStack. Two loaded modules must not declare
+the same name, so a layer is forgotten before the next is loaded (`UnLoad` with the path that it was loaded by;
+ERR_UNLOAD where it is not there). Nothing moves meanwhile, so `Load` waits as well as `StartLoad` with `WaitLoad`;
+`\Dynamic` lets PP to main unload what a stop has left, and main forgets it once more by itself.
 """
 
 from __future__ import annotations
