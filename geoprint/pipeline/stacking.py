@@ -20,9 +20,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from geoprint.account.prints.cure import with_cure
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
-from geoprint.config import Job
+from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
@@ -64,17 +65,17 @@ def plan_stack(
     stack = read_stack(job)
     with TemporaryDirectory() as staging:
         found = _planned(job, [Path(staging, folder) for folder in _folders(stack.count)], observe)
-        layers = tuple(layer for layer in found if isinstance(layer, StackedLayerRecord))
-        told = StackRecord(
+        untold = StackRecord(
             schema=1,
             version=version("geoprint"),
             part=job.surface.name,
             thickness_mm=stack.thickness,
             target=None if job.target is None else job.target.name,
             target_mm3=None if stack.target is None else stack.target.volume,
-            layers=layers,
+            layers=tuple(layer for layer in found if isinstance(layer, StackedLayerRecord)),
             left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
         )
+        told = with_cure(untold, load_cell(job.cell))
         written = [path for path in sorted(Path(staging).rglob("*")) if path.is_file()]
         files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in written}
     timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
@@ -138,7 +139,7 @@ def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord | LeftOutR
     (layer,) = told.layers
     area = float(face_areas(planned.workpiece.part).sum())
     spacing = None if told.uniformity is None else told.uniformity.spacing
-    robots = told.robot
+    robots, light = told.robot, None if told.deposition is None else told.deposition.light
     return StackedLayerRecord(
         folder=folder.name,
         bottom_mm=layer.bottom_mm,
@@ -153,6 +154,7 @@ def _layer(job: Job, number: int, folder: Path) -> StackedLayerRecord | LeftOutR
         wanted_mm3=area * layer.height_mm,
         print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
+        dose_mj_cm2=None if light is None else light.all_passes,
         warnings=told.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )

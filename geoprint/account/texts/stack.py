@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.account.texts.marks import marked_lines
+from geoprint.account.texts.stack_cure import cure_notes, cure_warnings, dose_text
 
 
 def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
@@ -31,8 +32,9 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
             "the print may end after any of them"
         )
     lines += [f"  left out: {each.reason}" for each in told.left_out]
-    unchecked = [text for layer in told.layers for text in layer.not_checked]
-    lines += marked_lines(warnings=_warnings(told), not_checked=unchecked, verbose=verbose)
+    unchecked = [*told.not_checked, *(text for layer in told.layers for text in layer.not_checked)]
+    warnings = [*_warnings(told), *cure_warnings(told)]
+    lines += marked_lines(warnings=warnings, notes=cure_notes(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
 
 
@@ -53,5 +55,5 @@ def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
         f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
-        f"path, {spacing}{gap}{time}{clear}"
+        f"path, {spacing}{gap}{dose_text(layer)}{time}{clear}"
     )
