@@ -176,6 +176,7 @@ class MaterialTable(Table):
     uv_irradiance_mw_cm2: PositiveFloat | None = None
     uv_spot_mm: PositiveFloat | None = None
     uv_dose_mj_cm2: PositiveFloat | None = None
+    uv_penetration_mm: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _knows_the_whole_spot(self) -> Self:

@@ -143,6 +143,7 @@ def _material(table: MaterialTable) -> Material:
         irradiance=table.uv_irradiance_mw_cm2,
         spot_diameter=table.uv_spot_mm,
         dose=table.uv_dose_mj_cm2,
+        penetration=table.uv_penetration_mm,
     )
 
 

@@ -14,6 +14,10 @@ from geoprint.deposition.curing import (
     exposure as exposure,
     fastest_curing as fastest_curing,
 )
+from geoprint.deposition.depth import (
+    bottom_doses as bottom_doses,
+    cured_depth as cured_depth,
+)
 from geoprint.deposition.following import following_flow as following_flow
 from geoprint.deposition.rheology import (
     Bore as Bore,

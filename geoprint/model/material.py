@@ -46,6 +46,7 @@ class Material:
         irradiance: of the lamp's spot [mW/cm2], or None where nobody has measured it.
         spot_diameter: of that spot on the surface [mm], or None with the irradiance.
         dose: that cures the material [mJ/cm2], or None where nobody knows it.
+        penetration: depth in it at which 1/e of the lamp's light is left [mm], or None where nobody has measured it.
     """
 
     density: float
@@ -53,3 +54,4 @@ class Material:
     irradiance: float | None = None
     spot_diameter: float | None = None
     dose: float | None = None
+    penetration: float | None = None

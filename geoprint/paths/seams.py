@@ -37,7 +37,7 @@ class Seams:
     Attributes:
         layer: of a stack, from 0.
         directions: (t, 3) unit vectors: of each layer of the three up to this one, whose first run starts where it
-            reaches farthest that way; this layer's is the last.
+            reaches farthest in it; this layer's is the last.
     """
 
     layer: int

@@ -18,10 +18,11 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from geoprint.account.prints.cure import with_cure
 from geoprint.account.records.rounding import Record, as_json, read_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
 from geoprint.account.stacked.summary import finished_record, layer_record
-from geoprint.config import Job
+from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
@@ -95,7 +96,7 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> Sta
     files, program = stack_program(folder, layers, part_name=job.surface.name)
     observe("finished thickness")
     finished = finished_stack(job, stack, [layer for _, layer in printed])
-    told = StackRecord(
+    untold = StackRecord(
         schema=1,
         version=version("geoprint"),
         part=job.surface.name,
@@ -107,6 +108,7 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> Sta
         program=program,
         left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
     )
+    told = with_cure(untold, load_cell(job.cell))
     for name, content in {STACK: json_bytes(as_json(told)), **files}.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -21,6 +21,7 @@ OPTIONAL: Tables = {
     "material": {
         "density_g_cm3": 1.1, "consistency_pa_sn": 20.0, "flow_index": 0.6, "yield_stress_pa": 0.0,
         "uv_irradiance_mw_cm2": 500.0, "uv_spot_mm": 6.0, "uv_dose_mj_cm2": 100.0,
+        "uv_penetration_mm": 0.8,
     },
     "good_print": {"pressure_kpa": 10.0, "rounds": 20},
     "purge": {"joints_deg": [40.0, 28.0, 20.0, 0.0, 87.0, 180.0], "duration_s": 2.0},
@@ -161,8 +162,8 @@ def test_keys_that_belong_together_are_taken_together_and_refused_apart(
         "bracket.diameter_mm", "lamp.length_mm", "lamp.diameter_mm", "work.noise_mm", "process.standoff_mm",
         "process.clearance_mm", "process.retract_mm", "process.layer_height_mm", "process.pressure_kpa",
         "material.density_g_cm3", "material.consistency_pa_sn", "material.flow_index", "material.uv_irradiance_mw_cm2",
-        "material.uv_spot_mm", "material.uv_dose_mj_cm2", "good_print.pressure_kpa", "signals.flow_per_mm3_s",
-        "search.motion",
+        "material.uv_spot_mm", "material.uv_dose_mj_cm2", "material.uv_penetration_mm", "good_print.pressure_kpa",
+        "signals.flow_per_mm3_s", "search.motion",
     ],
 )  # fmt: skip
 def test_what_cannot_be_nothing_is_positive(key: str) -> None:

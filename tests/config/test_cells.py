@@ -128,6 +128,7 @@ def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_
         assert material is not None
         assert (material.density, material.fluid.consistency, material.fluid.index) == (1.1, 20.0, 0.6)
         assert (material.irradiance, material.spot_diameter, material.dose) == (500.0, 6.0, 100.0)
+        assert material.penetration == 0.8
 
 
 def test_the_packaged_cells_show_what_else_a_cell_may_have_and_their_examples_are_right(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from geoprint.account import outcome_text, record_plan, stack_text
-from geoprint.config import job_of
+from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray
 from geoprint.pipeline import plan, plan_stack
@@ -20,6 +20,17 @@ from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
+MATERIAL = """
+[material]
+density_g_cm3 = 1.1
+consistency_pa_sn = 20
+flow_index = 0.6
+yield_stress_pa = 0
+uv_irradiance_mw_cm2 = 100
+uv_spot_mm = 6
+uv_dose_mj_cm2 = 100
+uv_penetration_mm = 0.5
+"""
 FLAT = Path(__file__).parents[2] / "data" / "heart_flat_patch.ply"
 
 
@@ -60,10 +71,23 @@ def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tm
     part = tmp_path / "plate.ply"
     save_ply(plate((20.0, 12.0), (20, 12)), part)
     patterns = ["contours", "guided:45", "guided:-45"]
-    asked = {"surface": part, "unit": "mm", "spacing": 2.0, "thickness": 2.0, "robot": False, "patterns": patterns}
+    cell = tmp_path / "cell.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45") + MATERIAL, encoding="utf-8")
+    asked = {
+        "surface": part, "unit": "mm", "spacing": 2.0, "thickness": 2.0, "robot": False, "patterns": patterns,
+        "cell": cell,
+    }  # fmt: skip
     told = plan_stack(job_of(**asked), tmp_path / "device")
     assert [layer.pattern for layer in told.layers] == [*patterns, "contours"]
     assert " 2 from 0.5 mm: guided:45, " in stack_text(told)
+    # The lamp's power, spread over speed times spacing, reaches through half a millimetre to the bottom.
+    dose = 100.0 * np.pi * 9.0 / (20.0 * 2.0)
+    first, *_, last = (layer.cure for layer in told.layers)
+    assert first is not None
+    assert last is not None
+    assert last.own_mj_cm2 == last.whole_mj_cm2 == first.own_mj_cm2 == pytest.approx(dose * np.exp(-1.0), rel=1e-6)
+    assert first.whole_mj_cm2 == pytest.approx(dose * np.exp(-np.arange(1.0, 5.0)).sum(), rel=1e-6)
+    assert "warning: layers 1, 2, 3, 4 are not cured through" in stack_text(told)
     again = job_of(surface=tmp_path / "device" / "layer-02" / "job.toml")
     assert (again.patterns, again.layer) == (patterns, 2)
     alone = plan(job_of(**asked, layer=2))

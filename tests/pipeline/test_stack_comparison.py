@@ -95,7 +95,7 @@ def test_stacks_of_backends_stand_side_by_side(
     for row in told.backends:
         assert isinstance(row, ComparedStackRecord)
         assert row.spacing_cv is not None
-        assert row.spacing_cv < 0.01
+        assert row.spacing_cv < 0.05
         assert row.printable is None
         stack = json.loads((tmp_path / "both" / row.backend / "stack.json").read_text())
         assert row.runs == sum(layer["runs"] for layer in stack["layers"])

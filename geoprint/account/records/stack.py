@@ -12,6 +12,22 @@ from pydantic import Field
 from geoprint.account.records.rounding import Count, Record, Rounded
 
 
+class LayerCureRecord(Record):
+    """The light at the bottom of a layer."""
+
+    own_mj_cm2: float = Field(description="dose after the passes of the layer itself [mJ/cm2]")
+    whole_mj_cm2: float = Field(description="dose after those of all layers above it, too [mJ/cm2]")
+
+
+class CureRecord(Record):
+    """What the light within a stack is held against."""
+
+    needed_mj_cm2: float = Field(description="dose that cures the material [mJ/cm2]")
+    penetration_mm: float = Field(description="depth at which 1/e of the light is left [mm]")
+    speed_mm_s: float = Field(description="of the lamp over the layers [mm/s]")
+    flood_s: float | None = Field(description="final exposure, which is not counted [s]")
+
+
 class StackedLayerRecord(Record):
     """A layer, in short; the plan.json in its folder says all of it."""
 
@@ -37,6 +53,10 @@ class StackedLayerRecord(Record):
         description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
     )
     not_printable: str | None = Field(description="why the robot cannot print it, where that does not end the planning")
+    dose_mj_cm2: float | None = Field(
+        default=None, description="mean dose of its own passes at its top [mJ/cm2]; left out where the lamp is unknown"
+    )
+    cure: LayerCureRecord | None = Field(default=None, description="left out where StackRecord's is")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
     not_checked: tuple[str, ...] = Field(description="what nobody looked at")
 
@@ -98,4 +118,6 @@ class StackRecord(Record):
     finished: FinishedFlowsRecord = Field(description="how all layers together come out")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
     program: StackProgramRecord | None = Field(description="of all layers; null without a robot")
+    cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
+    not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what nobody looked at")
     left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")

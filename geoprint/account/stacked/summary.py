@@ -40,6 +40,7 @@ def layer_record(
         print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
         not_printable=not_printable,
+        dose_mj_cm2=None if laid is None or laid.light is None else laid.light.all_passes,
         warnings=told.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )

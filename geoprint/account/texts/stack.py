@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.account.texts.marks import marked_lines
+from geoprint.account.texts.stack_cure import cure_notes, cure_warnings, dose_text
 from geoprint.account.texts.stack_sheet import behind_layer, stack_steps
 
 # Less of the area than this is not worth a line.
@@ -25,9 +26,10 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
         *(_layer_line(number, layer) + behind_layer(number, told) for number, layer in enumerate(told.layers, start=1)),
     ]
     lines += [f"  left out: {each.reason}" for each in told.left_out]
-    unchecked = [text for layer in told.layers for text in layer.not_checked]
+    unchecked = [*told.not_checked, *(text for layer in told.layers for text in layer.not_checked)]
+    warnings = [*stack_warnings(told), *cure_warnings(told)]
     lines += stack_steps(told)
-    lines += marked_lines(warnings=stack_warnings(told), not_checked=unchecked, verbose=verbose)
+    lines += marked_lines(warnings=warnings, notes=cure_notes(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
 
 
@@ -77,5 +79,5 @@ def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
         f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
-        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3, {spacing}{gap}{time}{clear}"
+        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3, {spacing}{gap}{dose_text(layer)}{time}{clear}"
     )

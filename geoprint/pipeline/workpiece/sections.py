@@ -31,12 +31,12 @@ def section_seed(surface: Surface, *, angle_deg: float, base: Surface) -> Seed:
             lies on, so that layers with the same angle lie over each other, and those with others cross them.
 
     Raises:
-        FieldError: the base is closed or faces all ways alike, so that it has no mean normal.
+        FieldError: the base has no mean normal, as a closed part, whose normals cancel.
     """
     if not mean_normal(base).any():
         raise FieldError(
-            f"{base.name} has no mean normal to count an angle about, because it faces all ways alike, as a closed "
-            "part does: draw the line (`--from curve.csv`, columns x,y,z), or cut out the part that is printed."
+            f"{base.name} has no mean normal to count an angle about, because its normals cancel, as those of a "
+            "closed part do: draw the line (`--from curve.csv`, columns x,y,z), or cut out the part that is printed."
         )
     square = direction_across(base, angle=np.radians(angle_deg + 90.0))
     curves = _section(surface, _area_middle(base), square)
