@@ -17,9 +17,11 @@ from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeAlias
 
 from geoprint.account.records.rounding import as_json, read_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
+from geoprint.account.stacked.page import stack_page
 from geoprint.account.stacked.summary import finished_record, layer_record
 from geoprint.config import Job
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
@@ -32,14 +34,18 @@ from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
 from geoprint.results import StackedLayer
 from geoprint.surfaces import face_areas
 
+# The page beside stack.json.
+REPORT = "report.html"
 # Plans at a time: each takes up to a gigabyte.
 WORKERS = 2
+# What is said and kept of a layer, or why there is nothing to print in it.
+_Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
 
 
 def plan_stack(
     job: Job, directory: Path | str, *, overwrite: bool = False, observe: Callable[[str], None] = lambda _: None
 ) -> StackRecord:
-    """Plan every layer of a thickness and write their bundles and stack.json: all of them verified, or nothing.
+    """Plan every layer of a thickness and write their bundles, stack.json and report.html: all verified, or nothing.
 
     Args:
         job: with a thickness, without a layer.
@@ -62,21 +68,8 @@ def plan_stack(
     stack = read_stack(job)
     with TemporaryDirectory() as staging:
         found = _planned(job, [Path(staging, folder) for folder in _folders(stack.count)], observe)
-        printed = [layer for layer in found if not isinstance(layer, LeftOutRecord)]
-        layers = tuple(record for record, _ in printed)
         observe("finished thickness")
-        finished = finished_stack(job, stack, [layer for _, layer in printed])
-        told = StackRecord(
-            schema=1,
-            version=version("geoprint"),
-            part=job.surface.name,
-            thickness_mm=stack.thickness,
-            target=None if job.target is None else job.target.name,
-            target_mm3=None if stack.target is None else stack.target.volume,
-            finished=finished_record(finished, wanted=_wanted(stack, layers)),
-            layers=layers,
-            left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
-        )
+        told, page = _finished(job, stack, found)
         written = [path for path in sorted(Path(staging).rglob("*")) if path.is_file()]
         files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in written}
     timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
@@ -86,9 +79,28 @@ def plan_stack(
         if read_record(folder / STACK, StackRecord) != told:
             raise VerificationError(f"{STACK} does not read back as it was told; the disk may be faulty: write again.")
 
-    own = {STACK: json_bytes(as_json(told))}
+    own = {STACK: json_bytes(as_json(told)), REPORT: page}
     write_bundle(directory, own | listed, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
+
+
+def _finished(job: Job, stack: Stack, found: Sequence[_Found]) -> tuple[StackRecord, bytes]:
+    """Return what stack.json says when all layers are planned, and report.html."""
+    printed = [layer for layer in found if not isinstance(layer, LeftOutRecord)]
+    finished = finished_stack(job, stack, [layer for _, layer in printed])
+    layers = tuple(record for record, _ in printed)
+    told = StackRecord(
+        schema=1,
+        version=version("geoprint"),
+        part=job.surface.name,
+        thickness_mm=stack.thickness,
+        target=None if job.target is None else job.target.name,
+        target_mm3=None if stack.target is None else stack.target.volume,
+        finished=finished_record(finished, wanted=_wanted(stack, layers)),
+        layers=layers,
+        left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
+    )
+    return told, stack_page(finished, told, job)
 
 
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
@@ -102,9 +114,7 @@ def _folders(count: int) -> list[str]:
     return [f"layer-{number:02}" for number in range(1, count + 1)]
 
 
-def _planned(
-    job: Job, folders: list[Path], observe: Callable[[str], None]
-) -> list[tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord]:
+def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[_Found]:
     """Plan the layers, two at a time, and return what is said and kept of each; the first refusal ends it.
 
     Raises:
@@ -135,7 +145,7 @@ def _planned(
     return found
 
 
-def _layer(job: Job, number: int, folder: Path) -> tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord:
+def _layer(job: Job, number: int, folder: Path) -> _Found:
     """Plan one layer and write its bundle, or say why there is nothing to print in it."""
     try:
         with naming(f"layer {number}"):

@@ -28,7 +28,7 @@ def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
         )
     lines += [f"  left out: {each.reason}" for each in told.left_out]
     unchecked = [text for layer in told.layers for text in layer.not_checked]
-    lines += marked_lines(warnings=_warnings(told), not_checked=unchecked, verbose=verbose)
+    lines += marked_lines(warnings=stack_warnings(told), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
 
 
@@ -61,7 +61,7 @@ def finished_sentences(told: StackRecord) -> Iterator[str]:
             yield f"  not judged: {said}"
 
 
-def _warnings(told: StackRecord) -> Iterator[str]:
+def stack_warnings(told: StackRecord) -> Iterator[str]:
     """Yield what to act on, each once, with the layers that it is said of where that is not all of them."""
     count = len(told.layers)
     for text in dict.fromkeys(text for layer in told.layers for text in layer.warnings):
