@@ -35,8 +35,14 @@ LAYER_COLOURS = ("#56b4e9", "#e69f00")
 GROUND, LINE = "#cfd6dc", "#1c2730"
 # Corners of a drawn bead, and the power that makes its ends round but leaves it as high as its layer.
 BEAD_CORNERS, BEAD_ROUND = 24, 0.55
-# Width of the enlarged piece over the thickness of the stack, and the least height of a panel over its width.
-ENLARGED, LOWEST = 3.0, 0.16
+# Width of the enlarged piece over the thickness of the stack, and at least over the median width of a bead.
+ENLARGED, ENLARGED_BEADS = 4.0, 8.0
+# It lies at this share of the longest line of the part: in the middle of that fronts meet.
+ENLARGED_AT = 0.3
+# From where to where it reaches, over the thickness of the stack, from the part upwards.
+ENLARGED_DOWN, ENLARGED_UP = 0.5, 1.4
+# The least height of a panel over its width.
+LOWEST = 0.16
 WIDTH_INCHES, FRAME_SHARE = 9.0, 0.04
 # As much of the part is drawn below the stack, over the width of the enlarged piece.
 BELOW_SHARE = 0.12
@@ -72,7 +78,7 @@ class SlicedView:
 
 
 def sliced_figure(view: SlicedView, *, title: str) -> bytes:
-    """Draw a stack sliced open: all of it, and an enlarged piece of its middle.
+    """Draw a stack sliced open: all of it, and an enlarged piece.
 
     Returns:
         The PNG's bytes; the same for the same input.
@@ -82,8 +88,9 @@ def sliced_figure(view: SlicedView, *, title: str) -> bytes:
     low, high = _extent(view)
     size = high - low
     thickness = sum(view.heights)
-    middle, half = _middle(view), 0.5 * min(ENLARGED * thickness, float(size[0]))
-    part = np.clip(2.0 * thickness / (2.0 * half), LOWEST, 1.0)
+    bead = float(np.median(np.concatenate(view.widths))) if any(some.size for some in view.widths) else 0.0
+    middle, half = _enlarged(view), 0.5 * min(max(ENLARGED * thickness, ENLARGED_BEADS * bead), float(size[0]))
+    part = np.clip((ENLARGED_DOWN + ENLARGED_UP) * thickness / (2.0 * half), LOWEST, 1.0)
     whole = np.clip(size[1] / size[0], LOWEST, 1.0)
     figure = Figure(
         figsize=(WIDTH_INCHES, WIDTH_INCHES * (whole + part) + 1.2), dpi=COVERAGE_DOTS, layout="constrained"
@@ -97,10 +104,10 @@ def sliced_figure(view: SlicedView, *, title: str) -> bytes:
     axes[0].set_xlim(low[0] - edge, high[0] + edge)
     axes[0].set_ylim(low[1] - edge, high[1] + edge)
     axes[1].set_xlim(middle[0] - half, middle[0] + half)
-    axes[1].set_ylim(middle[1] - 0.5 * thickness, middle[1] + 1.4 * thickness)
+    axes[1].set_ylim(middle[1] - ENLARGED_DOWN * thickness, middle[1] + ENLARGED_UP * thickness)
     for axis in axes:
         add_ruler(axis)
-    axes[1].set_title("enlarged, about the middle", fontsize=10, loc="left")
+    axes[1].set_title("a piece of it, enlarged", fontsize=10, loc="left")
     add_title(figure, title)
     return png_bytes(figure)
 
@@ -216,11 +223,11 @@ def _extent(view: SlicedView) -> tuple[FloatArray, FloatArray]:
     return everything.min(axis=0) - half, everything.max(axis=0) + half
 
 
-def _middle(view: SlicedView) -> FloatArray:
-    """Return the place in the middle of the longest line of the part [mm]."""
+def _enlarged(view: SlicedView) -> FloatArray:
+    """Return the place of the part about which a piece is enlarged [mm]."""
     lines = _split(view.ground, view.ground_offsets)
     line = max(lines, key=lambda each: float(np.linalg.norm(np.diff(each, axis=0), axis=1).sum()))
-    return line[len(line) // 2]
+    return line[int(ENLARGED_AT * len(line))]
 
 
 def _split(places: FloatArray, offsets: IntArray) -> list[FloatArray]:

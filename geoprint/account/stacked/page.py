@@ -27,6 +27,8 @@ from geoprint.report import (
     view_surface,
 )
 from geoprint.results import FinishedStack
+from geoprint.surfaces import face_areas
+from geoprint.surfaces.remesh import refine
 
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
@@ -35,7 +37,7 @@ PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 PLANES = ("across", "along")
 COLUMNS = (
     "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "spacing CV", "missed", "laid twice",
-    "thickness CV", "laid / held", "starts from those below [mm]", "time [s]", "clearance [mm]",
+    "thickness CV", "laid / held", "seams apart [mm]", "time [s]", "clearance [mm]",
 )  # fmt: skip
 _NONE = "-"
 
@@ -49,13 +51,15 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
         job: that was planned.
     """
     flows = _flows(stack, told)
-    view = view_surface(stack.base, faces=VIEWED_FACES // max(len(flows), 1))
+    view = _view(stack, faces=VIEWED_FACES // len(flows))
+    table = _table(stack, told)
     counts = [layer.offsets.size - 1 for layer in stack.layers]
     lengths = np.concatenate([np.diff(layer.offsets) for layer in stack.layers])
-    said = [*finished_sentences(told), stack_sentence(told)]
+    how = [each.strip() for each in finished_sentences(told)]
+    said = [*(each[0].upper() + each[1:] for each in how), stack_sentence(told)]
     page = StackReport(
         name=told.part,
-        verdict=tuple(f"{each.strip()[0].upper()}{each.strip()[1:]}." for each in said),
+        verdict=tuple(f"{each}." for each in said),
         cautions=_cautions(told),
         surface=view.surface,
         R_view_work=stack.upright,
@@ -64,17 +68,47 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
         places=np.concatenate([layer.places for layer in stack.layers]),
         offsets=np.concatenate([[0], np.cumsum(lengths)]),
         layers=np.cumsum(counts),
-        columns=COLUMNS,
-        rows=tuple(
-            _row(number, layer, moved)
-            for number, (layer, moved) in enumerate(zip(told.layers, _moved(stack), strict=True), start=1)
-        ),
-        pictures=(("Sliced open", tuple(_sliced(stack))), ("Where runs start", (_seams(stack, view),))),
+        columns=tuple(column for column, _ in table),
+        rows=tuple(zip(*(cells for _, cells in table), strict=True)),
+        pictures=(("Sliced open", tuple(sliced_pictures(stack))), ("Where runs start", (_seams(stack, view),))),
         settings=_settings(job, told),
         inputs=stack.inputs,
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
     return stack_report(page, title=f"geoprint plan: {told.part}, {told.thickness_mm:g} mm")
+
+
+def sliced_pictures(stack: FinishedStack) -> list[Picture]:
+    """Return the stack sliced open in both of its middle planes."""
+    pictures: list[Picture] = []
+    for number, (name, (ground, offsets)) in enumerate(zip(PLANES, stack.ground, strict=True)):
+        slices = [layer.slices[number] for layer in stack.layers]
+        if not ground.size or not any(one.line.size for one in slices):
+            continue
+        view = SlicedView(
+            ground=ground,
+            ground_offsets=offsets,
+            lines=tuple(one.line for one in slices),
+            offsets=tuple(one.offsets for one in slices),
+            beads=tuple(one.beads for one in slices),
+            along=tuple(one.along for one in slices),
+            widths=tuple(one.widths for one in slices),
+            heights=tuple(layer.height for layer in stack.layers),
+        )
+        caption = (
+            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers in turns blue and "
+            "orange, each with the line of its middle. Where a path runs along the plane its bead is cut lengthwise, "
+            "and drawn no wider than three."
+        )
+        pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
+    return pictures
+
+
+def _view(stack: FinishedStack, *, faces: int) -> ViewSurface:
+    """Return the part as fine as the thickness over it varies, as far as so many faces allow."""
+    # Of as many equilateral triangles as there may be.
+    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(stack.base).sum() / faces))
+    return view_surface(refine(stack.base, edge_length=max(edge, stack.layers[0].spacing)), faces=faces)
 
 
 def _flows(stack: FinishedStack, told: StackRecord) -> list[tuple[str, str, Finished, FinishedRecord]]:
@@ -117,6 +151,14 @@ def _flow(stack: FinishedStack, view: ViewSurface, shown: tuple[str, str, Finish
     )
 
 
+def _table(stack: FinishedStack, told: StackRecord) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the heading and the cells of each column of the table of layers, without those that say nothing."""
+    moved = _moved(stack)
+    rows = [_row(number, layer, moved[number - 1]) for number, layer in enumerate(told.layers, start=1)]
+    columns = zip(COLUMNS, zip(*rows, strict=True), strict=True)
+    return [(name, cells) for name, cells in columns if any(cell != _NONE for cell in cells)]
+
+
 def _row(number: int, layer: StackedLayerRecord, moved: str) -> tuple[str, ...]:
     return (
         str(number),
@@ -145,32 +187,6 @@ def _moved(stack: FinishedStack) -> list[str]:
     seams = [layer.seams for layer in stack.layers]
     away: list[FloatArray] = [np.asarray(KDTree(below).query(above)[0]) for below, above in pairwise(seams)]
     return [_NONE, *(f"{np.median(each):.2f}" for each in away)]
-
-
-def _sliced(stack: FinishedStack) -> list[Picture]:
-    """Return the stack sliced open in both of its middle planes."""
-    pictures: list[Picture] = []
-    for number, (name, (ground, offsets)) in enumerate(zip(PLANES, stack.ground, strict=True)):
-        slices = [layer.slices[number] for layer in stack.layers]
-        if not ground.size or not any(one.line.size for one in slices):
-            continue
-        view = SlicedView(
-            ground=ground,
-            ground_offsets=offsets,
-            lines=tuple(one.line for one in slices),
-            offsets=tuple(one.offsets for one in slices),
-            beads=tuple(one.beads for one in slices),
-            along=tuple(one.along for one in slices),
-            widths=tuple(one.widths for one in slices),
-            heights=tuple(layer.height for layer in stack.layers),
-        )
-        caption = (
-            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers in turns blue and "
-            "orange, each with the line of its middle. A path that runs along the plane is cut lengthwise; its bead is "
-            "drawn no wider than three."
-        )
-        pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
-    return pictures
 
 
 def _seams(stack: FinishedStack, view: ViewSurface) -> Picture:
