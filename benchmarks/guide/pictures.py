@@ -81,6 +81,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "spiral.png": surfaces.spiral,
     "guided.png": surfaces.guided,
     "layers.png": sections.layers,
+    "sliced.png": sections.sliced,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

@@ -1,4 +1,4 @@
-"""The guide's picture of layers: a groove and what is printed over it, cut across."""
+"""The guide's pictures of layers: a groove and what is printed over it, and a printed stack, both cut across."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false
@@ -10,10 +10,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from benchmarks.guide.shaded import BLUE, GREY, ORANGE, panels, small_png
+from benchmarks.guide.shaded import BLUE, GREY, ORANGE, panels, small_png, smaller
+from geoprint.account.stacked.page import sliced_pictures
 from geoprint.backends import isolines
+from geoprint.config import job_of
 from geoprint.layers import level_surface
 from geoprint.model import ScalarField, Surface
+from geoprint.pipeline import plan
+from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
+from geoprint.pipeline.workpiece import read_stack
 from geoprint.surfaces import vertex_normals
 
 # A groove between two ridges [mm]: how long, how wide, and how deep.
@@ -41,6 +46,14 @@ def layers(_data: Path) -> bytes:
         axis.set_ylim(-0.8, 8.0)
         axis.axis("off")
     return small_png(figure)
+
+
+def sliced(data: Path) -> bytes:
+    """Draw a stack over a patch of a heart, sliced open as in its report."""
+    job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.0, thickness=2.0, robot=False)
+    stack = read_stack(job)
+    layers = [stacked_layer(plan(job.model_copy(update={"layer": number}))) for number in range(1, stack.count + 1)]
+    return smaller(sliced_pictures(finished_stack(job, stack, layers))[0].content, width=1000)
 
 
 def _groove() -> Surface:

@@ -17,10 +17,12 @@ from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeAlias
 
 from geoprint.account.prints.cure import with_cure
 from geoprint.account.records.rounding import Record, as_json, read_record
-from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackRecord
+from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
+from geoprint.account.stacked.page import stack_page
 from geoprint.account.stacked.summary import finished_record, layer_record
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
@@ -35,14 +37,18 @@ from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
 from geoprint.results import StackedLayer
 from geoprint.surfaces import face_areas
 
+# The page beside stack.json.
+REPORT = "report.html"
 # Plans at a time: each takes up to a gigabyte.
 WORKERS = 2
+# What is said and kept of a layer, or why there is nothing to print in it.
+_Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
 
 
 def plan_stack(
     job: Job, directory: Path | str, *, overwrite: bool = False, observe: Callable[[str], None] = lambda _: None
 ) -> StackRecord:
-    """Plan every layer of a thickness and write their bundles, stack.json and one program: all verified, or nothing.
+    """Plan every layer of a thickness, and write bundles, one program, stack.json and report.html: verified, or nothing.
 
     Args:
         job: with a thickness, without a layer.
@@ -91,25 +97,11 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> Sta
     """
     stack = read_stack(job)
     found = _planned(job, [Path(folder, name) for name in _folders(stack.count)], observe)
-    printed = [layer for layer in found if not isinstance(layer, LeftOutRecord)]
-    layers = tuple(record for record, _ in printed)
+    layers = [record for record, _ in _printed(found)]
     files, program = stack_program(folder, layers, part_name=job.surface.name)
     observe("finished thickness")
-    finished = finished_stack(job, stack, [layer for _, layer in printed])
-    untold = StackRecord(
-        schema=1,
-        version=version("geoprint"),
-        part=job.surface.name,
-        thickness_mm=stack.thickness,
-        target=None if job.target is None else job.target.name,
-        target_mm3=None if stack.target is None else stack.target.volume,
-        finished=finished_record(finished, wanted=_wanted(stack, layers)),
-        layers=layers,
-        program=program,
-        left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
-    )
-    told = with_cure(untold, load_cell(job.cell))
-    for name, content in {STACK: json_bytes(as_json(told)), **files}.items():
+    told, page = _finished(job, stack, found, program=program)
+    for name, content in {STACK: json_bytes(as_json(told)), REPORT: page, **files}.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(content)
@@ -144,6 +136,34 @@ def save_stacks(staging: Path, directory: Path | str, *, overwrite: bool, told: 
     write_bundle(directory, listed, overwrite=overwrite, verify=verify, unlisted=timings)
 
 
+def _printed(found: Sequence[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:
+    """Return those of the planned layers in which something is printed."""
+    return [layer for layer in found if not isinstance(layer, LeftOutRecord)]
+
+
+def _finished(
+    job: Job, stack: Stack, found: Sequence[_Found], *, program: StackProgramRecord | None
+) -> tuple[StackRecord, bytes]:
+    """Return what stack.json says when all layers are planned, and report.html."""
+    printed = _printed(found)
+    finished = finished_stack(job, stack, [layer for _, layer in printed])
+    layers = tuple(record for record, _ in printed)
+    untold = StackRecord(
+        schema=1,
+        version=version("geoprint"),
+        part=job.surface.name,
+        thickness_mm=stack.thickness,
+        target=None if job.target is None else job.target.name,
+        target_mm3=None if stack.target is None else stack.target.volume,
+        finished=finished_record(finished, wanted=_wanted(stack, layers)),
+        layers=layers,
+        program=program,
+        left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
+    )
+    told = with_cure(untold, load_cell(job.cell))
+    return told, stack_page(finished, told, job)
+
+
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
     """Return the volume that a stack shall have [mm3]: that of its target where a formula has it."""
     volume = None if stack.target is None else stack.target.volume
@@ -155,9 +175,7 @@ def _folders(count: int) -> list[str]:
     return [f"layer-{number:02}" for number in range(1, count + 1)]
 
 
-def _planned(
-    job: Job, folders: list[Path], observe: Callable[[str], None]
-) -> list[tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord]:
+def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[_Found]:
     """Plan the layers, two at a time, and return what is said and kept of each; the first refusal ends it.
 
     Raises:
@@ -188,7 +206,7 @@ def _planned(
     return found
 
 
-def _layer(job: Job, number: int, folder: Path) -> tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord:
+def _layer(job: Job, number: int, folder: Path) -> _Found:
     """Plan one layer and write its bundle, or say why there is nothing to print in it."""
     try:
         with naming(f"layer {number}"):

@@ -14,7 +14,7 @@ const COVERAGE_WORDS = ["covered", "gap", "overlap"];
 // Share of the colour scale that stands for what was not measured.
 const GREY_SHARE = 0.06;
 // Paths and beads lie on the surface, whose colours are the same in the dark.
-const PATH = "#17212b", BEAD = "#111111";
+const PATH = "#17212b", BEAD = "#111111", PATH_BELOW = "#8d99a3";
 const FONT = "system-ui, sans-serif";
 
 // What the style sheet says for the light or the dark.
@@ -44,6 +44,24 @@ function ofMotion(backend, values, high) {
     : { intensity: backend.distance, intensitymode: "vertex", colorscale: [[0, UNMEASURED], [1, UNMEASURED]] };
 }
 
+// The lower end of a scale of ratios with the grey of what is not measured below it.
+const greyOf = ([low, high]) => low - (GREY_SHARE / (1 - GREY_SHARE)) * (high - low);
+
+// Ratios to what is wanted: what is not measured falls into the grey end of the scale, everything else is kept out of it.
+function ofRatios(part, ratios, range, colours) {
+  const [low, high] = range, grey = greyOf(range);
+  const kept = (value) => (Number.isNaN(value) ? grey : Math.max(value, low));
+  return {
+    colorscale: [[0, UNMEASURED], [GREY_SHARE * 0.99, UNMEASURED], ...evenly(colours, GREY_SHARE)],
+    values: () => ({ intensity: middle(part.faces, ratios).map(kept), intensitymode: "cell", cmin: grey, cmax: high }),
+  };
+}
+
+function ticksOf(range, ticks) {
+  const grey = greyOf(range);
+  return ticks.map(([value, words]) => [(value - grey) / (range[1] - grey), words]);
+}
+
 // Colour scale and values of the surface for plotly.js, what is said of a vertex, and the scale: [place from 0 to 1, words].
 const COLOURINGS = {
   distance: (part, backend) => ({
@@ -56,19 +74,24 @@ const COLOURINGS = {
   }),
   spacing: (part, backend) => {
     const [low, high] = part.ratios;
-    const grey = low - (GREY_SHARE / (1 - GREY_SHARE)) * (high - low);
-    // What is not measured falls into the grey end of the scale, everything else is kept out of it.
-    const kept = (value) => (Number.isNaN(value) ? grey : Math.max(value, low));
     return {
-      colorscale: [[0, UNMEASURED], [GREY_SHARE * 0.99, UNMEASURED], ...evenly(SPACING, GREY_SHARE)],
-      values: () => ({ intensity: middle(part.faces, backend.spacing).map(kept), intensitymode: "cell", cmin: grey,
-        cmax: high }),
+      ...ofRatios(part, backend.spacing, part.ratios, SPACING),
       said: (at) => Number.isNaN(backend.spacing[at])
         ? "outside the outermost path" : `spacing ${backend.spacing[at].toFixed(3)} of the wanted one`,
       title: "local spacing / wanted spacing [1]",
-      ticks: [[low, `≤ ${low}`], [0.9, "0.9"], [1, "1"], [1.1, "1.1"], [high, `≥ ${high}`]].map(([value, words]) =>
-        [(value - grey) / (high - grey), words]),
+      ticks: ticksOf(part.ratios, [[low, `≤ ${low}`], [0.9, "0.9"], [1, "1"], [1.1, "1.1"], [high, `≥ ${high}`]]),
       legend: "Red: paths too close, blue: too far apart, white: as wanted. Grey: outside the outermost path, which has no neighbour there.",
+    };
+  },
+  thickness: (part, backend) => {
+    const [low, high] = part.thicknesses;
+    return {
+      ...ofRatios(part, backend.thickness, part.thicknesses, [...SPACING].reverse()),
+      said: (at) => Number.isNaN(backend.thickness[at])
+        ? "not judged" : `finished thickness ${backend.thickness[at].toFixed(3)} of the wanted one`,
+      title: "finished thickness / wanted thickness [1]",
+      ticks: ticksOf(part.thicknesses, [[low, `≤ ${low}`], [0.95, "0.95"], [1, "1"], [1.05, "1.05"], [high, `≥ ${high}`]]),
+      legend: "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow is filled before it is so high, or less than a layer is wanted.",
     };
   },
   coverage: (part, backend) => ({

@@ -16,7 +16,11 @@ function rows(array) {
   return [0, 1, 2].map((row) => values.subarray(row * count, (row + 1) * count));
 }
 
+// What a page has only of some scenes.
+const ifAny = (array, read) => array && read(array);
+
 function unpack(data) {
+  const path = ifAny(data.path, rows);
   return {
     ...data,
     vertices: rows(data.vertices),
@@ -24,12 +28,13 @@ function unpack(data) {
     machine: data.machine && machineOf(data.machine),
     backends: data.backends.map((backend) => ({
       name: backend.name,
-      distance: decoded(backend.distance),
-      spacing: decoded(backend.ratios),
-      coverage: decoded(backend.coverage),
-      path: rows(backend.path),
-      lean: backend.lean && decoded(backend.lean),
-      speed: backend.speed && decoded(backend.speed),
+      distance: ifAny(backend.distance, decoded),
+      spacing: ifAny(backend.ratios, decoded),
+      coverage: ifAny(backend.coverage, decoded),
+      thickness: ifAny(backend.thickness, decoded),
+      path: path ?? rows(backend.path),
+      lean: ifAny(backend.lean, decoded),
+      speed: ifAny(backend.speed, decoded),
       replay: backend.replay && {
         times: decoded(backend.replay.times),
         joints: decoded(backend.replay.joints),

@@ -48,6 +48,16 @@ function movingPlaces(part, replay, time, colours) {
     { places: moved(part.machine.kinds.tool, motion), color: now.valve ? colours.laying : colours.tool }];
 }
 
+// Paths as they are shown: of a stack those of the layers up to one, the uppermost of them set off.
+function pathTrace(part, backend, state, width) {
+  if (!part.layers) return { ...line(backend.path, PATH, width), visible: state.paths };
+  const [before, count] = [part.layers[state.layers - 2] ?? 0, part.layers[state.layers - 1] ?? 0];
+  if (!count) return { ...line(NOTHING, PATH, width), visible: false };
+  const drawn = line(backend.path.map((row) => row.subarray(0, count)), PATH, width);
+  drawn.line.color = Array.from({ length: count }, (_, at) => (at < before ? PATH_BELOW : PATH));
+  return drawn;
+}
+
 function traces(part, backend, colouring, state, pixels) {
   const width = widths(part, state, pixels), colours = theme();
   const [x, y, z] = part.vertices, [i, j, k] = part.faces, { machine } = part;
@@ -63,7 +73,7 @@ function traces(part, backend, colouring, state, pixels) {
   const [laid, arm, tool] = robot ? movingPlaces(part, backend.replay, state.time, colours) : [{ places: NOTHING }];
   return [
     surface,
-    { ...line(backend.path, PATH, width.path), visible: state.paths },
+    pathTrace(part, backend, state, width.path),
     cubeTrace(part),
     solid(machine?.kinds.body, colours.body, robot),
     solid(machine?.kinds.cell, colours.cell, robot),
@@ -73,17 +83,20 @@ function traces(part, backend, colouring, state, pixels) {
   ];
 }
 
+// Breaks of a path are no places.
 function boxOf(places, box = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] }) {
   return {
-    low: box.low.map((value, axis) => places[axis].reduce((least, each) => Math.min(least, each), value)),
-    high: box.high.map((value, axis) => places[axis].reduce((most, each) => Math.max(most, each), value)),
+    low: box.low.map((value, axis) => places[axis].reduce((least, each) => (each < least ? each : least), value)),
+    high: box.high.map((value, axis) => places[axis].reduce((most, each) => (each > most ? each : most), value)),
   };
 }
 
 // Boxes around the part, around everything that moves, and around all there is; sought once.
 function boxes(part) {
   if (part.boxes) return part.boxes;
-  const own = boxOf(part.vertices), { machine } = part;
+  const { machine } = part, surface = boxOf(part.vertices);
+  // Layers stand over the part, and out beyond it.
+  const own = part.layers ? boxOf(part.backends[0].path, surface) : surface;
   const replays = part.backends.flatMap(({ replay }) => replay ?? []);
   let robot = own, all = own;
   if (machine && replays.length) {

@@ -1,12 +1,13 @@
-"""Histograms of the local spacing, one above the other on one axis; HTML alone, so that they print."""
+"""Histograms of what is measured over what is wanted, one above the other on one axis: HTML alone, so they print."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from geoprint.model import FloatArray
 from geoprint.report.markup import Markup, element
-from geoprint.report.values import BackendView
 
 # The axis: ratios of the spacing to the wanted one. What lies beyond is counted in the outermost bins.
 # A bin has its middle at 1, so that perfectly even paths fill one bin.
@@ -36,19 +37,24 @@ def spacing_shares(ratios: FloatArray) -> FloatArray:
     return counts / max(len(measured), 1)
 
 
-def histograms(backends: tuple[BackendView, ...]) -> Markup:
-    """Return one row a backend, on one axis; each row has its own height, which is written beside it."""
-    rows = [_row(backend) for backend in backends]
+def histograms(shown: Sequence[tuple[str, FloatArray]], *, of: str, axis: str) -> Markup:
+    """Return one row a name, on one axis; each row has its own height, which is written beside it.
+
+    Args:
+        shown: name and ratios of each; NaN is not counted.
+        of: what the ratios are of: path, or area.
+        axis: what they are.
+    """
+    rows = [_row(name, ratios, of=of) for name, ratios in shown]
     ticks = [element("span", tick_text(value), class_="tick", style=f"left:{_percent(value)}%") for value in TICKS]
-    axis = element("div", element("div", *ticks, class_="ticks"), class_="histogram-axis", aria_hidden="true")
-    label = element("p", "local spacing / wanted spacing [1]", class_="axis-label")
-    return element("div", *rows, axis, label, class_="histograms")
+    scale = element("div", element("div", *ticks, class_="ticks"), class_="histogram-axis", aria_hidden="true")
+    return element("div", *rows, scale, element("p", axis, class_="axis-label"), class_="histograms")
 
 
-def _row(backend: BackendView) -> Markup:
-    shares = spacing_shares(backend.ratios)
+def _row(name: str, ratios: FloatArray, *, of: str) -> Markup:
+    shares = spacing_shares(ratios)
     highest = float(shares.max()) or 1.0
-    spread = _spread(backend.ratios)
+    spread = _spread(ratios, of=of)
     bars = "".join(
         f"M{place} 100V{100 - 100 * share / highest:.2f}h1V100z" for place, share in enumerate(shares) if share
     )
@@ -59,23 +65,21 @@ def _row(backend: BackendView) -> Markup:
     drawing = element(
         "svg", element("path", d=bars), viewBox=f"0 0 {BINS} 100", preserveAspectRatio="none", aria_hidden="true",
     )  # fmt: skip
-    name = element(
-        "div", element("strong", backend.name), element("span", spread, class_="spread"), class_="histogram-name"
-    )
+    said = element("div", element("strong", name), element("span", spread, class_="spread"), class_="histogram-name")
     height = element("span", f"{highest:.0%}", class_="height", aria_hidden="true")
     plot = element(
         "div", band, drawing, height, class_="histogram-plot", role="img",
-        aria_label=f"Histogram of {backend.name}: {spread}; the fullest bin holds {highest:.0%} of the path.",
+        aria_label=f"Histogram of {name}: {spread}; the fullest bin holds {highest:.0%} of the {of}.",
     )  # fmt: skip
-    return element("div", name, plot, class_="histogram")
+    return element("div", said, plot, class_="histogram")
 
 
-def _spread(ratios: FloatArray) -> str:
+def _spread(ratios: FloatArray, *, of: str) -> str:
     measured = ratios[~np.isnan(ratios)]
     if not measured.size:
         return "nothing measured"
     low, high = np.percentile(measured, (5, 95))
-    return f"90% of the path between {low:.3f} and {high:.3f}"
+    return f"90% of the {of} between {low:.3f} and {high:.3f}"
 
 
 def _percent(value: float) -> str:

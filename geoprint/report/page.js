@@ -16,7 +16,8 @@ class Scene {
     this.player = root.querySelector("div.player");
     this.views = [...root.querySelectorAll(".view")].map((view, place) => new View(view, place, this));
     this.playing = false;
-    this.state = { backend: "all", colour: "spacing", paths: true, robot: false, frame: "part", time: Infinity };
+    this.state = { backend: "all", colour: "spacing", paths: true, layers: 0, robot: false, frame: "part",
+      time: Infinity };
     this.listen();
     if (NARROW.matches && this.views.length > 1) {
       const best = this.views.findIndex((view) => view.root.classList.contains("best"));
@@ -112,8 +113,19 @@ class Scene {
     state.paths = this.control("paths") !== undefined;
     state.frame = this.control("frame") ?? "part";
     state.robot = this.control("robot") !== undefined;
+    this.readLayers();
     this.root.querySelector(".legend").replaceChildren(...scaleOf(COLOURINGS[state.colour](part, part.backends[0])));
     this.showTime();
+  }
+
+  // Of a stack: how many layers of paths are shown.
+  readLayers() {
+    const slider = this.box("layers");
+    if (!slider) return;
+    this.state.layers = Number(slider.value);
+    const said = this.state.layers ? `${this.state.layers} of ${slider.max}` : "none";
+    slider.parentElement.querySelector("output").textContent = said;
+    slider.setAttribute("aria-valuetext", said);
   }
 
   // Show a moment of the replay: on the slider, in words and where the robot is.
@@ -179,6 +191,7 @@ class Scene {
       this.arrange();
       this.redraw();
     });
+    this.box("layers")?.addEventListener("input", () => this.redraw());
     this.root.querySelector(".reset").addEventListener("click", () => {
       if (this.active) this.turn(firstCamera(this.shown[0].plot));
     });

@@ -9,12 +9,12 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from string import Template
 
 from geoprint.errors import InputError
-from geoprint.report.markup import Markup, element, joined, script_data
+from geoprint.report.markup import Json, Markup, element, joined, script_data
 from geoprint.report.scene import scene_data
 from geoprint.report.sections import overview, part_section
 from geoprint.report.values import PartReport
@@ -41,14 +41,20 @@ def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tup
     """
     if not parts:
         raise InputError("a report needs at least one part; none was compared.")
+    numbered = list(enumerate(parts))
     body = [
         element("h1", title),
         overview(parts, failed) if len(parts) + len(failed) > 1 else Markup(""),
         *(
             part_section(part, number=number, heading=part.name if len(parts) + len(failed) > 1 else "")
-            for number, part in enumerate(parts)
+            for number, part in numbered
         ),
     ]
+    return page(title, body, {f"part{number}": scene_data(part) for number, part in numbered})
+
+
+def page(title: str, body: Sequence[Markup], scenes: Mapping[str, Json]) -> bytes:
+    """Return a whole page: its body, and the data of its scenes by their keys."""
     library, script = _inline(_packaged(LIBRARY)), _script()
     text = Template(_packaged("page.html")).substitute(
         title=joined(title),
@@ -57,8 +63,8 @@ def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tup
         body=joined(*body),
         data=joined(
             *(
-                element("script", script_data(scene_data(part)), type="application/json", id=f"part{number}-data")
-                for number, part in enumerate(parts)
+                element("script", script_data(data), type="application/json", id=f"{key}-data")
+                for key, data in scenes.items()
             )
         ),
         library=library,

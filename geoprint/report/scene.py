@@ -34,25 +34,17 @@ def scene_data(part: PartReport) -> Json:
         backends, so that colours can be compared.
     """
     surface = part.surface
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
-    middle = 0.5 * (low + high)
-    lift = LIFT_SHARE * float(np.linalg.norm(high - low))
+    upright, head = turned(surface, R_view_work=part.R_view_work, spacing=part.spacing)
+    lift = LIFT_SHARE * float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     normals = shading_normals(surface)
     tree = KDTree(surface.vertices)
-
-    def upright(places: FloatArray) -> FloatArray:
-        return (places - middle) @ part.R_view_work.T
 
     def lifted(places: FloatArray) -> FloatArray:
         _, nearest = tree.query(places)
         return upright(places + lift * normals[nearest])
 
     return {
-        "vertices": _numbers(upright(surface.vertices).T),
-        "faces": _faces(surface),
-        "rotation": part.R_view_work.tolist(),
-        "middle": middle.tolist(),
-        "spacing": part.spacing,
+        **head,
         "winner": part.winner,
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
         "ratios": list(COLOUR_RANGE),
@@ -68,16 +60,34 @@ def scene_data(part: PartReport) -> Json:
     }
 
 
+def turned(
+    surface: Surface, *, R_view_work: FloatArray, spacing: float
+) -> tuple[Callable[[FloatArray], FloatArray], dict[str, Json]]:
+    """Return what turns places upright about the middle of a surface's box, and the data of the surface."""
+    middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
+
+    def upright(places: FloatArray) -> FloatArray:
+        return (places - middle) @ R_view_work.T
+
+    return upright, {
+        "vertices": numbers(upright(surface.vertices).T),
+        "faces": _faces(surface),
+        "rotation": R_view_work.tolist(),
+        "middle": middle.tolist(),
+        "spacing": spacing,
+    }
+
+
 def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:
-    kept, offsets = _thinned(backend.offsets, step=_step(len(places)))
+    kept, offsets = thinned(backend.offsets, step=step(len(places)))
     return {
         "name": backend.name,
-        "distance": _numbers(backend.distance),
-        "ratios": _numbers(backend.spacing_ratios),
+        "distance": numbers(backend.distance),
+        "ratios": numbers(backend.spacing_ratios),
         "coverage": _encoded(backend.coverage, "u1"),
-        "path": _numbers(_with_breaks(places[kept], offsets).T),
-        "lean": None if backend.shades is None else _numbers(backend.shades.lean),
-        "speed": None if backend.shades is None else _numbers(backend.shades.speed),
+        "path": numbers(with_breaks(places[kept], offsets).T),
+        "lean": None if backend.shades is None else numbers(backend.shades.lean),
+        "speed": None if backend.shades is None else numbers(backend.shades.speed),
     }
 
 
@@ -86,7 +96,7 @@ def _machine(machine: Machine, upright: Callable[[FloatArray], FloatArray], *, R
         {
             "kind": body.kind,
             "joint": body.joint,
-            "vertices": _numbers(upright(body.surface.vertices).T),
+            "vertices": numbers(upright(body.surface.vertices).T),
             "faces": _faces(body.surface),
         }
         for body in machine.bodies
@@ -96,8 +106,8 @@ def _machine(machine: Machine, upright: Callable[[FloatArray], FloatArray], *, R
 
 
 def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json:
-    kept, offsets = _thinned(replay.bead_offsets, step=_step(len(replay.bead)))
-    times = _with_breaks(replay.bead_times[kept, None], offsets)[:, 0]
+    kept, offsets = thinned(replay.bead_offsets, step=step(len(replay.bead)))
+    times = with_breaks(replay.bead_times[kept, None], offsets)[:, 0]
     # A break counts as laid with what is before it, so that the times can be searched.
     times[np.isnan(times)] = replay.bead_times[kept][offsets[1:-1] - 1]
     return {
@@ -106,16 +116,17 @@ def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json
         "speeds": _encoded(replay.speeds, "f4"),
         "valve": replay.valve.round(3).tolist(),
         "lamp": replay.lamp.round(3).tolist(),
-        "bead": _numbers(_with_breaks(upright(replay.bead[kept]), offsets).T),
+        "bead": numbers(with_breaks(upright(replay.bead[kept]), offsets).T),
         "beadTimes": _encoded(times, "f4"),
     }
 
 
-def _step(count: int) -> int:
+def step(count: int) -> int:
+    """Return which of so many samples are kept: every first, second and so on."""
     return 1 + count // MOST_SAMPLES
 
 
-def _thinned(offsets: IntArray, *, step: int) -> tuple[IntArray, IntArray]:
+def thinned(offsets: IntArray, *, step: int) -> tuple[IntArray, IntArray]:
     """Return every step-th row of each stretch, its last one always, and the offsets of what is kept."""
     rows: IntArray = np.arange(int(offsets[-1]))
     within = rows - np.repeat(offsets[:-1], np.diff(offsets))
@@ -123,12 +134,12 @@ def _thinned(offsets: IntArray, *, step: int) -> tuple[IntArray, IntArray]:
     return kept, np.searchsorted(kept, offsets)
 
 
-def _with_breaks(rows: FloatArray, offsets: IntArray) -> FloatArray:
+def with_breaks(rows: FloatArray, offsets: IntArray) -> FloatArray:
     """Return the rows with one of NaN between stretches, where a line breaks off."""
     return np.insert(rows, offsets[1:-1], np.nan, axis=0)
 
 
-def _numbers(values: FloatArray) -> Json:
+def numbers(values: FloatArray) -> Json:
     """Return numbers in 16 bits between their lowest and highest, far finer than a pixel; the last value is NaN."""
     measured = values[~np.isnan(values)]
     low, high = (float(measured.min()), float(measured.max())) if measured.size else (0.0, 0.0)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
 from itertools import groupby
 
+from geoprint.report.blocks import choice, fact_table, figure, said, scrollable, view
 from geoprint.report.histogram import histograms
 from geoprint.report.markup import Markup, element, joined
-from geoprint.report.values import BackendView, PartReport, PathDistances, Picture, Row
+from geoprint.report.values import BackendView, PartReport, PathDistances, Row
 
-MEDIA = {"webp": "image/webp", "svg": "image/svg+xml"}
-# Of pictures in the page, in 100: lines stay crisp at a fifth of the size of a PNG.
-PICTURE_QUALITY = 85
 COLOURS = (
     ("spacing", "Local spacing"),
     ("coverage", "Gaps and overlaps"),
@@ -40,7 +36,7 @@ def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
         element("p", part.verdict[0], class_="verdict"),
         _scene(part, key),
         *([element(head, "What decides"), _table(part, deciding, class_="comparison deciding")] if deciding else []),
-        _said(part),
+        said(part.verdict[1:], part.cautions),
         _refused(part.refused),
         element(head, "Everything measured"),
         _table(part, part.table, class_="comparison"),
@@ -49,13 +45,15 @@ def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
             "p", "Share of the path by its distance to the neighbouring path; shaded: within 5% of the wanted one. "
             "Each row has its own height.", class_="note",
         ),
-        histograms(part.backends),
+        histograms(
+            [(view.name, view.ratios) for view in part.backends], of="path", axis="local spacing / wanted spacing [1]"
+        ),
         _path_distances(part.path_distances, head),
-        *([element(head, "Pictures"), *map(_figure, part.pictures)] if part.pictures else []),
+        *([element(head, "Pictures"), *map(figure, part.pictures)] if part.pictures else []),
         element(head, "How it was made"),
-        _facts("Settings", part.settings),
-        _facts("Input, SHA-256", part.inputs),
-        _facts("Versions", part.versions),
+        fact_table("Settings", part.settings),
+        fact_table("Input, SHA-256", part.inputs),
+        fact_table("Versions", part.versions),
     ]  # fmt: skip
     return element("section", *blocks, id=key, class_="part", aria_label=part.name)
 
@@ -79,18 +77,10 @@ def overview(parts: Sequence[PartReport], failed: Sequence[tuple[str, str]]) -> 
         rows.append(element("tr", element("th", name, scope="row"), *blank, element("td", reason, class_="words")))
     head = [element("th", heading, scope="col") for heading in ("part", *headings)]
     head.append(element("th", "verdict", scope="col", class_="words"))
-    return _scrollable(
+    return scrollable(
         element("table", element("thead", element("tr", *head)), element("tbody", *rows), class_="overview"),
         label="All parts",
     )
-
-
-def _said(part: PartReport) -> Markup:
-    """Return what is said beside the verdict, what nobody may overlook in a box."""
-    cautions = element(
-        "ul", *(element("li", caution) for caution in part.cautions), class_="cautions", aria_label="Mind"
-    )
-    return joined(*(element("p", sentence) for sentence in part.verdict[1:]), cautions if part.cautions else Markup(""))
 
 
 def _table(part: PartReport, shown: Sequence[Row], *, class_: str) -> Markup:
@@ -102,7 +92,7 @@ def _table(part: PartReport, shown: Sequence[Row], *, class_: str) -> Markup:
         heading = element("tr", element("th", group, colspan=len(columns), scope="rowgroup", class_="group"))
         bodies.append(element("tbody", heading, *map(_table_row, rows)))
     table = element("table", element("thead", element("tr", *columns)), *bodies, class_=class_)
-    return _scrollable(table, label=f"Comparison of the backends on {part.name}")
+    return scrollable(table, label=f"Comparison of the backends on {part.name}")
 
 
 def _table_row(row: Row) -> Markup:
@@ -134,9 +124,9 @@ def _scene(part: PartReport, key: str) -> Markup:
     # Measured paths of others have no distance from anywhere.
     colours = COLOURS if _distant(part) else COLOURS[:-1]
     controls = [
-        _choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
-        _choice(key, "colour", "Colour", [*colours, *(MOTION_COLOURS if replayed else ())]),
-        *([_choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
+        choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
+        choice(key, "colour", "Colour", [*colours, *(MOTION_COLOURS if replayed else ())]),
+        *([choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]
     return element(
@@ -155,39 +145,23 @@ def _scene(part: PartReport, key: str) -> Markup:
     )  # fmt: skip
 
 
+def _view(part: PartReport, place: int, key: str) -> Markup:
+    """Return the place of one backend's 3D view."""
+    backend, best = part.backends[place], place == part.winner and len(part.backends) > 1
+    return view(
+        backend.still,
+        key=key,
+        place=place,
+        name=backend.name,
+        title=backend.title,
+        figures=[(row.quantity, row.values[place]) for row in part.table if row.decides],
+        label=f"3D view of {part.name} by {backend.name}",
+        mark=("best", BEST) if best else None,
+    )
+
+
 def _distant(part: PartReport) -> bool:
     return any(bool(backend.distance.any()) for backend in part.backends)
-
-
-def _view(part: PartReport, place: int, key: str) -> Markup:
-    """Return the place of one backend's 3D view: its name and deciding figures above, the still picture behind."""
-    backend, best = part.backends[place], place == part.winner and len(part.backends) > 1
-    figures = [
-        element("span", f"{row.quantity} ", element("b", row.values[place])) for row in part.table if row.decides
-    ]
-    plot = element(
-        "div", class_="plot", id=f"{key}-plot{place}", tabindex=0, role="application",
-        aria_label=f"3D view of {part.name} by {backend.name}. Arrow keys turn it, plus and minus zoom, Home resets.",
-    )  # fmt: skip
-    return element(
-        "div",
-        element("p", element("strong", backend.name), element("em", "best", title=BEST) if best else "",
-                element("span", backend.title), class_="view-head"),
-        element("p", *figures, class_="view-head"),
-        element("div", element("div", _figure(backend.still), class_="still"), plot,
-                element("output", class_="moving"), class_="stage"),
-        class_="view best" if best else "view",
-    )  # fmt: skip
-
-
-def _choice(key: str, name: str, legend: str, options: Sequence[tuple[str, str]]) -> Markup:
-    labels = [
-        element(
-            "label", element("input", type="radio", name=f"{key}-{name}", value=value, checked=place == 0), f" {text}"
-        )
-        for place, (value, text) in enumerate(options)
-    ]
-    return element("fieldset", element("legend", legend), *labels)
 
 
 def _player(backends: Sequence[BackendView], key: str) -> Markup:
@@ -227,31 +201,5 @@ def _path_distances(distances: PathDistances | None, head: str) -> Markup:
             "p", "Above the diagonal: Hausdorff distance, the largest from a point of one path to the other path [mm]. "
             "Below, shaded: the mean of these distances [mm].", class_="note",
         ),
-        _scrollable(table, label="Distances between the paths of the backends"),
+        scrollable(table, label="Distances between the paths of the backends"),
     )  # fmt: skip
-
-
-def _figure(picture: Picture) -> Markup:
-    kind, content = ("webp", _webp(picture.content)) if picture.kind == "png" else (picture.kind, picture.content)
-    data = base64.b64encode(content).decode("ascii")
-    image = element("img", src=f"data:{MEDIA[kind]};base64,{data}", alt=picture.caption)
-    return element("figure", image, element("figcaption", picture.caption))
-
-
-def _facts(title: str, facts: Sequence[tuple[str, str]]) -> Markup:
-    if not facts:
-        return Markup("")
-    rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
-    return element("table", element("caption", title), element("tbody", *rows), class_="facts")
-
-
-def _scrollable(table: Markup, *, label: str) -> Markup:
-    return element("div", table, class_="scrollable", tabindex=0, role="region", aria_label=label)
-
-
-def _webp(png: bytes) -> bytes:
-    from PIL import Image
-
-    buffer = io.BytesIO()
-    Image.open(io.BytesIO(png)).save(buffer, format="webp", quality=PICTURE_QUALITY)
-    return buffer.getvalue()

@@ -17,6 +17,7 @@ class StackedLayer:
     Attributes:
         bottom: height over the part at which it begins [mm].
         height: its own [mm].
+        spacing: of its paths [mm].
         laid: (f, k) its thickness on the columns with constant flow, with the flow that follows the width, and where
             there is a robot as the program was executed [mm].
         printed: which of these flows is printed.
@@ -29,6 +30,7 @@ class StackedLayer:
 
     bottom: float
     height: float
+    spacing: float
     laid: FloatArray
     printed: int
     met: BoolArray
@@ -53,6 +55,7 @@ class FinishedStack:
 
     Attributes:
         base: the part.
+        inputs: name and SHA-256 of its files.
         upright: (3, 3) rotation in which its mean normal is up.
         planes: that slice it open in its middle.
         ground: the line of the part in each of these: (q, 2) places [mm] and where each line starts.
@@ -64,6 +67,7 @@ class FinishedStack:
     """
 
     base: Surface
+    inputs: tuple[tuple[str, str], ...]
     upright: FloatArray
     planes: tuple[CutPlane, ...]
     ground: tuple[tuple[FloatArray, IntArray], ...]

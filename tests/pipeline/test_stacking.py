@@ -20,6 +20,7 @@ from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, stacking
 from geoprint.pipeline.folders.stack_program import stack_program
+from geoprint.pipeline.stacked.simulating import stacked_layer
 from geoprint.results import Plan
 from geoprint.surfaces import closest, face_areas
 from geoprint.surfaces.files import save_ply
@@ -84,6 +85,28 @@ def test_a_layer_lays_what_it_holds(third: Plan) -> None:
     assert laid == pytest.approx(float(face_areas(base).sum()) * share * 0.5, rel=0.03)
 
 
+def test_what_the_program_lays_is_what_it_was_planned_to_but_for_where_the_tip_slows_down(third: Plan) -> None:
+    kept = stacked_layer(third)
+    constant, _, executed = kept.volumes
+    # A valve that is open lets material through while the tip speeds up and slows down, too.
+    assert constant < executed < 1.05 * constant
+    (robot,) = third.robot
+    open_for = float(np.diff(robot.switching.material, axis=1).sum())
+    process = third.workpiece.cell.process
+    assert executed == pytest.approx(open_for * process.speed * 2.0 * process.layer_height, rel=0.005)
+
+
+def test_a_layer_is_kept_as_thick_as_it_is_on_columns_over_the_part(third: Plan) -> None:
+    kept = stacked_layer(third)
+    assert (kept.bottom, kept.height, kept.printed, kept.spacing) == (pytest.approx(1.0), pytest.approx(0.5), 2, 2.0)
+    assert not kept.met.any()
+    _, following, _ = kept.laid
+    assert following.mean() == pytest.approx(0.5, rel=0.01)
+    assert (following > 0.0).all()
+    assert len(kept.seams) == record_plan(third).paths.runs
+    assert all(one.beads.size and one.line.size for one in kept.slices)
+
+
 def test_seams_move_on_from_layer_to_layer(tmp_path: Path) -> None:
     starts: list[float] = []
     for layer in (1, 2, 3):
@@ -111,6 +134,19 @@ def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, Stac
     folder, told = device
     assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02"]
     assert json.loads((folder / "stack.json").read_text())["layers"][1]["bottom_mm"] == 0.5
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Finished thickness" in page
+    assert "as executed" in page
+    found = told.finished
+    assert found.following_flow is not None
+    assert found.printed is not None
+    assert found.following_flow.cv < 0.05
+    assert found.printed.mean == pytest.approx(1.0, abs=0.1)
+    assert (found.printed.judged, found.printed.creased) == (1.0, 0.0)
+    assert found.printed.volume == pytest.approx(
+        sum(layer.laid_mm3 for layer in told.layers) / sum(layer.wanted_mm3 for layer in told.layers), rel=1e-4
+    )
+    assert "finished thickness" in stack_text(told)
     for layer in told.layers:
         assert not check_bundle(folder / layer.folder, full=True).findings
         assert layer.clearance_mm is not None

@@ -54,6 +54,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     return StackedLayer(
         bottom=place.bottom,
         height=place.height,
+        spacing=planned.contours.spacing,
         laid=laid_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
         printed=printed,
         met=have_met(feet, ground, height=place.bottom + place.height),
@@ -91,7 +92,8 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
         GeoprintError: as `read_part`.
     """
     skin = job.model_copy(update={"thickness": None, "target": None, "feather": None, "layer": None})
-    base = read_part(skin).part
+    read = read_part(skin)
+    base = read.part
     feet, upright = column_feet(base, count=COLUMNS), upright_of(base)
     planes = middle_planes(base, upright)
     wanted = (
@@ -103,6 +105,7 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
     bottoms = np.array([layer.bottom for layer in layers])
     return FinishedStack(
         base=base,
+        inputs=tuple((file.name, file.digest) for file in read.files),
         upright=upright,
         planes=planes,
         ground=tuple(sliced(base, plane) for plane in planes),

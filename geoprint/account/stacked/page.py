@@ -1,0 +1,221 @@
+"""The report page of a stack: how it comes out, layer by layer, sliced open and over the part."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.account.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
+from geoprint.account.texts.stack import finished_sentences, stack_sentence, stack_warnings
+from geoprint.config import Job
+from geoprint.model import FloatArray
+from geoprint.quality.stacked import Finished
+from geoprint.report import (
+    FlowView,
+    Picture,
+    SlicedView,
+    StackReport,
+    ViewSurface,
+    seams_figure,
+    sliced_figure,
+    stack_report,
+    thickness_figure,
+    view_surface,
+)
+from geoprint.results import FinishedStack
+from geoprint.surfaces import face_areas
+from geoprint.surfaces.remesh import refine
+
+# Faces in all views: finer than can be seen, and every one costs time when the page opens.
+VIEWED_FACES = 60_000
+# Packages whose version changes figures.
+PACKAGES = ("geoprint", "numpy", "scipy", "numba")
+PLANES = ("across", "along")
+COLUMNS = (
+    "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "spacing CV", "missed", "laid twice",
+    "thickness CV", "laid / held", "seams apart [mm]", "time [s]", "clearance [mm]",
+)  # fmt: skip
+_NONE = "-"
+
+
+def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
+    """Return report.html of a stack, in one page that opens offline.
+
+    Args:
+        stack: how it comes out.
+        told: what stack.json says.
+        job: that was planned.
+    """
+    flows = _flows(stack, told)
+    view = _view(stack, faces=VIEWED_FACES // len(flows))
+    table = _table(stack, told)
+    counts = [layer.offsets.size - 1 for layer in stack.layers]
+    lengths = np.concatenate([np.diff(layer.offsets) for layer in stack.layers])
+    how = [each.strip() for each in finished_sentences(told)]
+    said = [*(each[0].upper() + each[1:] for each in how), stack_sentence(told)]
+    page = StackReport(
+        name=told.part,
+        verdict=tuple(f"{each}." for each in said),
+        cautions=_cautions(told),
+        surface=view.surface,
+        R_view_work=stack.upright,
+        spacing=stack.layers[0].spacing,
+        flows=tuple(_flow(stack, view, flow) for flow in flows),
+        places=np.concatenate([layer.places for layer in stack.layers]),
+        offsets=np.concatenate([[0], np.cumsum(lengths)]),
+        layers=np.cumsum(counts),
+        columns=tuple(column for column, _ in table),
+        rows=tuple(zip(*(cells for _, cells in table), strict=True)),
+        pictures=(("Sliced open", tuple(sliced_pictures(stack))), ("Where runs start", (_seams(stack, view),))),
+        settings=_settings(job, told),
+        inputs=stack.inputs,
+        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
+    )
+    return stack_report(page, title=f"geoprint plan: {told.part}, {told.thickness_mm:g} mm")
+
+
+def sliced_pictures(stack: FinishedStack) -> list[Picture]:
+    """Return the stack sliced open in both of its middle planes."""
+    pictures: list[Picture] = []
+    for number, (name, (ground, offsets)) in enumerate(zip(PLANES, stack.ground, strict=True)):
+        slices = [layer.slices[number] for layer in stack.layers]
+        if not ground.size or not any(one.line.size for one in slices):
+            continue
+        view = SlicedView(
+            ground=ground,
+            ground_offsets=offsets,
+            lines=tuple(one.line for one in slices),
+            offsets=tuple(one.offsets for one in slices),
+            beads=tuple(one.beads for one in slices),
+            along=tuple(one.along for one in slices),
+            widths=tuple(one.widths for one in slices),
+            heights=tuple(layer.height for layer in stack.layers),
+        )
+        caption = (
+            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers in turns blue and "
+            "orange, each with the line of its middle. Where a path runs along the plane its bead is cut lengthwise, "
+            "and drawn no wider than three."
+        )
+        pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
+    return pictures
+
+
+def _view(stack: FinishedStack, *, faces: int) -> ViewSurface:
+    """Return the part as fine as the thickness over it varies, as far as so many faces allow."""
+    # Of as many equilateral triangles as there may be.
+    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(stack.base).sum() / faces))
+    return view_surface(refine(stack.base, edge_length=max(edge, stack.layers[0].spacing)), faces=faces)
+
+
+def _flows(stack: FinishedStack, told: StackRecord) -> list[tuple[str, str, Finished, FinishedRecord]]:
+    """Return name, title and figures of each flow that can be judged, the printed one first."""
+    words = (
+        ("constant flow", "valve open or shut, at the set speed", told.finished.constant_flow),
+        ("following flow", "follows the width of each strip", told.finished.following_flow),
+        ("as executed", "what the programs lay when they are executed", told.finished.printed),
+    )
+    order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
+    found = [(*words[flow], stack.flows[flow]) for flow in order]
+    return [
+        (name, title, judged, record)
+        for name, title, record, judged in found
+        if judged is not None and record is not None
+    ]
+
+
+def _flow(stack: FinishedStack, view: ViewSurface, shown: tuple[str, str, Finished, FinishedRecord]) -> FlowView:
+    name, title, found, told = shown
+    _, nearest = KDTree(stack.feet.places).query(view.surface.vertices)
+    thickness = found.ratios[np.asarray(nearest)]
+    caption = (
+        f"{name}: finished thickness varies by {told.cv:.2%}, 98 of 100 places have {told.p1:.1%} to {told.p99:.1%} of "
+        "the wanted one. Blue: too thin, red: too thick, grey: not judged."
+    )
+    drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
+    return FlowView(
+        name=name,
+        title=title,
+        figures=(
+            ("thickness CV", f"{told.cv:.2%}"),
+            ("mean", f"{told.mean:.1%}"),
+            ("within 5%", f"{told.within_5_percent:.1%}"),
+            ("volume", f"{told.volume:.1%}"),
+        ),
+        thickness=thickness,
+        ratios=found.ratios,
+        still=Picture(caption, "png", drawn),
+    )
+
+
+def _table(stack: FinishedStack, told: StackRecord) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the heading and the cells of each column of the table of layers, without those that say nothing."""
+    moved = _moved(stack)
+    rows = [_row(number, layer, moved[number - 1]) for number, layer in enumerate(told.layers, start=1)]
+    columns = zip(COLUMNS, zip(*rows, strict=True), strict=True)
+    return [(name, cells) for name, cells in columns if any(cell != _NONE for cell in cells)]
+
+
+def _row(number: int, layer: StackedLayerRecord, moved: str) -> tuple[str, ...]:
+    return (
+        str(number),
+        f"{layer.bottom_mm:.3g}",
+        f"{layer.height_mm:.3g}",
+        f"{layer.area_mm2:.1f}",
+        str(layer.runs),
+        f"{layer.deposit_mm:.0f}",
+        _percent(layer.spacing_cv),
+        _percent(layer.gap),
+        _percent(layer.overlap),
+        _percent(layer.thickness_cv),
+        f"{layer.laid_mm3 / layer.wanted_mm3:.2%}",
+        moved,
+        _NONE if layer.print_s is None else f"{layer.print_s:.0f}",
+        _NONE if layer.clearance_mm is None else f"{layer.clearance_mm:.2f}",
+    )
+
+
+def _percent(share: float | None) -> str:
+    return _NONE if share is None else f"{share:.2%}"
+
+
+def _moved(stack: FinishedStack) -> list[str]:
+    """Return how far the starts of each layer lie from the nearest ones below, in the middle of all [mm]."""
+    seams = [layer.seams for layer in stack.layers]
+    away: list[FloatArray] = [np.asarray(KDTree(below).query(above)[0]) for below, above in pairwise(seams)]
+    return [_NONE, *(f"{np.median(each):.2f}" for each in away)]
+
+
+def _seams(stack: FinishedStack, view: ViewSurface) -> Picture:
+    drawn = seams_figure(
+        view.surface, [layer.seams for layer in stack.layers], R_view_work=stack.upright, title="starts of all runs"
+    )
+    return Picture(
+        "Where the runs of all layers start: seams of one layer should not lie on those below.", "png", drawn
+    )
+
+
+def _cautions(told: StackRecord) -> tuple[str, ...]:
+    unchecked = dict.fromkeys(text for layer in told.layers for text in layer.not_checked)
+    return (
+        *(f"Warning: {text}" for text in stack_warnings(told)),
+        *(f"Left out: {each.reason}" for each in told.left_out),
+        *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
+    )
+
+
+def _settings(job: Job, told: StackRecord) -> tuple[tuple[str, str], ...]:
+    asked = (
+        ("thickness [mm]", f"{told.thickness_mm:g}"),
+        ("target", told.target),
+        ("feather [mm]", None if job.feather is None else f"{job.feather:g}"),
+        ("spacing [mm]", None if job.spacing is None else f"{job.spacing:g}"),
+        ("rounds", None if job.rounds is None else str(job.rounds)),
+        ("backend", job.backend),
+        ("pattern", job.pattern),
+        ("robot", "yes" if job.robot else "no"),
+    )
+    return tuple((name, value) for name, value in asked if value is not None)

@@ -1,0 +1,106 @@
+"""Blocks of the page as HTML that comparisons and stacks share: views, choices, pictures, facts and what is said."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+
+from geoprint.report.markup import Markup, element, joined
+from geoprint.report.values import Picture
+
+MEDIA = {"webp": "image/webp", "svg": "image/svg+xml"}
+# Of pictures in the page, in 100: lines stay crisp at a fifth of the size of a PNG.
+PICTURE_QUALITY = 85
+
+
+def view(
+    backdrop: Picture,
+    *,
+    key: str,
+    place: int,
+    name: str,
+    title: str,
+    figures: Sequence[tuple[str, str]],
+    label: str,
+    mark: tuple[str, str] | None,
+) -> Markup:
+    """Return the place of one 3D view: its name and deciding figures above, the still picture behind.
+
+    Args:
+        backdrop: the still picture.
+        key: of the scene; makes the ids in the page unique.
+        place: number of the view in it, from 0.
+        name: what it shows.
+        title: the same in a few words.
+        figures: name and value of each.
+        label: read out in place of the view.
+        mark: a word on the view that is shown where there is room for one, and why; None on the others.
+    """
+    plot = element(
+        "div", class_="plot", id=f"{key}-plot{place}", tabindex=0, role="application",
+        aria_label=f"{label}. Arrow keys turn it, plus and minus zoom, Home resets.",
+    )  # fmt: skip
+    return element(
+        "div",
+        element("p", element("strong", name), element("em", mark[0], title=mark[1]) if mark else "",
+                element("span", title), class_="view-head"),
+        element("p", *(element("span", f"{what} ", element("b", value)) for what, value in figures),
+                class_="view-head"),
+        element("div", element("div", figure(backdrop), class_="still"), plot,
+                element("output", class_="moving"), class_="stage"),
+        class_="view best" if mark else "view",
+    )  # fmt: skip
+
+
+def choice(key: str, name: str, legend: str, options: Sequence[tuple[str, str]]) -> Markup:
+    """Return radio buttons of which the first is on.
+
+    Args:
+        key: of the scene.
+        name: of what is chosen.
+        legend: the same for a reader.
+        options: value and text of each.
+    """
+    labels = [
+        element(
+            "label", element("input", type="radio", name=f"{key}-{name}", value=value, checked=place == 0), f" {text}"
+        )
+        for place, (value, text) in enumerate(options)
+    ]
+    return element("fieldset", element("legend", legend), *labels)
+
+
+def figure(picture: Picture) -> Markup:
+    """Return a picture with its caption; it stands in the page."""
+    kind, content = ("webp", _webp(picture.content)) if picture.kind == "png" else (picture.kind, picture.content)
+    data = base64.b64encode(content).decode("ascii")
+    image = element("img", src=f"data:{MEDIA[kind]};base64,{data}", alt=picture.caption)
+    return element("figure", image, element("figcaption", picture.caption))
+
+
+def fact_table(title: str, facts: Sequence[tuple[str, str]]) -> Markup:
+    """Return a table of names and values; nothing where there is none."""
+    if not facts:
+        return Markup("")
+    rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
+    return element("table", element("caption", title), element("tbody", *rows), class_="facts")
+
+
+def scrollable(table: Markup, *, label: str) -> Markup:
+    """Return a table that scrolls where the page is narrower."""
+    return element("div", table, class_="scrollable", tabindex=0, role="region", aria_label=label)
+
+
+def said(sentences: Sequence[str], cautions: Sequence[str]) -> Markup:
+    """Return what is said beside the verdict, what nobody may overlook in a box."""
+    box = element("ul", *(element("li", caution) for caution in cautions), class_="cautions", aria_label="Mind")
+    return joined(*(element("p", sentence) for sentence in sentences), box if cautions else Markup(""))
+
+
+def _webp(png: bytes) -> bytes:
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.open(io.BytesIO(png)).save(buffer, format="webp", quality=PICTURE_QUALITY)
+    return buffer.getvalue()

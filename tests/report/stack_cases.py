@@ -1,0 +1,51 @@
+"""A stack for the page that is quick to make: circles on a dome, three layers of them, that nobody planned."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint.report import FlowView, Picture, StackReport
+from tests.report.report_cases import PIXEL, RADIUS, SPACING, circles, dome
+
+LAYERS = 3
+
+
+def flow(name: str, *, error: float) -> FlowView:
+    """Return a flow that lays too little in the middle of the dome; its rim is not judged."""
+    radii = np.hypot(*dome(rings=12).vertices[:, :2].T)
+    thickness = np.where(radii > 19.0, np.nan, 1.0 - error * (1.0 - radii / RADIUS))
+    return FlowView(
+        name=name,
+        title=f"{name}, in words",
+        figures=(("thickness CV", f"{error:.0%}"),),
+        thickness=thickness,
+        ratios=thickness,
+        still=Picture(f"Map of {name}", "png", PIXEL),
+    )
+
+
+def stack(name: str = "dome.ply") -> StackReport:
+    """Return a stack of three layers, each a millimetre over the one below, and two flows."""
+    places, offsets = circles([19.0, 15.0, 11.0, 7.0, 3.0])
+    runs = len(offsets) - 1
+    shifts = np.arange(LAYERS)[:, None, None] * np.array([0.0, 0.0, 1.0])
+    return StackReport(
+        name=name,
+        verdict=("Finished thickness varies by 1%.", f"{name}: 3 mm in 3 layers."),
+        cautions=("Not checked: hoses.",),
+        surface=dome(rings=12),
+        R_view_work=np.eye(3),
+        spacing=SPACING,
+        flows=(flow("following flow", error=0.01), flow("constant flow", error=0.08)),
+        places=(places + shifts).reshape(-1, 3),
+        offsets=np.concatenate(
+            [offsets[:-1] + layer * len(places) for layer in range(LAYERS)] + [[LAYERS * len(places)]]
+        ),
+        layers=runs * np.arange(1, LAYERS + 1),
+        columns=("layer", "runs"),
+        rows=tuple((str(number), str(runs)) for number in range(1, LAYERS + 1)),
+        pictures=(("Sliced open", (Picture("A cut", "png", PIXEL),)), ("Empty", ())),
+        settings=(("spacing", "2 mm"),),
+        inputs=((name, 64 * "0"),),
+        versions=(("geoprint", "0.0"),),
+    )
