@@ -2,6 +2,8 @@
 
 - `connection`: how a direction passes from face to face, and the curvature of vertices;
 - `direction_field`: a field, and what is measured of it;
+- `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
+- `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
 """
 
 from geoprint.fields.direction_field import (
@@ -10,3 +12,12 @@ from geoprint.fields.direction_field import (
     Singularities as Singularities,
     nearest_field as nearest_field,
 )
+from geoprint.fields.preferences import (
+    AlongCurvature as AlongCurvature,
+    AlongDirection as AlongDirection,
+    AlongRim as AlongRim,
+    AlongStroke as AlongStroke,
+    Preference as Preference,
+    Wishes as Wishes,
+)
+from geoprint.fields.prescribed import prescribed_field as prescribed_field
