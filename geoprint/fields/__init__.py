@@ -4,6 +4,7 @@
 - `direction_field`: a field, and what is measured of it;
 - `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
 - `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
+- `smoothest`: the field of least gradient, with singularities of its own choice;
 """
 
 from geoprint.fields.direction_field import (
@@ -21,3 +22,4 @@ from geoprint.fields.preferences import (
     Wishes as Wishes,
 )
 from geoprint.fields.prescribed import prescribed_field as prescribed_field
+from geoprint.fields.smoothest import smoothest_field as smoothest_field
