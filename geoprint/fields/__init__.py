@@ -5,6 +5,7 @@
 - `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
 - `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
 - `smoothest`: the field of least gradient, with singularities of its own choice;
+- `helix`: the fibres of a ventricle's wall, by rule.
 """
 
 from geoprint.fields.direction_field import (
@@ -12,6 +13,10 @@ from geoprint.fields.direction_field import (
     DirectionField as DirectionField,
     Singularities as Singularities,
     nearest_field as nearest_field,
+)
+from geoprint.fields.helix import (
+    HelixRule as HelixRule,
+    apex_to_base as apex_to_base,
 )
 from geoprint.fields.preferences import (
     AlongCurvature as AlongCurvature,
