@@ -38,8 +38,8 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
 
     cli -> guide -> pipeline -> account -> results -> toolpaths -> {config, export, quality, report}
-        -> patterns -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
-        -> {errors, kernels, lazy}
+        -> layers -> patterns -> fields -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms
+        -> model -> registry -> {errors, kernels, lazy}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         deposition as deposition,
         errors as errors,
         export as export,
+        fields as fields,
         model as model,
         motion as motion,
         paths as paths,
@@ -252,7 +253,7 @@ _FROM = {
     "toolpaths": "read_paths",
 }
 _ROOMS = (
-    "account backends config deposition errors export model motion paths patterns pipeline quality "
+    "account backends config deposition errors export fields model motion paths patterns pipeline quality "
     "registry report results surfaces toolpaths transforms"
 )
 

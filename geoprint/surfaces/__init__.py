@@ -20,6 +20,7 @@ from geoprint.surfaces.inscribing import (
     with_vertex as with_vertex,
 )
 from geoprint.surfaces.operators import (
+    corner_cotangents as corner_cotangents,
     cotangent_laplacian as cotangent_laplacian,
     divergence as divergence,
     edge_lengths as edge_lengths,

@@ -86,7 +86,18 @@ def smallest_angles(surface: Surface) -> FloatArray:
         MeshError: a face has no area.
     """
     # The cotangent falls from 0 to pi, so that the largest belongs to the smallest angle.
-    return np.arctan2(1.0, _cotangents(surface).max(axis=1))
+    return np.arctan2(1.0, corner_cotangents(surface).max(axis=1))
+
+
+def corner_cotangents(surface: Surface) -> FloatArray:
+    """Return the (m, 3) cotangent of the angle at each corner of each face.
+
+    Raises:
+        MeshError: a face has no area.
+    """
+    sides = _opposite_sides(surface)
+    doubled = _positive_lengths(doubled_area_vectors(surface.vertices, surface.faces), surface)
+    return -np.einsum("mcx,mcx->mc", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]]) / doubled[:, None]
 
 
 def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
@@ -108,7 +119,7 @@ def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
     count = len(surface.vertices)
     start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
     # The side from corner i to i + 1 is opposite to corner i + 2.
-    weights = np.roll(_cotangents(surface), -2, axis=1).ravel() / 2
+    weights = np.roll(corner_cotangents(surface), -2, axis=1).ravel() / 2
     rows = np.concatenate([start, end, start, end])
     columns = np.concatenate([end, start, start, end])
     values = np.concatenate([-weights, -weights, weights, weights])
@@ -177,13 +188,6 @@ def _hat_gradients(surface: Surface) -> FloatArray:
     doubled = doubled_area_vectors(surface.vertices, surface.faces)
     squares = _positive_lengths(doubled, surface) ** 2
     return np.cross(doubled[:, None, :], _opposite_sides(surface)) / squares[:, None, None]
-
-
-def _cotangents(surface: Surface) -> FloatArray:
-    """Return (m, 3) the cotangent of the angle at each corner."""
-    sides = _opposite_sides(surface)
-    doubled = _positive_lengths(doubled_area_vectors(surface.vertices, surface.faces), surface)
-    return -np.einsum("mcx,mcx->mc", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]]) / doubled[:, None]
 
 
 def _positive_lengths(doubled: FloatArray, surface: Surface) -> FloatArray:

@@ -1,0 +1,30 @@
+"""Direction fields on a surface: vectors, lines or crosses, with given singularities or with those that suit them.
+
+- `connection`: how a direction passes from face to face, and the curvature of vertices;
+- `direction_field`: a field, and what is measured of it;
+- `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
+- `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
+- `smoothest`: the field of least gradient, with singularities of its own choice;
+- `helix`: the fibres of a ventricle's wall, by rule.
+"""
+
+from geoprint.fields.direction_field import (
+    SYMMETRIES as SYMMETRIES,
+    DirectionField as DirectionField,
+    Singularities as Singularities,
+    nearest_field as nearest_field,
+)
+from geoprint.fields.helix import (
+    HelixRule as HelixRule,
+    apex_to_base as apex_to_base,
+)
+from geoprint.fields.preferences import (
+    AlongCurvature as AlongCurvature,
+    AlongDirection as AlongDirection,
+    AlongRim as AlongRim,
+    AlongStroke as AlongStroke,
+    Preference as Preference,
+    Wishes as Wishes,
+)
+from geoprint.fields.prescribed import prescribed_field as prescribed_field
+from geoprint.fields.smoothest import smoothest_field as smoothest_field
