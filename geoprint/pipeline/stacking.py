@@ -48,7 +48,7 @@ _Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
 def plan_stack(
     job: Job, directory: Path | str, *, overwrite: bool = False, observe: Callable[[str], None] = lambda _: None
 ) -> StackRecord:
-    """Plan every layer of a thickness, and write bundles, one program, stack.json and report.html: verified, or nothing.
+    """Plan every layer of a thickness; write bundles, one program, stack.json and report.html: verified, or nothing.
 
     Args:
         job: with a thickness, without a layer.
