@@ -16,12 +16,14 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
 from benchmarks.parts.planted import KINDS, Sweep, hall, near_miss
+from benchmarks.parts.printed_layers import raised_layers, with_lump
 from benchmarks.parts.tables import row, rule
 from benchmarks.uniformity import DATA
 from geoprint import transforms
@@ -47,6 +49,9 @@ DEPTHS = (0.05, 0.5, 4.0)
 # controller may round in a tight bend, where it need not do so.
 BEYOND = 0.2
 STANDOFF_ERROR = 0.05
+# Which layer of half a millimetre is planned, and how deep the tip goes through the top of what lies below it [mm].
+LAYERS = 3
+TIP_DEPTHS = (0.05, 0.3, 1.0)
 # The lamp's housing, which the packaged cells do not describe: beside the flange.
 LAMP = Lamp(transforms.rigid(np.eye(3), np.array([0.0, 45.0, 10.0])), length=60.0, diameter=20.0)
 
@@ -63,20 +68,27 @@ class Scene:
 
     def is_refused(self, body: Surface) -> bool:
         """Say whether the check refuses the path for the body's sake."""
-        try:
-            self.check(body)
-        except ClearanceError as error:
-            return error.details["against"] == f"body {body.name}"
-        return False
+        return self._refused_for(f"body {body.name}", body, self.planned.workpiece.ground)
 
-    def check(self, body: Surface | None) -> None:
+    def is_refused_by(self, ground: Surface) -> bool:
+        """Say whether the check refuses the path of a layer for the sake of what is printed below it."""
+        return self._refused_for(f"part {ground.name}", self.planned.workpiece.body, ground)
+
+    def check(self, body: Surface | None, ground: Surface) -> None:
         """Check the path; raise what the check raises."""
         (robot,) = self.planned.robot
         clearance(
             robot.controller_path, self.arm, tool=self.cell.tool, process=self.cell.process,
-            T_base_work=robot.placement.T_base_work, poses=robot.joint_path.poses, part=self.planned.workpiece.part,
-            body=body, obstacles=self.cell.obstacles,
+            T_base_work=robot.placement.T_base_work, poses=robot.joint_path.poses, part=ground,
+            body=body, obstacles=self.cell.obstacles, below=self.planned.workpiece.below,
         )  # fmt: skip
+
+    def _refused_for(self, name: str, body: Surface | None, ground: Surface) -> bool:
+        try:
+            self.check(body, ground)
+        except ClearanceError as error:
+            return error.details["against"] == name
+        return False
 
     def check_lowered(self) -> None:
         """Check the path of a tip that is lower than it should be on all deposit; raise what the check raises."""
@@ -97,13 +109,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=200, help="collisions, and as many near misses, over all parts")
     parser.add_argument("--parts", nargs="+", type=Path, default=PARTS, metavar="FILE", help="meshes [mm]")
+    parser.add_argument("--layer-cases", type=int, default=100, help="the same where printed layers are in the way")
     parser.add_argument("--smoke", action="store_true", help="a few cases on one part, to see that the script runs")
     arguments = parser.parse_args()
     if arguments.smoke:
-        lines = table([DATA / "plate.ply"], cases=6, spacing=12.0)
+        lines = [table([DATA / "plate.ply"], cases=6, spacing=12.0)]
+        lines += [layer_table([DATA / "plate.ply"], cases=4, spacing=12.0)]
     else:
-        lines = table(arguments.parts, cases=arguments.cases)
-    for line in lines:
+        lines = [
+            table(arguments.parts, cases=arguments.cases),
+            layer_table(arguments.parts, cases=arguments.layer_cases),
+        ]
+    for line in chain(*lines):
         print(line, flush=True)
 
 
@@ -126,9 +143,54 @@ def table(parts: Sequence[Path], *, cases: int, spacing: float = SPACING) -> Ite
         yield from (f"  wrongly reported: {name} x{times}" for name, times in Counter(wrong).items())
 
 
-def scene_of(part: Path, *, spacing: float = SPACING) -> Scene:
-    """Plan a part, with the lamp on the tool."""
-    planned = plan(job_of(surface=part, unit="mm", spacing=spacing, place="demo", backend="fast-marching"))
+def layer_table(parts: Sequence[Path], *, cases: int, spacing: float = SPACING) -> Iterator[str]:
+    """Yield a line for each part, of which a layer is planned, and for what was missed or wrongly reported."""
+    yield ""
+    yield row("part, layer", "printed layers found", "near misses reported", "over the bare part reported", "s a check")
+    yield rule(5)
+    for index, part in enumerate(parts):
+        scene = scene_of(part, spacing=spacing, thickness=LAYERS * 0.5, layer=LAYERS)
+        random = np.random.default_rng(100 + index)
+        count = cases // len(parts) + (index < cases % len(parts))
+        start = time.perf_counter()
+        planted = list(layers_in_the_way(scene, count=count, random=random))
+        missed = [name for name, ground in planted if not scene.is_refused_by(ground)]
+        wrong = [
+            name for name, ground in layers_beside(scene, count=count, random=random) if scene.is_refused_by(ground)
+        ]
+        seconds = (time.perf_counter() - start) / (2 * count)
+        bare = "reported" if scene.is_refused_by(scene.planned.workpiece.base) else "no"
+        yield row(f"{part.stem}, {LAYERS}", f"{count - len(missed)} of {count}", f"{len(wrong)} of {count}", bare,
+                  f"{seconds:.1f}")  # fmt: skip
+        yield from (f"  missed: {name} x{times}" for name, times in Counter(missed).items())
+        yield from (f"  wrongly reported: {name} x{times}" for name, times in Counter(wrong).items())
+
+
+def layers_in_the_way(scene: Scene, *, count: int, random: np.random.Generator) -> Iterator[tuple[str, Surface]]:
+    """Yield what of the layers below is in the way, and they; one in five is all of them, too high by so much."""
+    for case, (name, obstacle) in enumerate(collisions(scene, count=count, random=random)):
+        if case % 5 == 4:
+            depth = TIP_DEPTHS[case // 5 % len(TIP_DEPTHS)]
+            over = scene.planned.poses.standoff + scene.planned.workpiece.below
+            yield f"tip {depth:g} mm within", raised_layers(scene.planned, by=over + depth)
+        else:
+            yield name, with_lump(scene.planned.workpiece.ground, obstacle)
+
+
+def layers_beside(scene: Scene, *, count: int, random: np.random.Generator) -> Iterator[tuple[str, Surface]]:
+    """Yield what of the layers below is nearly in the way, and they; one in five is all of them, a little off."""
+    for case, (name, obstacle) in enumerate(near_misses(scene, count=count, random=random)):
+        if case % 5 == 4:
+            by = (STANDOFF_ERROR, -STANDOFF_ERROR, -0.3)[case // 5 % 3]
+            yield f"layers {by:+g} mm higher", raised_layers(scene.planned, by=by)
+        else:
+            yield name, with_lump(scene.planned.workpiece.ground, obstacle)
+
+
+def scene_of(part: Path, *, spacing: float = SPACING, **layer: object) -> Scene:
+    """Plan a part, with the lamp on the tool; a thickness and a layer may be named."""
+    job = job_of(surface=part, unit="mm", spacing=spacing, place="demo", backend="fast-marching", **layer)
+    planned = plan(job)
     cell = planned.workpiece.cell
     cell = replace(cell, tool=replace(cell.tool, lamp=LAMP))
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
@@ -136,7 +198,7 @@ def scene_of(part: Path, *, spacing: float = SPACING) -> Scene:
     T_work_base = transforms.inverse(planned.robot[0].placement.T_base_work)
     sweep = Sweep(planned.robot[0].controller_path, arm, tool=cell.tool, T_work_base=T_work_base)
     scene = Scene(planned, arm, cell, sweep)
-    scene.check(None)
+    scene.check(planned.workpiece.body, planned.workpiece.ground)
     return scene
 
 

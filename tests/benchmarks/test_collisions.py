@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from benchmarks.collisions import BEYOND, SOLIDS, Scene, collisions, near_misses, scene_of
+from benchmarks.collisions import (
+    BEYOND,
+    LAYERS,
+    SOLIDS,
+    Scene,
+    collisions,
+    layers_beside,
+    layers_in_the_way,
+    near_misses,
+    scene_of,
+)
 from benchmarks.parts.planted import KINDS, Spot
 from benchmarks.uniformity import DATA
 from geoprint.model import Surface
@@ -43,6 +53,39 @@ def test_near_misses_two_tenths_of_a_millimetre_beyond_the_clearance_are_not_rep
     wanted = scene.cell.process.clearance + BEYOND
     assert [scene.sweep.distance(body) for _, body in planted] == [pytest.approx(wanted, abs=0.006)] * 3
     assert [name for name, body in planted if scene.is_refused(body)] == []
+
+
+@pytest.fixture(scope="module")
+def layer() -> Scene:
+    return scene_of(DATA / "heart_flat_patch.ply", spacing=12.0, thickness=0.5 * LAYERS, layer=LAYERS)
+
+
+@pytest.mark.dear
+def test_printed_layers_alone_in_the_way_are_found(layer: Scene):
+    planted = list(layers_in_the_way(layer, count=6, random=np.random.default_rng(3)))
+
+    assert [name for name, ground in planted if not layer.is_refused_by(ground)] == []
+    assert planted[4][0] == "tip 0.05 mm within"
+    # Whoever forgot them would run into them: over the bare part nothing is in the way.
+    assert not layer.is_refused_by(layer.planned.workpiece.base)
+
+
+@pytest.mark.dear
+def test_printed_layers_that_are_missed_are_not_reported(layer: Scene):
+    planted = list(layers_beside(layer, count=5, random=np.random.default_rng(5)))
+
+    assert [name for name, ground in planted if layer.is_refused_by(ground)] == []
+    assert planted[4][0] == "layers +0.05 mm higher"
+
+
+@pytest.mark.dear
+def test_of_a_layer_those_below_are_named_as_checked_and_its_own_runs_as_not(layer: Scene):
+    (robot,) = layer.planned.robot
+
+    below = "part heart_flat_patch.ply with the layers below"
+    assert any(text.endswith(f"against {below}") for text in robot.clearance.checked)
+    assert "material that this layer itself has already laid" in robot.clearance.not_checked
+    assert "material already laid" not in robot.clearance.not_checked
 
 
 def test_tip_that_is_a_twentieth_of_a_millimetre_too_low_raises_no_alarm(scene: Scene):

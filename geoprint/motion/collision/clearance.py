@@ -28,10 +28,11 @@ from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, tip_rooms
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
 from geoprint.surfaces import in_words, triple
 
-# What no check looks at.
+# What no check looks at. Of a layer the ones below it are the part; what it has laid itself is not looked at either.
+LAID, LAID_BY_LAYER = "material already laid", "material that this layer itself has already laid"
 NOT_CHECKED = (
     "cables",
-    "material already laid",
+    LAID,
     "the way to home from where the arm stands when the program starts",
     "that the controller's world frame is its base frame",
 )
@@ -70,10 +71,11 @@ def clearance(
         process: clearance to keep.
         T_base_work: (4, 4) where the part stands [mm].
         poses: the stream that the path prints; of one that lays nothing the tip margin is infinite.
-        part: the surface that is printed on.
+        part: the surface that is printed on: of a layer the top of those below with its sides.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
         obstacles: boxes in the base frame; the arm stands on those that end below its foot.
-        below: how far the surface that is printed on lies below the one that the stand-off of the stream counts from.
+        below: how far the surface that is printed on lies below the one that the stand-off of the stream counts from;
+            above 0 of a layer, whose paths lie in its middle.
 
     Returns:
         What was found, and what was not checked.
@@ -97,7 +99,7 @@ def clearance(
         motion, links=links, tool=scene.tool.solids, kept=process.clearance,
         targets=scene.targets, base_targets=scene.base_targets, trees=scene.trees,
     )  # fmt: skip
-    return _with_arm(found, arm_found)
+    return _with_arm(found if below == 0.0 else _of_a_layer(found), arm_found)
 
 
 def check_placements(
@@ -228,6 +230,11 @@ def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
         checked=(*found.checked, *arm_found.checked),
         not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
     )
+
+
+def _of_a_layer(found: Clearance) -> Clearance:
+    """Say of a check that of what is laid only the layer itself was left out: those below are what it prints on."""
+    return replace(found, not_checked=tuple(LAID_BY_LAYER if name == LAID else name for name in found.not_checked))
 
 
 def _check_sides(placements: Placements, world: CollisionWorld) -> None:

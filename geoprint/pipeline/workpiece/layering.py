@@ -162,4 +162,5 @@ def _below(stack: Stack, part: Surface, *, number: int) -> Surface:
     if stack.target is not None:
         columns = Columns(part, stack.target, [stack.middle(below) for below in range(1, number)])
         level = cut(part, level, columns, height=bottom, tolerance=RIM_SHARE * stack.height)
-    return with_sides(part, level)
+    found = with_sides(part, level)
+    return Surface(found.vertices, found.faces, f"{part.name} with the layers below")
