@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from importlib.metadata import version
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -42,6 +43,15 @@ COLUMNS = (
 _NONE = "-"
 
 
+class _Flow(NamedTuple):
+    """A flow in words, what is told of it and what was found; None where nothing can be judged."""
+
+    name: str
+    title: str
+    told: FinishedRecord | None
+    found: Finished | None
+
+
 def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
     """Return report.html of a stack, in one page that opens offline.
 
@@ -64,7 +74,7 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
         surface=view.surface,
         R_view_work=stack.upright,
         spacing=stack.layers[0].spacing,
-        flows=tuple(_flow(stack, view, flow) for flow in flows),
+        flows=tuple(_flow_view(stack, view, flow) for flow in flows),
         places=np.concatenate([layer.places for layer in stack.layers]),
         offsets=np.concatenate([[0], np.cumsum(lengths)]),
         layers=np.cumsum(counts),
@@ -111,42 +121,47 @@ def _view(stack: FinishedStack, *, faces: int) -> ViewSurface:
     return view_surface(refine(stack.base, edge_length=max(edge, stack.layers[0].spacing)), faces=faces)
 
 
-def _flows(stack: FinishedStack, told: StackRecord) -> list[tuple[str, str, Finished, FinishedRecord]]:
-    """Return name, title and figures of each flow that can be judged, the printed one first."""
+def _flows(stack: FinishedStack, told: StackRecord) -> list[_Flow]:
+    """Return what is known of each flow, the printed one first."""
     words = (
         ("constant flow", "valve open or shut, at the set speed", told.finished.constant_flow),
         ("following flow", "follows the width of each strip", told.finished.following_flow),
         ("as executed", "what the programs lay when they are executed", told.finished.printed),
     )
     order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
-    found = [(*words[flow], stack.flows[flow]) for flow in order]
-    return [
-        (name, title, judged, record)
-        for name, title, record, judged in found
-        if judged is not None and record is not None
-    ]
+    return [_Flow(*words[flow], stack.flows[flow]) for flow in order]
 
 
-def _flow(stack: FinishedStack, view: ViewSurface, shown: tuple[str, str, Finished, FinishedRecord]) -> FlowView:
-    name, title, found, told = shown
+def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView:
+    found, told = flow.found, flow.told
     _, nearest = KDTree(stack.feet.places).query(view.surface.vertices)
-    thickness = found.ratios[np.asarray(nearest)]
-    caption = (
-        f"{name}: finished thickness varies by {told.cv:.2%}, 98 of 100 places have {told.p1:.1%} to {told.p99:.1%} of "
-        "the wanted one. Blue: too thin, red: too thick, grey: not judged."
-    )
-    drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
-    return FlowView(
-        name=name,
-        title=title,
-        figures=(
+    ratios = np.full(len(stack.feet.places), np.nan) if found is None else found.ratios
+    thickness = ratios[np.asarray(nearest)]
+    figures = (
+        ()
+        if told is None
+        else (
             ("thickness CV", f"{told.cv:.2%}"),
             ("mean", f"{told.mean:.1%}"),
             ("within 5%", f"{told.within_5_percent:.1%}"),
             ("volume", f"{told.volume:.1%}"),
-        ),
+        )
+    )
+    caption = (
+        f"{flow.name}: finished thickness over the wanted one. Blue: too thin, red: too thick, grey: not judged."
+        + (
+            ""
+            if told is None
+            else f" It varies by {told.cv:.2%}; 98 of 100 places have {told.p1:.1%} to {told.p99:.1%}."
+        )
+    )
+    drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
+    return FlowView(
+        name=flow.name,
+        title=flow.title,
+        figures=figures,
         thickness=thickness,
-        ratios=found.ratios,
+        ratios=ratios,
         still=Picture(caption, "png", drawn),
     )
 
