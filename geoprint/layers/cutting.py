@@ -117,8 +117,13 @@ class Columns:
     """
 
     def __init__(self, part: Surface, target: Target, middles: Sequence[float]) -> None:
-        self.thickness, self.volume = target.thickness, target.volume
+        self.thickness = target.thickness
         self._ground, self._target, self._middles = Ground(part), target, middles
+
+    @property
+    def volume(self) -> float | None:
+        """That of what they fill."""
+        return self._target.volume
 
     def depth(self, places: FloatArray) -> FloatArray:
         """Return how deep (k, 3) places lie within the widest column [mm], below 0 outside of all."""

@@ -26,6 +26,12 @@ from geoprint.surfaces.topology import numbered_pairs
 ON_EDGE = 1e-9
 # The height of a shape is looked for at places so far apart [mm], at most so many across it.
 LOOKED_AT, MOST_ACROSS = 1.0, 200
+# A vertex of a shape that lies on the part is over it, as exactly as files are written [mm].
+TOUCHING = 1e-3
+# So many places tell a volume to a few thousandths; steps of the additive sequence that spreads them over a box: powers
+# of one over the root of x^4 = x + 1 [Roberts2018].
+PLACES = 200_000
+STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)
 # Where its edges pass the rim is found by so many halvings: a thousandth of a millimetre and less.
 HALVINGS = 12
 
@@ -35,11 +41,14 @@ class Target(Protocol):
 
     Attributes:
         thickness: the largest over the part [mm].
-        volume: of all of it [mm3], or None where no formula has it.
     """
 
     thickness: float
-    volume: float | None
+
+    @property
+    def volume(self) -> float | None:
+        """Of what is over the part [mm3], or None where nobody knows."""
+        ...
 
     def depth(self, places: FloatArray) -> FloatArray:
         """Return how deep (k, 3) places lie within [mm], below 0 outside."""
@@ -67,8 +76,7 @@ class TargetShape:
                 "nobody can say what lies within it. Close it, or give a `--thickness`."
             )
         volume = signed_volume(shape)
-        self.volume: float | None = abs(volume)
-        self._shape = shape if volume > 0.0 else turned_over(shape)
+        self._part, self._shape = part, shape if volume > 0.0 else turned_over(shape)
         self._faces = face_normals(self._shape)
         pairs, edge = numbered_pairs(half_edges(self._shape.faces))
         self._edge: IntArray = edge.reshape(-1, 3)
@@ -76,6 +84,21 @@ class TargetShape:
         np.add.at(self._edges, edge, np.repeat(self._faces, 3, axis=0))
         self._corners = _angle_weighted(self._shape, self._faces)
         self.thickness = self._highest(part)
+
+    @property
+    def volume(self) -> float | None:
+        """Of what is over the part [mm3]: exact where all of it is, else by places spread over the box around it."""
+        ground, vertices = Ground(self._part), self._shape.vertices
+        feet = ground.feet(vertices)
+        inside, outer = ground.beyond(vertices, feet.places) <= TOUCHING, feet.distances >= -TOUCHING
+        if (inside & outer).all():
+            return signed_volume(self._shape)
+        low, sides = vertices.min(axis=0), np.ptp(vertices, axis=0)
+        places = low + sides * np.mod(0.5 + np.outer(np.arange(PLACES), STEPS), 1.0)
+        within = places[self.depth(places) >= 0.0]
+        feet = ground.feet(within)
+        over = (feet.distances >= 0.0) & (ground.beyond(within, feet.places) <= 0.0)
+        return float(over.sum() / PLACES * sides.prod())
 
     def depth(self, places: FloatArray) -> FloatArray:
         """Return how deep (k, 3) places lie within the shape [mm], below 0 outside; exact up to rounding.
@@ -127,10 +150,14 @@ class TargetThickness:
 
     def __init__(self, part: Surface, thickness: FloatArray) -> None:
         self.thickness = float(thickness.max())
-        self.volume: float | None = None
         if self.thickness <= 0.0:
             raise FieldError(f"the thickness over {part.name} is 0 everywhere: nothing is left to print.")
         self._part, self._thickness = part, thickness
+
+    @property
+    def volume(self) -> float | None:
+        """None: it is what the layers hold."""
+        return None
 
     def depth(self, places: FloatArray) -> FloatArray:
         """Return how far below the top (k, 3) places lie [mm], below 0 over it."""

@@ -8,7 +8,7 @@ import pytest
 from geoprint.errors import FieldError, MeshError
 from geoprint.layers import TargetShape, TargetThickness
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import closest, part_of, turned_over
+from geoprint.surfaces import closest, part_of, signed_volume, turned_over
 from tests import meshes
 
 PART = meshes.plate((20.0, 12.0), (10, 6))
@@ -51,7 +51,7 @@ def test_sides_are_told_where_a_shape_is_hollow(*, inside_out: bool) -> None:
     found = target.depth(places)
     np.testing.assert_array_equal(found > 0.0, within)
     np.testing.assert_allclose(np.abs(found), closest(shape, places)[1])
-    assert target.volume == pytest.approx((24.0 * 16.0 - 24.0) * 4.0)
+    assert target.volume == pytest.approx((20.0 * 12.0 - 24.0) * 3.0, rel=0.003)
 
 
 def test_a_shape_is_as_high_as_it_ends_over_the_part() -> None:
@@ -97,3 +97,13 @@ def test_a_thickness_is_linear_in_the_triangles_of_the_part() -> None:
 def test_a_thickness_of_nothing_is_refused() -> None:
     with pytest.raises(FieldError, match="the thickness over plate is 0 everywhere"):
         TargetThickness(PART, np.zeros(len(PART.vertices)))
+
+
+def test_the_volume_of_a_shape_is_that_of_what_is_over_the_part() -> None:
+    part = meshes.plate((20.0, 20.0), (10, 10))
+    # A ball whose upper half is over the part, and one beside whose half is beyond the rim.
+    ball = meshes.sphere(radius=5.0, subdivisions=4)
+    half = 0.5 * abs(signed_volume(ball))
+    for place in ((10.0, 10.0, 0.0), (20.0, 10.0, 6.0)):
+        moved = Surface(ball.vertices + np.array(place), ball.faces, "ball")
+        assert TargetShape(moved, part).volume == pytest.approx(half, rel=0.005)

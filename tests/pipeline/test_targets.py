@@ -119,7 +119,7 @@ def test_layers_of_a_shape_come_out_whole_whichever_its_winding(tmp_path: Path, 
     stack = read_stack(job)
     assert (stack.count, stack.height) == (2, pytest.approx(0.5))
     assert stack.target is not None
-    assert stack.target.volume == pytest.approx(22.0 * 14.0 * 2.0)
+    assert stack.target.volume == pytest.approx(20.0 * 12.0 * 1.0, rel=0.003)
 
 
 @pytest.mark.parametrize(
@@ -195,4 +195,4 @@ def test_of_a_wedge_the_layers_without_room_are_left_out_and_told(tmp_path: Path
     assert left_out.number == 4
     assert "layer 4: nothing of it is as wide as the spacing of 4 mm" in left_out.reason
     assert [layer.area_mm2 for layer in told.layers] == pytest.approx([210.0, 150.0, 90.0], rel=0.01)
-    assert told.target_mm3 == pytest.approx(240.0 + 240.0)
+    assert told.target_mm3 == pytest.approx(240.0, rel=0.003)

@@ -114,7 +114,9 @@ class StackRecord(Record):
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
     target: str | None = Field(description="file of what the layers fill; null for a thickness")
-    target_mm3: Rounded | None = Field(description="volume of that shape [mm3]; null without one")
+    target_mm3: Rounded | None = Field(
+        description="volume of what of that shape is over the part [mm3]; null without one"
+    )
     finished: FinishedFlowsRecord = Field(description="how all layers together come out")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
     program: StackProgramRecord | None = Field(description="of all layers; null without a robot")

@@ -41,7 +41,11 @@ def stack_sentence(told: StackRecord) -> str:
         f"{told.part}: {told.thickness_mm:.3g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
         f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
     )
-    return said if told.target_mm3 is None else f"{said}, which is {wanted / told.target_mm3:.1%} of {told.target}"
+    return (
+        said
+        if told.target_mm3 is None
+        else f"{said}, which is {wanted / told.target_mm3:.1%} of what {told.target} has over the part"
+    )
 
 
 def finished_sentences(told: StackRecord) -> Iterator[str]:
