@@ -68,8 +68,7 @@ def part_report(
         faces: of the surface that is drawn, at most.
     """
     workpiece, planned = comparison.workpiece, comparison.planned
-    first = planned[0][1].plan
-    spacing = first.contours.spacing
+    spacing = planned[0][1].plan.contours.spacing
     view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = told.path_distances_mm
     robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]

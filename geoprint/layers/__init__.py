@@ -31,7 +31,7 @@ from geoprint.layers.stacks import (
     whole_layers as whole_layers,
 )
 from geoprint.layers.targets import (
-    Target as Target,
+    LayerTarget as LayerTarget,
     TargetShape as TargetShape,
     TargetThickness as TargetThickness,
 )

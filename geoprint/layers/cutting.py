@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.errors import FieldError, InputError
 from geoprint.layers.feet import Ground
 from geoprint.layers.refining import fine_where
-from geoprint.layers.targets import Target
+from geoprint.layers.targets import LayerTarget
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import (
     PolylineDistance,
@@ -37,7 +37,7 @@ STEP_SHARE = 0.1
 WIDTH_SHARE = 0.1
 
 
-def cut(part: Surface, level: Surface, target: Target, *, height: float, tolerance: float) -> Surface:
+def cut(part: Surface, level: Surface, target: LayerTarget, *, height: float, tolerance: float) -> Surface:
     """Return what of a level lies within a target.
 
     Args:
@@ -75,7 +75,7 @@ def without_crumbs(surface: Surface, *, spacing: float) -> tuple[Surface, float]
     return part_of(surface, kept), float(face_areas(surface)[~kept].sum())
 
 
-def area_standing_out(part: Surface, surface: Surface, target: Target, *, below: float, height: float) -> float:
+def area_standing_out(part: Surface, surface: Surface, target: LayerTarget, *, below: float, height: float) -> float:
     """Return how much of a layer stands out over the one below by more than its own height [mm2].
 
     Args:
@@ -116,7 +116,7 @@ class Columns:
         middles: their heights over the part [mm], at least one.
     """
 
-    def __init__(self, part: Surface, target: Target, middles: Sequence[float]) -> None:
+    def __init__(self, part: Surface, target: LayerTarget, middles: Sequence[float]) -> None:
         self.thickness = target.thickness
         self._ground, self._target, self._middles = Ground(part), target, middles
 

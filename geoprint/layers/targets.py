@@ -36,7 +36,7 @@ STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)
 HALVINGS = 12
 
 
-class Target(Protocol):
+class LayerTarget(Protocol):
     """What layers fill.
 
     Attributes:

@@ -28,8 +28,8 @@ from geoprint.pipeline.mesh_files import (
 from geoprint.pipeline.placing import propose_placement as propose_placement
 from geoprint.pipeline.planning import plan as plan
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
-from geoprint.pipeline.stack_comparison import compare_stacks as compare_stacks
-from geoprint.pipeline.stacking import plan_stack as plan_stack
+from geoprint.pipeline.stacks.comparing import compare_stacks as compare_stacks
+from geoprint.pipeline.stacks.stacking import plan_stack as plan_stack
 from geoprint.pipeline.workpiece.patches import (
     PatchChoice as PatchChoice,
     cut_patch as cut_patch,

@@ -18,9 +18,10 @@ from geoprint.account.records.stack import StackedLayerRecord
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
 from geoprint.model import Surface
-from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, stacking
+from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack
 from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.stacked.simulating import stacked_layer
+from geoprint.pipeline.stacks import stacking
 from geoprint.results import Plan
 from geoprint.surfaces import closest, face_areas
 from geoprint.surfaces.files import save_ply

@@ -74,8 +74,7 @@ def clearance(
         part: the surface that is printed on: of a layer the top of those below with its sides.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
         obstacles: boxes in the base frame; the arm stands on those that end below its foot.
-        below: how far the surface that is printed on lies below the one that the stand-off of the stream counts from;
-            above 0 of a layer, whose paths lie in its middle.
+        below: how far what is printed on lies below the surface that the stand-off counts from; of a layer above 0.
 
     Returns:
         What was found, and what was not checked.

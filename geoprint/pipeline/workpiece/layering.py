@@ -9,7 +9,7 @@ from geoprint.config import Job
 from geoprint.errors import FieldError, UsageError
 from geoprint.layers import (
     Columns,
-    Target,
+    LayerTarget,
     area_standing_out,
     cut,
     layer_level,
@@ -42,7 +42,7 @@ class Stack:
     thickness: float
     count: int
     height: float
-    target: Target | None
+    target: LayerTarget | None
 
     def middle(self, number: int) -> float:
         """Return the height over the part at which a layer's paths lie [mm]; they are counted from 1."""
@@ -142,7 +142,7 @@ def _asked(job: Job, cell: Cell, stack: Stack) -> int:
 
 
 def _cut(
-    level: Surface, part: Surface, target: Target, *, over: float, job: Job, tolerance: float
+    level: Surface, part: Surface, target: LayerTarget, *, over: float, job: Job, tolerance: float
 ) -> tuple[Surface, float]:
     """Return what of the middle of a layer is printed, and the area that is too narrow for that [mm2]."""
     try:

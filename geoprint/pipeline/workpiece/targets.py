@@ -10,7 +10,7 @@ from scipy.interpolate import RBFInterpolator
 from geoprint.backends import Piecewise, backend
 from geoprint.config import Job
 from geoprint.errors import InputError, UsageError
-from geoprint.layers import Target, TargetShape, TargetThickness
+from geoprint.layers import LayerTarget, TargetShape, TargetThickness
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline.number_tables import read_thicknesses
 from geoprint.results import TargetFile
@@ -50,7 +50,7 @@ def read_target(job: Job) -> TargetFile | None:
     return TargetFile(file.name, file.digest, file.unit, stored_mesh(file), prepare(file.surface)[0])
 
 
-def target_over(job: Job, file: TargetFile | None, part: Surface) -> Target | None:
+def target_over(job: Job, file: TargetFile | None, part: Surface) -> LayerTarget | None:
     """Return what the layers of a job fill; None for one thickness everywhere.
 
     Args:

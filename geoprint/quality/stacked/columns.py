@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.layers import Target
+from geoprint.layers import LayerTarget
 from geoprint.layers.feet import Ground
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints, freeze_arrays, frozen
 from geoprint.surfaces import closest, face_areas, normals, positions
@@ -98,7 +98,7 @@ def have_met(feet: ColumnFeet, ground: Ground, *, height: float) -> BoolArray:
     return ground.feet(feet.at(height)).distances < (1.0 - NEARER_SHARE) * height
 
 
-def wanted_over(feet: ColumnFeet, target: Target, *, height: float) -> FloatArray:
+def wanted_over(feet: ColumnFeet, target: LayerTarget, *, height: float) -> FloatArray:
     """Return the (k,) height at which a target ends on each column [mm]; 0 where nothing of it is.
 
     Args:

@@ -8,7 +8,7 @@ from geoprint.export.rapid.stacks.verifying import (
     verify_stack as verify_stack,
 )
 from geoprint.export.rapid.stacks.writing import (
-    StackedLayer as StackedLayer,
+    LayerModules as LayerModules,
     stack_files as stack_files,
     stacked_layer as stacked_layer,
 )

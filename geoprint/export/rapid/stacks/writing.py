@@ -35,7 +35,7 @@ _LARGEST_SUM = 1_000_000
 
 @final
 @comparable
-class StackedLayer:
+class LayerModules:
     """The modules of a layer.
 
     Attributes:
@@ -51,7 +51,7 @@ class StackedLayer:
 
 def stacked_layer(
     modules: Sequence[tuple[str, str]], *, number: int, folder: str, cell: Cell, placement: Placement
-) -> StackedLayer:
+) -> LayerModules:
     """Return a layer of a stack, made of the program of that layer.
 
     Args:
@@ -75,11 +75,11 @@ def stacked_layer(
     sum_of = zlib.crc32("".join(placed.values()).encode("ascii")) % _LARGEST_SUM
     entry = f"GeoLayer{number}_{sum_of}"
     placed[_PRINT] = placed[_PRINT].replace("  PROC main()\n", f"  PROC {entry}()\n", 1)
-    return StackedLayer(folder, entry, tuple(placed.items()))
+    return LayerModules(folder, entry, tuple(placed.items()))
 
 
 def stack_files(
-    layers: Sequence[StackedLayer], *, cell: Cell, placement: Placement, part_name: str
+    layers: Sequence[LayerModules], *, cell: Cell, placement: Placement, part_name: str
 ) -> tuple[tuple[str, str], ...]:
     """Return file and text of GeoStack, of the list of modules that names it, and of all modules of the layers.
 
@@ -94,7 +94,7 @@ def stack_files(
     return (STACK_MODULE, stack), ("GeoStack.pgf", program_file([STACK_MODULE])), *inner
 
 
-def _stack_module(layers: Sequence[StackedLayer], *, cell: Cell, placement: Placement, part_name: str) -> str:
+def _stack_module(layers: Sequence[LayerModules], *, cell: Cell, placement: Placement, part_name: str) -> str:
     holding = conditions(cell, placement=placement, loading=True, stacked=True)
     pause = cell.process.layer_pause
     holding |= {"pause"} if pause > 0.0 else set()

@@ -18,7 +18,7 @@ from geoprint.errors import FieldError
 from geoprint.export import check_writable, json_bytes
 from geoprint.pipeline.bundles.contents import STACKS
 from geoprint.pipeline.choice import check_options, with_backend
-from geoprint.pipeline.stacking import check_stacked, save_stacks, stack_into
+from geoprint.pipeline.stacks.stacking import check_stacked, save_stacks, stack_into
 
 
 def compare_stacks(

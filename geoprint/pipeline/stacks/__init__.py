@@ -1,0 +1,1 @@
+"""Whole stacks of layers: planned and written as one, and compared over backends."""
