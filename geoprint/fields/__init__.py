@@ -26,5 +26,8 @@ from geoprint.fields.preferences import (
     Preference as Preference,
     Wishes as Wishes,
 )
-from geoprint.fields.prescribed import prescribed_field as prescribed_field
+from geoprint.fields.prescribed import (
+    prescribed_field as prescribed_field,
+    singularities_near as singularities_near,
+)
 from geoprint.fields.smoothest import smoothest_field as smoothest_field

@@ -7,6 +7,7 @@ is missing there to a full turn, the Gaussian curvature of the vertex [Crane2010
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -15,6 +16,9 @@ from geoprint.backends.intrinsic import intrinsic_triangulation
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces import corner_cotangents, face_normals, half_edges
 from geoprint.surfaces.halfedges import BORDER
+
+# Surfaces whose connection is kept: a field is made, checked and measured on the same one.
+SURFACES_KEPT = 1
 
 
 @final
@@ -62,6 +66,7 @@ class Connection:
         return np.bincount(self.ends, halves, minlength=self.curvature.size).astype(np.float64)
 
 
+@lru_cache(maxsize=SURFACES_KEPT)
 def connection(surface: Surface) -> Connection:
     """Return how directions pass over the sides of a surface.
 
@@ -111,8 +116,8 @@ def angles_in_faces(surface: Surface, faces: IntArray, vectors: FloatArray) -> F
     Raises:
         MeshError: a face has no area.
     """
-    along, across = face_axes(surface)
-    return np.arctan2(np.einsum("kx,kx->k", vectors, across[faces]), np.einsum("kx,kx->k", vectors, along[faces]))
+    along, across = (axis[faces] for axis in face_axes(surface))
+    return np.arctan2(np.einsum("kx,kx->k", vectors, across), np.einsum("kx,kx->k", vectors, along))
 
 
 def principal(angles: FloatArray, *, period: float) -> FloatArray:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import final
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import coo_array, csc_array
 
 from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
 from geoprint.fields.connection import Connection
@@ -54,9 +54,9 @@ class Potential:
 
     def __init__(self, surface: Surface, over: Connection, *, node: IntArray) -> None:
         self._over, self._node, self._count = over, node, int(node.max()) + 1
-        vertices = np.arange(node.size)
-        together = csc_array((np.ones(node.size), (vertices, node)), shape=(node.size, self._count))
-        matrix = csc_array(together.T @ cotangent_laplacian(surface) @ together)[1:, 1:]
+        whole = coo_array(cotangent_laplacian(surface))
+        summed = (whole.data, (node[whole.row], node[whole.col]))
+        matrix = csc_array(coo_array(summed, shape=(self._count, self._count)))[1:, 1:]
         # A rim stands where its last vertex is.
         places = np.empty((self._count, 3))
         places[node] = surface.vertices

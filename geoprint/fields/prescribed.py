@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from geoprint.errors import FieldError, InputError, naming
 from geoprint.fields.connection import Connection, connection, principal
@@ -20,7 +21,7 @@ from geoprint.fields.direction_field import DirectionField, Singularities, check
 from geoprint.fields.potential import Potential, flow, nodes_of
 from geoprint.fields.preferences import Preference, Wishes, all_wishes
 from geoprint.fields.rotation import leant
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces import Piece, boundary_loops, euler_characteristic, in_words, middle_of, pieces
 
 # An index may miss a multiple of 1 / n by rounding alone.
@@ -75,6 +76,36 @@ def prescribed_field(
     field = DirectionField(surface, symmetry, angles, turning)
     _verify(field, singularities, turnings)
     return field
+
+
+def singularities_near(surface: Surface, places: FloatArray, *, indices: FloatArray) -> Singularities:
+    """Return singularities at the vertices inside that are nearest to places.
+
+    Args:
+        surface: with a vertex inside.
+        places: (k, 3) [mm].
+        indices: (k,) of the field around each.
+
+    Raises:
+        InputError: there are not as many indices as places, no vertex is inside, or two places have one vertex.
+        MeshError: as `boundary_loops`.
+    """
+    inside = np.flatnonzero(_inside(surface, boundary_loops(surface)))
+    if places.shape != (len(indices), 3) or inside.size == 0:
+        raise InputError(
+            f"singularities need an index and (x, y, z) each, and a vertex inside of {surface.name}: found "
+            f"{len(indices)} indices, places of shape {places.shape} and {inside.size} such vertices."
+        )
+    nearest = inside[np.asarray(KDTree(surface.vertices[inside]).query(places)[1], dtype=np.int64)]
+    vertices, first, counts = np.unique(nearest, return_index=True, return_counts=True)
+    if counts.max(initial=1) > 1:
+        vertex = int(vertices[np.argmax(counts)])
+        raise InputError(
+            f"{counts.max()} singularities are nearest to vertex {vertex} of {surface.name} at "
+            f"{in_words(surface.vertices[vertex])}: add up their indices, or refine the mesh there.",
+            vertex=vertex,
+        )
+    return Singularities(vertices, indices[first])
 
 
 def _piece_field(
@@ -166,10 +197,7 @@ def _nearest(short: FloatArray, cost: FloatArray, *, period: float) -> FloatArra
 
 def _indices(surface: Surface, loops: Sequence[IntArray], singularities: Singularities, *, symmetry: int) -> FloatArray:
     """Return the (n,) index of each vertex."""
-    inside = np.zeros(len(surface.vertices), dtype=np.bool_)
-    inside[surface.faces] = True
-    for loop in loops:
-        inside[loop] = False
+    inside = _inside(surface, loops)
     turns = np.zeros(inside.size)
     for vertex, index in zip(singularities.vertices.tolist(), singularities.indices.tolist(), strict=True):
         if not 0 <= vertex < inside.size or not inside[vertex]:
@@ -181,6 +209,15 @@ def _indices(surface: Surface, loops: Sequence[IntArray], singularities: Singula
         _check_multiple(index, symmetry=symmetry, what=f"the index at vertex {vertex} of {surface.name}")
         turns[vertex] = index
     return turns
+
+
+def _inside(surface: Surface, loops: Sequence[IntArray]) -> BoolArray:
+    """Return (n,) whether faces lie all around each vertex."""
+    inside = np.zeros(len(surface.vertices), dtype=np.bool_)
+    inside[surface.faces] = True
+    for loop in loops:
+        inside[loop] = False
+    return inside
 
 
 def _check_turnings(surface: Surface, loops: Sequence[IntArray], turnings: Sequence[float], *, symmetry: int) -> None:

@@ -15,7 +15,6 @@ from geoprint.fields.connection import principal
 from geoprint.fields.preferences import Wishes
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import cotangent_laplacian
-from geoprint.surfaces.topology import used_vertices
 
 
 def leant(surface: Surface, angles: FloatArray, wishes: Wishes, *, symmetry: int) -> FloatArray:
@@ -32,19 +31,20 @@ def leant(surface: Surface, angles: FloatArray, wishes: Wishes, *, symmetry: int
     """
     if wishes.weights.sum() <= 0.0:
         return np.zeros(angles.size)
-    period, used = 2 * np.pi / symmetry, used_vertices(surface.faces)
-    count = wishes.faces.size
-    columns = np.searchsorted(used, surface.faces[wishes.faces]).ravel()
-    means = csc_array((np.full(3 * count, 1 / 3), (np.repeat(np.arange(count), 3), columns)), shape=(count, used.size))
+    period, count, vertices = 2 * np.pi / symmetry, wishes.faces.size, len(surface.vertices)
+    where = np.repeat(np.arange(count), 3), surface.faces[wishes.faces].ravel()
+    means = csc_array((np.full(3 * count, 1 / 3), where), shape=(count, vertices))
     pulls = csc_array(means.T @ diags_array(wishes.weights))
-    matrix = csc_array(cotangent_laplacian(surface)[used][:, used] + pulls @ means)
-    solver = SymmetricSolver(matrix, order=nested_dissection(matrix, coordinates=surface.vertices[used]))
+    # A vertex that no face uses stays at 0.
+    unused = np.bincount(surface.faces.ravel(), minlength=vertices) == 0
+    matrix = csc_array(cotangent_laplacian(surface) + pulls @ means + diags_array(unused.astype(np.float64)))
+    solver = SymmetricSolver(matrix, order=nested_dissection(matrix, coordinates=surface.vertices))
     left = wishes.angles - angles[wishes.faces]
     # The one turn of the whole that all wishes together are nearest to.
     whole = float(np.angle(np.sum(wishes.weights * np.exp(1j * symmetry * left)))) / symmetry
-    at, wanted = np.zeros(len(surface.vertices)), _nearest(left, np.full(count, whole), period=period)
+    wanted = _nearest(left, np.full(count, whole), period=period)
     while True:
-        at[used] = solver.solve(np.asarray(pulls @ wanted, dtype=np.float64))
+        at = solver.solve(np.asarray(pulls @ wanted, dtype=np.float64))
         lean = at[surface.faces].mean(axis=1)
         nearer = _nearest(left, lean[wishes.faces], period=period)
         if np.allclose(nearer, wanted):

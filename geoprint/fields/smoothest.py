@@ -25,7 +25,7 @@ from geoprint.fields.connection import Connection, connection
 from geoprint.fields.direction_field import DirectionField, check_symmetry, nearest_field
 from geoprint.fields.preferences import Preference, Wishes, all_wishes
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.surfaces import corner_cotangents, face_areas, pieces
+from geoprint.surfaces import face_areas, pieces
 
 # What is added to the matrix so that it has an inverse, over the inverse of the area: far below the second eigenvalue
 # of any part, which is of the order of the inverse of its longest extent squared.
@@ -81,7 +81,7 @@ class _Sides:
         self._mass = np.bincount(self._side.ravel(), np.repeat(face_areas(surface) / 3, 3))
         self._middles = np.empty((self._mass.size, 3))
         self._middles[self._side.ravel()] = (surface.vertices[over.starts] + surface.vertices[over.ends]) / 2
-        self._stiffness = self._assembled(_elements(surface), np.arange(len(surface.faces)))
+        self._stiffness = self._assembled(_elements(over), np.arange(len(surface.faces)))
 
     def smallest(self) -> ComplexArray:
         """Return the (e,) values of the field of least gradient among those of one size."""
@@ -129,18 +129,19 @@ class _Sides:
         return SymmetricSolver(matrix, order=nested_dissection(matrix, coordinates=self._middles))
 
 
-def _elements(surface: Surface) -> FloatArray:
+def _elements(over: Connection) -> FloatArray:
     """Return (m, 3, 3) the integrals of grad psi_i . grad psi_j, with psi_i 1 in the middle of side i and linear.
 
-    psi_i is 1 - 2 phi of the corner opposite to side i, so that they are four times those of the corners.
+    psi_i is 1 - 2 phi of the corner opposite to side i, so that they are four times those of the corners, which the
+    cotangents make up.
     """
-    cotangents = corner_cotangents(surface)
-    elements = np.empty((len(surface.faces), 3, 3))
+    weights = over.weights.reshape(-1, 3)
+    elements = np.empty((len(weights), 3, 3))
     for side in range(3):
-        following = (side + 1) % 3
-        # Corner i + 1 is the one between side i and side i + 1.
-        elements[:, side, following] = elements[:, following, side] = -2.0 * cotangents[:, following]
-        elements[:, side, side] = 2.0 * (cotangents[:, side] + cotangents[:, following])
+        following, before = (side + 1) % 3, (side + 2) % 3
+        elements[:, side, side] = 4.0 * (weights[:, following] + weights[:, before])
+        # Between two sides lies the corner that the third is opposite to.
+        elements[:, side, following] = elements[:, following, side] = -4.0 * weights[:, before]
     return elements
 
 

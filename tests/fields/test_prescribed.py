@@ -11,7 +11,15 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.parts.surfaces import Shape, circle, triangulated
 from geoprint.errors import FieldError, InputError, MeshError, UsageError
-from geoprint.fields import SYMMETRIES, AlongDirection, AlongRim, DirectionField, Singularities, prescribed_field
+from geoprint.fields import (
+    SYMMETRIES,
+    AlongDirection,
+    AlongRim,
+    DirectionField,
+    Singularities,
+    prescribed_field,
+    singularities_near,
+)
 from geoprint.fields.connection import connection
 from geoprint.fields.cycles import face_tree
 from geoprint.fields.potential import nodes_of
@@ -293,6 +301,22 @@ def test_so_is_that_of_given_turnings() -> None:
         prescribed_field(ring, symmetry=2, singularities=singularities((5, 0.5)), turnings=[0.0, 0.0])
     with pytest.raises(FieldError, match="has 2 rims, but 1 turnings are given"):
         prescribed_field(ring, symmetry=2, singularities=NONE, turnings=[0.0])
+
+
+def test_places_are_those_of_the_nearest_vertices_inside() -> None:
+    disc = meshes.disc(jitter_seed=1)
+    far, near = disc.vertices[40] + [0.1, 0.1, 0.4], disc.vertices[7] - [0.2, 0.0, 0.0]
+    found = singularities_near(disc, np.array([far, near]), indices=np.array([0.5, -1.0]))
+    assert (found.vertices.tolist(), found.indices.tolist()) == ([7, 40], [-1.0, 0.5])
+    # On the rim nothing turns.
+    beside = singularities_near(disc, disc.vertices[boundary_loops(disc)[0][:1]], indices=np.array([0.5])).vertices
+    assert beside in inner_vertices(disc)
+    with pytest.raises(InputError, match="2 singularities are nearest to vertex 7 of disc"):
+        singularities_near(disc, np.array([near, near]), indices=np.array([0.5, 0.5]))
+    with pytest.raises(InputError, match="found 1 indices, places of shape"):
+        singularities_near(disc, np.zeros((2, 3)), indices=np.array([0.5]))
+    with pytest.raises(InputError, match="0 such vertices"):
+        singularities_near(Surface(np.eye(3), np.array([[0, 1, 2]])), np.zeros((1, 3)), indices=np.array([0.5]))
 
 
 def test_what_is_no_singularity_is_refused() -> None:
