@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.backends import isolines
 from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Surface, freeze_arrays, frozen
 
-# A path that runs along the plane would be cut without end: its bead is drawn so many times as wide at most.
+# A path whose bead a plane would cut so many times as wide runs along the plane: it is cut lengthwise.
 MOST_OBLIQUE = 3.0
 # A plane passes the vertices of a surface by this share of its size: one that goes through them cuts in branches.
 ASIDE_SHARE = 1e-6
@@ -97,20 +97,51 @@ def sliced_layer(surface: Surface, poses: PoseStream, plane: CutPlane, *, height
         height: of the layer [mm]; the flow over it is the width of a bead.
     """
     line, offsets = sliced(surface, plane)
-    seen = plane.seen(poses.surface_points)
-    over = seen[:, 2] >= 0.0
-    (rows,) = np.nonzero(poses.laid & (over[1:] != over[:-1]))
-    share = seen[rows, 2] / (seen[rows, 2] - seen[rows + 1, 2])
-    steps = seen[rows + 1] - seen[rows]
-    flow = poses.flow[rows] + share * (poses.flow[rows + 1] - poses.flow[rows])
-    straight = np.abs(steps[:, 2]) / np.linalg.norm(steps, axis=1)
+    places, rows, widths = _beads(plane.seen(poses.surface_points), poses, height=height)
     upright = poses.normals[rows] @ plane.R_plane_work.T[:, :2]
     lengths = np.linalg.norm(upright, axis=1, keepdims=True)
     upright = np.where(lengths > 0.0, upright / np.where(lengths > 0.0, lengths, 1.0), [0.0, 1.0])
-    return Slice(
-        line=line,
-        offsets=offsets,
-        beads=(seen[rows] + share[:, None] * steps)[:, :2],
-        along=np.column_stack([upright[:, 1], -upright[:, 0]]),
-        widths=flow / height / np.maximum(straight, 1.0 / MOST_OBLIQUE),
-    )
+    along = np.column_stack([upright[:, 1], -upright[:, 0]])
+    return Slice(line=line, offsets=offsets, beads=places, along=along, widths=widths)
+
+
+def _beads(seen: FloatArray, poses: PoseStream, *, height: float) -> tuple[FloatArray, IntArray, FloatArray]:
+    """Return the (b, 2) middles of the beads that a plane cuts, the pose before each, and how wide they are there [mm].
+
+    Args:
+        seen: (p, 3) places of the poses as the plane sees them.
+        poses: p of them.
+        height: of the layer [mm].
+    """
+    steps = np.diff(seen, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    wide = 0.5 * (poses.flow[:-1] + poses.flow[1:]) / height
+    straight = np.abs(steps[:, 2]) / np.where(lengths > 0.0, lengths, 1.0)
+    oblique = straight * MOST_OBLIQUE < 1.0
+    over = seen[:, 2] >= 0.0
+    (across,) = np.nonzero(poses.laid & ~oblique & (over[1:] != over[:-1]))
+    share = seen[across, 2] / -steps[across, 2]
+    # A bead along the plane is cut where the plane lies within it, and drawn in pieces that bend with the layer.
+    middles = np.abs(seen[:-1, 2] + 0.5 * steps[:, 2])
+    (lengthwise,) = np.nonzero(poses.laid & oblique & (lengths > 0.0) & (middles <= 0.5 * wide))
+    starts, ends = _pieces(lengthwise, lengths, wide)
+    places = np.concatenate([
+        (seen[across] + share[:, None] * steps[across])[:, :2], 0.5 * (seen[starts] + seen[ends + 1])[:, :2],
+    ])  # fmt: skip
+    widths = np.concatenate([
+        wide[across] / straight[across], np.linalg.norm((seen[ends + 1] - seen[starts])[:, :2], axis=1),
+    ])  # fmt: skip
+    return places, np.concatenate([across, starts]), widths
+
+
+def _pieces(rows: IntArray, lengths: FloatArray, wide: FloatArray) -> tuple[IntArray, IntArray]:
+    """Return the first and the last row of pieces of rows in a row, each about as many times as long as it is wide."""
+    if not rows.size:
+        return rows, rows
+    chain = np.cumsum(np.diff(rows, prepend=rows[0]) != 1)
+    arcs = np.cumsum(lengths[rows])
+    first = np.searchsorted(chain, chain)
+    arcs -= arcs[first]
+    piece = np.floor(arcs / (MOST_OBLIQUE * wide[rows])).astype(np.int64)
+    begins = np.flatnonzero((np.diff(chain, prepend=chain[0] - 1) != 0) | (np.diff(piece, prepend=-1) != 0))
+    return rows[begins], rows[np.append(begins[1:], rows.size) - 1]

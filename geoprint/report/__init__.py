@@ -1,4 +1,4 @@
-"""What people look at: figures of plans and comparisons. Takes plain values, knows no stage."""
+"""What people look at: figures of plans, comparisons and stacks. Takes plain values, knows no stage."""
 
 from geoprint.report.chart_figure import (
     FlattenedPart as FlattenedPart,

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 # Layers in turns; of Okabe and Ito, safe for colour-blind readers.
 LAYER_COLOURS = ("#56b4e9", "#e69f00")
 GROUND, LINE = "#cfd6dc", "#1c2730"
-# Corners of a drawn bead, and the power that makes its ends round but leaves it as high as its layer.
-BEAD_CORNERS, BEAD_ROUND = 24, 0.55
+# Places along the outline of a drawn bead, and the radius of its corners over the lesser of half its height and width.
+BEAD_CORNERS, BEAD_ROUND = 24, 0.6
 # Width of the enlarged piece over the thickness of the stack, and at least over the median width of a bead.
 ENLARGED, ENLARGED_BEADS = 4.0, 8.0
 # It lies at this share of the longest line of the part: in the middle of that fronts meet.
@@ -209,11 +209,14 @@ def bead_outlines(places: FloatArray, along: FloatArray, widths: FloatArray, *, 
         widths: (b,) [mm].
         height: of the layer [mm].
     """
-    turn: FloatArray = np.linspace(0.0, 2.0 * np.pi, BEAD_CORNERS, endpoint=False)
-    wide, high = (np.sign(each) * np.abs(each) ** BEAD_ROUND for each in (np.cos(turn), np.sin(turn)))
+    turn: FloatArray = 2.0 * np.pi * (np.arange(BEAD_CORNERS) + 0.5) / BEAD_CORNERS
+    radii = 0.5 * BEAD_ROUND * np.minimum(widths, height)[:, None]
+    # Each quarter of a circle about its own corner, and stretched so that it ends at the sides.
+    cosines, sines = (each / np.abs(each).max() for each in (np.cos(turn), np.sin(turn)))
+    wide = np.sign(cosines) * (0.5 * widths[:, None] - radii) + radii * cosines
+    high = np.sign(sines) * (0.5 * height - radii) + radii * sines
     up = np.column_stack([-along[:, 1], along[:, 0]])
-    across = 0.5 * widths[:, None, None] * wide[None, :, None] * along[:, None]
-    return places[:, None] + across + 0.5 * height * high[None, :, None] * up[:, None]
+    return places[:, None] + wide[..., None] * along[:, None] + high[..., None] * up[:, None]
 
 
 def _extent(view: SlicedView) -> tuple[FloatArray, FloatArray]:

@@ -49,11 +49,16 @@ def test_beads_lie_where_paths_cross_and_are_as_wide_as_their_flow_makes_them() 
     np.testing.assert_allclose(np.abs(found.along), np.tile([1.0, 0.0], (4, 1)), atol=1e-12)
 
 
-def test_a_path_along_the_plane_is_no_wider_than_three() -> None:
+def test_a_path_along_the_plane_is_cut_lengthwise_where_the_plane_is_within_its_bead() -> None:
     part = plate((40.0, 30.0), (40, 30))
     across, _ = middle_planes(part, np.eye(3))
-    stream = deposited([straight_line((19.99, 2.0), (20.01, 28.0))], [0])
-    assert sliced_layer(part, stream, across, height=HEIGHT).widths.max() == pytest.approx(3.0 * 1.0 / HEIGHT)
+    # Beads 2 mm wide: the plane at 20 mm lies within the first one, and beside the second.
+    stream = deposited([straight_line((19.5, 2.0), (20.5, 28.0)), straight_line((21.5, 2.0), (21.5, 28.0))], [0, 1])
+    found = sliced_layer(part, stream, across, height=HEIGHT)
+    assert found.widths.sum() == pytest.approx(26.0)
+    assert found.widths.max() < 3.5 * 1.0 / HEIGHT
+    ends = np.sort(np.concatenate([found.beads[:, 0] - found.widths / 2.0, found.beads[:, 0] + found.widths / 2.0]))
+    np.testing.assert_allclose(ends[1:-1:2], ends[2::2], atol=1e-9)
 
 
 def test_what_the_plane_passes_is_not_cut() -> None:

@@ -107,8 +107,7 @@ def sliced_pictures(stack: FinishedStack) -> list[Picture]:
         )
         caption = (
             f"Cut {name} through the middle of the part: beads where paths cross the plane, layers in turns blue and "
-            "orange, each with the line of its middle. Where a path runs along the plane its bead is cut lengthwise, "
-            "and drawn no wider than three."
+            "orange, each with the line of its middle. Where a path runs along the plane its bead is cut lengthwise."
         )
         pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
     return pictures
