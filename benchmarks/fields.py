@@ -23,10 +23,11 @@ from benchmarks.parts.surfaces import STYLES, make
 from benchmarks.parts.tables import row, table
 from geoprint.fields import SYMMETRIES, AlongRim, DirectionField, Singularities, prescribed_field, smoothest_field
 from geoprint.fields.connection import angles_in_faces
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import boundary_loops, describe, edge_lengths, euler_characteristic
 from geoprint.surfaces.files import load
 from geoprint.surfaces.repair import prepare
+from tests.fields.measures import inner_vertices
 from tests.meshes import annulus, disc, sphere, torus
 
 NAMES = {1: "vectors", 2: "lines", 4: "crosses"}
@@ -54,12 +55,6 @@ def main() -> None:
         print(line, flush=True)
     if wrong:
         sys.exit(f"{wrong} singularities are others than those asked for")
-
-
-def inner_vertices(surface: Surface) -> IntArray:
-    """Return the vertices that lie on no rim."""
-    rims = boundary_loops(surface)
-    return np.setdiff1d(surface.faces, np.concatenate(rims) if rims else np.empty(0, dtype=np.int64)).astype(np.int64)
 
 
 def asked(surface: Surface, *, symmetry: int) -> Singularities:

@@ -86,13 +86,13 @@ def connection(surface: Surface) -> Connection:
     whole = np.where(around > 0.0, 2 * np.pi, 0.0)
     # On the rim as many half-edges without a face beyond start as end.
     whole[starts[~inside]] = np.pi
-    # The corner opposite to the side from corner i to corner i + 1 is corner i + 2.
     return Connection(
         twins=twins,
         starts=starts,
         ends=ends,
         directions=directions,
         transport=np.where(inside, directions[twins] + np.pi - directions, 0.0),
+        # The corner opposite to the side from corner i to corner i + 1 is corner i + 2.
         weights=np.roll(cotangents, 1, axis=1).ravel() / 2,
         curvature=whole - around,
     )
