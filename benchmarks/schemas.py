@@ -1,4 +1,4 @@
-"""The schemas of plan.json and compare.json for other programs, written from the records that geoprint tells with.
+"""The schemas of plan.json and its like for other programs, written from the records that geoprint tells with.
 
     python -m benchmarks.schemas [--smoke]
 
@@ -21,6 +21,7 @@ from geoprint.account import (
     SeenFile,
     StackRecord,
 )
+from geoprint.account.records.appraisal import AppraisalRecord
 
 FOLDER = Path(account.__file__).parent / "schemas"
 
@@ -35,6 +36,7 @@ def schemas() -> dict[str, str]:
         "evidence": SeenFile,
         "measure": MeasurementRecord,
         "stack": StackRecord,
+        "appraisal": AppraisalRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"
