@@ -23,11 +23,14 @@ STRETCH_SHARE = 0.2
 WITHIN_STRETCH = (-0.5, -0.25, 0.0, 0.25, 0.5)
 # Material lies on a stretch where it lies on so much of it.
 COVERED_SHARE = 0.5
+# A bead that rounds a corner of its run leaves out no more of it than this, over the spacing.
+LONGEST_PASS_SHARE = 1.5
 # Gaps shorter than this, over the spacing, are where two stretches part the places of one bead.
 SHORTEST_GAP_SHARE = 0.3
 # A bead wider than this, over the median of its run, is a blob; narrower than the other, thin.
 BLOB, THIN = 1.3, 0.7
-# A run that bends within this many widths of its bead closes in on itself, and is no line in a photograph.
+# A run that bends within this many widths of its bead closes in on itself, and is no line in a photograph; a corner,
+# which turns by less than a half circle as wide as the spacing, is one.
 TIGHTEST = 2.0
 # What bends within more than this is straight [mm].
 STRAIGHT_RADIUS = 1000.0
@@ -175,11 +178,13 @@ def _at(arcs: FloatArray, reached: FloatArray, values: FloatArray) -> FloatArray
 
 
 def _radii(ahead: FloatArray, length: float) -> FloatArray:
-    """Return (k,) within which a run bends, by its directions in stretches of a length, over about five [mm]."""
+    """Return (k,) within which a run bends, by its directions in stretches of a length, over those of a half circle."""
     if len(ahead) < 3:
         return np.full(len(ahead), STRAIGHT_RADIUS)
     cosines = np.clip((ahead[1:] * ahead[:-1]).sum(axis=1), -1.0, 1.0)
-    turns = ndimage.uniform_filter1d(np.arccos(cosines), min(5, len(cosines)), mode="nearest")
+    turns = ndimage.uniform_filter1d(
+        np.arccos(cosines), min(round(np.pi / STRETCH_SHARE), len(cosines)), mode="nearest"
+    )
     return np.minimum(length / np.maximum(np.append(turns, turns[-1]), 1e-12), STRAIGHT_RADIUS)
 
 
@@ -201,9 +206,7 @@ def held_against(plan: PlannedRuns, placed: PlacedBeads, *, visible: BoolArray, 
     found, owners = KDTree(plan.places).query(placed.middles)
     distances, nearest = np.asarray(found), np.asarray(owners)
     owned = distances <= within
-    count = len(plan.places)
-    covered = np.bincount(nearest[owned], placed.steps[owned], minlength=count)
-    if not covered.any():
+    if not owned.any():
         raise InputError(
             f"no material lies within {within:.3g} mm of a run of the plan, the nearest is {distances.min():.3g} mm "
             "away; check the fiducials, or allow more with `--reach`.",
@@ -215,17 +218,48 @@ def held_against(plan: PlannedRuns, placed: PlacedBeads, *, visible: BoolArray, 
             f"the runs in sight all bend within {TIGHTEST:g} widths of their bead, so that no line can be told apart; "
             "print thinner, or larger."
         )
-    aside = np.cross(plan.normals, plan.ahead)
-    off = placed.middles[owned] - plan.places[nearest[owned]]
-    sideways = (off * aside[nearest[owned]]).sum(axis=1)
-    seen = (covered > COVERED_SHARE * plan.lengths) & judged
-    per = np.maximum(np.bincount(nearest[owned], minlength=count), 1)
-    widths = np.bincount(nearest[owned], placed.widths[owned], minlength=count) / per
-    offsets = np.bincount(nearest[owned], sideways, minlength=count) / per
+    there, widths, offsets = _material(plan, placed, nearest, owned)
+    seen = there & judged
     return Held(
         plan, judged, seen, np.where(seen, widths, 0.0), np.where(seen, offsets, 0.0), placed.middles[~owned], within,
         apart(plan.finely(judged), placed.middles),
     )  # fmt: skip
+
+
+def _material(
+    plan: PlannedRuns, placed: PlacedBeads, nearest: IntArray, owned: BoolArray
+) -> tuple[BoolArray, FloatArray, FloatArray]:
+    """Return on which (k,) stretches material lies, how wide, and how far to the left [mm]."""
+    count = len(plan.places)
+    own = nearest[owned]
+    aside = np.cross(plan.normals, plan.ahead)
+    sideways = ((placed.middles[owned] - plan.places[own]) * aside[own]).sum(axis=1)
+    per = np.maximum(np.bincount(own, minlength=count), 1)
+    widths = np.bincount(own, placed.widths[owned], minlength=count) / per
+    offsets = np.bincount(own, sideways, minlength=count) / per
+    there = np.bincount(own, placed.steps[owned], minlength=count) > COVERED_SHARE * plan.lengths
+    on_both_sides = np.zeros((2, count), dtype=np.bool_)
+    for first, last in _passed(plan, placed, nearest, owned):
+        on_both_sides[0, first] = on_both_sides[1, last] = True
+        there[first + 1 : last] = True
+        for values in (widths, offsets):
+            values[first : last + 1] = np.linspace(values[first], values[last], last - first + 1)
+    return there | on_both_sides.all(axis=0), widths, offsets
+
+
+def _passed(plan: PlannedRuns, placed: PlacedBeads, nearest: IntArray, owned: BoolArray) -> list[tuple[int, int]]:
+    """Return each two stretches of a run, the lower first, from one of which a bead goes straight on to the other.
+
+    Between them it passes what it is nearest to nowhere, as at a corner; such stretches, and those that it goes on from
+    in both directions, it covers however little of it is nearest to them.
+    """
+    before, behind = nearest[:-1], nearest[1:]
+    jump = np.abs(behind - before)
+    longest = round(LONGEST_PASS_SHARE / STRETCH_SHARE)
+    joined = placed.joined & owned[:-1] & owned[1:] & (plan.runs[before] == plan.runs[behind])
+    rows = np.flatnonzero(joined & (jump > 0) & (jump <= longest))
+    pairs = np.sort(np.column_stack([before[rows], behind[rows]]), axis=1)
+    return [(int(first), int(last)) for first, last in np.unique(pairs, axis=0)]
 
 
 def _unit(rows: FloatArray) -> FloatArray:

@@ -32,7 +32,6 @@ class PlacedBeads:
         rights: (k, 3) edge to the right [mm].
         pixels: (k, 2) middles in the photograph [pixels].
         beads: (k,) which bead of the photograph each belongs to.
-        steps: (k,) length of the bead that each middle stands for [mm].
         scale: length on the surface that a pixel covers, in the mean [mm].
     """
 
@@ -41,7 +40,6 @@ class PlacedBeads:
     rights: FloatArray
     pixels: FloatArray
     beads: IntArray
-    steps: FloatArray
     scale: float
 
     def __post_init__(self) -> None:
@@ -52,8 +50,19 @@ class PlacedBeads:
             rights="float: k 3",
             pixels="float: k 2",
             beads="int: k",
-            steps="float: k",
         )
+
+    @property
+    def joined(self) -> BoolArray:
+        """(k - 1,) whether a middle and the next one are of one bead, with material between them."""
+        apart = np.linalg.norm(np.diff(self.middles, axis=0), axis=1)
+        return np.asarray((self.beads[1:] == self.beads[:-1]) & (apart < LONGEST_STEP * self.scale))
+
+    @property
+    def steps(self) -> FloatArray:
+        """(k,) length of the bead that each middle stands for: half of what joins it to its neighbours [mm]."""
+        apart = np.where(self.joined, np.linalg.norm(np.diff(self.middles, axis=0), axis=1), 0.0)
+        return 0.5 * (np.append(apart, 0.0) + np.insert(apart, 0, 0.0))
 
     @property
     def widths(self) -> FloatArray:
@@ -84,21 +93,11 @@ def place_beads(beads: tuple[BeadLine, ...], camera: Camera, surface: Surface) -
         )
     middles, lefts, rights = (each[0][there] for each in places)
     scale = float(np.linalg.norm(lefts - rights, axis=1).sum() / _widths(beads)[there].sum())
-    owners = numbers[there]
-    return PlacedBeads(
-        middles, lefts, rights, pixels[there], owners, _steps(middles, owners, longest=LONGEST_STEP * scale), scale
-    )
+    return PlacedBeads(middles, lefts, rights, pixels[there], numbers[there], scale)
 
 
 def _widths(beads: tuple[BeadLine, ...]) -> FloatArray:
     return np.concatenate([bead.widths[bead.seen] for bead in beads])
-
-
-def _steps(middles: FloatArray, owners: IntArray, *, longest: float) -> FloatArray:
-    """Return the (k,) length that each middle stands for: half of the steps to its neighbours, but for breaks."""
-    apart = np.linalg.norm(np.diff(middles, axis=0), axis=1)
-    joined = np.where((owners[1:] == owners[:-1]) & (apart < longest), apart, 0.0)
-    return 0.5 * (np.append(joined, 0.0) + np.insert(joined, 0, 0.0))
 
 
 def in_sight(

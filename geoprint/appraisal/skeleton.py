@@ -6,6 +6,7 @@ line.
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TypeAlias
 
 import numpy as np
@@ -105,7 +106,12 @@ def _joined_at_junctions(branches: list[_Branch], width: float) -> list[FloatArr
         for end, junction in ((0, first), (1, last))
         if junction >= 0
     ]
-    lines = [line for line, _, _ in branches]
+    used = Counter(junction for junction, _, _ in ends)
+    # What begins and ends at a junction that nothing else meets any more is a ring.
+    lines = [
+        np.vstack([line, line[:1]]) if first == last >= 0 and used[first] == 2 else line
+        for line, first, last in branches
+    ]
     pairs: list[tuple[float, tuple[int, int], tuple[int, int]]] = []
     for place, (junction, one, end) in enumerate(ends):
         for other_junction, other, other_end in ends[place + 1 :]:
