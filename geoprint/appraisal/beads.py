@@ -164,7 +164,7 @@ def _edges(profiles: FloatArray, offsets: FloatArray, *, width: float) -> tuple[
 def _without_spikes(edge: FloatArray, there: BoolArray, *, width: float) -> FloatArray:
     """Return the (k,) offsets of an edge without what sticks out for less than half of a stretch; 0 where it is not."""
     calm = np.zeros(edge.size)
-    calm[there] = ndimage.median_filter(edge[there], max(1, round(SPIKE_SHARE * width / STEP)), mode="nearest")
+    calm[there] = ndimage.median_filter(edge[there], max(1, round(SPIKE_SHARE * width / STEP)), mode="mirror")
     return calm
 
 

@@ -118,7 +118,8 @@ def _joined_at_junctions(branches: list[_Branch], width: float) -> list[FloatArr
             if other_junction == junction and other != one:
                 ahead, back = _direction(lines[one], end, width), _direction(lines[other], other_end, width)
                 turn = float(np.arccos(np.clip(-ahead @ back, -1.0, 1.0)))
-                if turn < STRAIGHT:
+                # Where a spur was cut off, two branches are left of what was no junction.
+                if turn < STRAIGHT or used[junction] == 2:
                     pairs.append((turn, (one, end), (other, other_end)))
     return _chained(lines, pairs)
 
