@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import io
 import tempfile
 from contextlib import chdir
 from pathlib import Path
 
-from benchmarks.guide.shaded import smaller
+from PIL import Image
+
 from geoprint.account.appraised.picture import photograph_overlay
 from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.pipeline import plan, save_plan
 from geoprint.pipeline.appraised.photographs import PlanAsked, appraise_photographs
+
+# Width of the picture [px], and colours that it keeps.
+WIDTH, COLOURS = 720, 128
 
 
 def appraised(data: Path) -> bytes:
@@ -28,4 +33,9 @@ def appraised(data: Path) -> bytes:
         Path("lens.toml").write_text(lens, encoding="utf-8")
         asked = PlanAsked(Path("planned"), (Path("marks.csv"),), (Path("lens.toml"),))
         found = appraise_photographs(["print.png"], against=asked)
-    return smaller(photograph_overlay(found.photographs[0]), width=480)
+    picture = Image.open(io.BytesIO(photograph_overlay(found.photographs[0])))
+    small = picture.resize((WIDTH, round(picture.height * WIDTH / picture.width)), Image.Resampling.LANCZOS)
+    written = io.BytesIO()
+    # By octree, because few pixels have the colours of the lines and the others would outvote them.
+    small.quantize(COLOURS, method=Image.Quantize.FASTOCTREE).save(written, format="PNG", optimize=True)
+    return written.getvalue()

@@ -136,11 +136,13 @@ def _rows() -> PoseStream:
     """Return the poses of six rows along a plate, without travel between them."""
     along = np.linspace(5.0, 35.0, POSES_A_ROW)
     across = 5.0 + SPACING * np.repeat(np.arange(ROWS), POSES_A_ROW)
-    points = np.column_stack([np.tile(along, ROWS), across, np.zeros(across.size)])
+    points: FloatArray = np.column_stack([np.tile(along, ROWS), across, np.full(across.size, HEIGHT)]).astype(
+        np.float64
+    )
     count = len(points)
     runs = np.repeat(np.arange(ROWS), POSES_A_ROW)
     return PoseStream(
-        tips=points + np.array([0.0, 0.0, HEIGHT]),
+        tips=points,
         quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (count, 1)),
         normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
         runs=runs,
