@@ -50,6 +50,7 @@ PLACES = np.array([[0.0, 0.0, 0.0], [80.0, 0.0, 4.0], [80.0, 60.0, 0.0], [0.0, 6
 STANDS = [(40.0, 30.0, 130.0), (-20.0, -10.0, 110.0), (110.0, 10.0, 115.0), (30.0, 95.0, 105.0), (75.0, 80.0, 120.0)]
 
 
+@pytest.mark.dear
 def test_a_lens_is_found_from_boards_held_in_five_ways() -> None:
     found = lens_of([board(view(place, turn=0.2 * k)) for k, place in enumerate(STANDS)], corners=CORNERS)
     assert found.residual < 0.2
