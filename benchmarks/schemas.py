@@ -1,4 +1,4 @@
-"""The schemas of plan.json and compare.json for other programs, written from the records that geoprint tells with.
+"""The schemas of plan.json and its like for other programs, written from the records that geoprint tells with.
 
     python -m benchmarks.schemas [--smoke]
 
@@ -22,6 +22,7 @@ from geoprint.account import (
     StackComparisonRecord,
     StackRecord,
 )
+from geoprint.account.records.appraisal import AppraisalRecord
 
 FOLDER = Path(account.__file__).parent / "schemas"
 
@@ -37,6 +38,7 @@ def schemas() -> dict[str, str]:
         "measure": MeasurementRecord,
         "stack": StackRecord,
         "stacks": StackComparisonRecord,
+        "appraisal": AppraisalRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"

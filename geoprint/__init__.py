@@ -37,9 +37,10 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
 
-    cli -> guide -> pipeline -> account -> results -> toolpaths -> {config, export, quality, report}
-        -> layers -> patterns -> fields -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms
-        -> model -> registry -> {errors, kernels, lazy}
+    cli -> guide -> pipeline -> account -> results -> toolpaths
+        -> {config, export, quality, appraisal, silico, report} -> layers -> patterns -> fields
+        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
+        -> {errors, kernels, lazy}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """
@@ -53,6 +54,7 @@ from geoprint.lazy import attached
 if TYPE_CHECKING:
     from geoprint import (
         account as account,
+        appraisal as appraisal,
         backends as backends,
         config as config,
         deposition as deposition,
@@ -68,6 +70,7 @@ if TYPE_CHECKING:
         registry as registry,
         report as report,
         results as results,
+        silico as silico,
         surfaces as surfaces,
         toolpaths as toolpaths,
         transforms as transforms,
@@ -253,8 +256,8 @@ _FROM = {
     "toolpaths": "read_paths",
 }
 _ROOMS = (
-    "account backends config deposition errors export fields model motion paths patterns pipeline quality "
-    "registry report results surfaces toolpaths transforms"
+    "account appraisal backends config deposition errors export fields model motion paths patterns pipeline quality "
+    "registry report results silico surfaces toolpaths transforms"
 )
 
 if not TYPE_CHECKING:

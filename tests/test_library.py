@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 import geoprint
-from geoprint import account, config, export, pipeline
+from geoprint import account, appraisal, config, export, pipeline
 from geoprint.account.records.plan import PlanRecord
 from geoprint.deposition.fitting import read_measured_flow
 from geoprint.errors import ExportError, GeoprintError, InputError
@@ -186,6 +186,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "inspect_file": lambda: geoprint.inspect_file(gone),
         "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
         "read_paths": lambda: geoprint.read_paths(gone),
+        "read_photograph": lambda: appraisal.read_photograph(gone),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "check_bundle": lambda: geoprint.check_bundle(gone),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.field.figures import loaded
 from benchmarks.field.picture import field_picture
-from benchmarks.guide import cells, measured, proof, sections, surfaces
+from benchmarks.guide import appraised, cells, measured, proof, sections, surfaces
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -87,6 +87,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "again.png": proof.again,
     "report.png": report,
     "measure.png": measured.measured,
+    "appraise.png": appraised.appraised,
     "yardstick.png": yardstick,
     "checked.png": cells.checked,
     "scripting.png": scripting,

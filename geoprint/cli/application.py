@@ -42,6 +42,9 @@ COMMANDS = {
     "measuring": {
         "measure": "Measure how evenly toolpaths of any program cover a part.",
     },
+    "appraising": {
+        "appraise": "Judge a print by photographs of it, and against its plan.",
+    },
     "parts": {
         "inspect": "Say what a mesh is, its defects, and which backends plan it.",
         "patch": "Cut patches out of a body.",

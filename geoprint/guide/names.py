@@ -23,6 +23,8 @@ STAGES = {
     "geoprint.layers": "Layers",
     "geoprint.paths": "Paths",
     "geoprint.quality": "Evenness",
+    "geoprint.appraisal": "Photographs of the print",
+    "geoprint.silico": "A print in silico",
     "geoprint.toolpaths": "Toolpaths of any program",
     "geoprint.deposition": "Material",
     "geoprint.motion.placing": "Where the part stands",

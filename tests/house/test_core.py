@@ -11,8 +11,8 @@ from benchmarks.house import LARGEST_CORE, core
 from benchmarks.parts.house_tree import ROOT, House
 
 HOUSE = House()
-# What the extras `cad`, `medical` and `scan` install.
-EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "lagrange", "pyfqmr")
+# What the extras `cad`, `medical`, `photo` and `scan` install.
+EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "cv2", "lagrange", "pyfqmr")
 # Refuses to import the modules that its first argument lists, then runs the command line with the rest.
 ALONE = """
 import json, sys

@@ -1,0 +1,90 @@
+"""How well are lines, widths, breaks and offsets found in photographs, real ones and ones whose truth is known?
+
+    python -m benchmarks.appraisal [FOLDER] [--smoke]
+
+The first table: known answers. Rows of beads on a plate are printed in silico (`geoprint.silico`, which shares no code
+with the appraisal) with one error each, photographed from above and aslant, and held against their plan. A pixel covers
+about 0.1 mm. The second, where the folder of real photographs is there (`pacamera_*.jpg` of 21 printed lines, with
+masks of others): lines found of 21, and the share of their length whose middle lies within 3 pixels of the mask's, for
+each photograph under several lightings, with nothing else changed. A line is found where 80 % of it is.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.parts.print_photographs import (
+    LINES,
+    PHOTOGRAPHS,
+    WIDTH,
+    judged,
+    lightings,
+    mask_of,
+    plate_print,
+    reference_lines,
+)
+from benchmarks.parts.tables import row, rule
+from geoprint.appraisal import Held, bead_width, beads_of, middles_of, paired_edges, read_photograph
+from geoprint.silico import Break, Faults
+
+IMAGES = Path(__file__).parents[2] / "shared" / "data" / "images"
+OFFSETS, SCALES, BREAKS = (-0.5, 0.2, 0.5, 1.0), (0.7, 1.0, 1.3), (1.0, 2.5, 5.0)
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", type=Path, default=IMAGES, metavar="FOLDER", help="of real photographs")
+    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
+    arguments = parser.parse_args()
+    for line in known_answers(smoke=arguments.smoke):
+        print(line, flush=True)
+    if arguments.smoke or not arguments.folder.is_dir():
+        return
+    print()
+    for line in real_photographs(arguments.folder):
+        print(line, flush=True)
+
+
+def known_answers(*, smoke: bool) -> Iterator[str]:
+    """Yield a Markdown table: an error that was put in, and what was found."""
+    yield row("error put in", "put in [mm]", "found [mm]", "off [mm]")
+    yield rule(4)
+    for offset in OFFSETS[:1] if smoke else OFFSETS:
+        held = plate_print(Faults(offset=offset))
+        yield _answer("all beads to the left", offset, float(held.offsets[held.seen].mean()))
+    for scale in () if smoke else SCALES:
+        held = plate_print(Faults(width_scale=scale))
+        yield _answer(f"width x {scale:g}", scale * WIDTH, float(held.widths[held.seen].mean()))
+    for length in () if smoke else BREAKS:
+        held = plate_print(Faults(breaks=(Break(2, 10.0, 10.0 + length),)))
+        yield _answer("a break, its length", length, _bare(held, run=2))
+
+
+def real_photographs(folder: Path) -> Iterator[str]:
+    """Yield a Markdown table: lines found, and how near to the mask's."""
+    yield row("photograph", "lighting", "width [px]", f"lines of {LINES}", "within 3 px")
+    yield rule(5)
+    for name in PHOTOGRAPHS:
+        grey = read_photograph(folder / f"{name}.jpg").grey
+        lines = reference_lines(mask_of(folder / f"{name}_mask.png"))
+        for lighting, shown in lightings(grey).items():
+            width = bead_width(shown)
+            found, share = judged(middles_of(beads_of(shown, paired_edges(shown, width=width))), lines)
+            yield row(name, lighting, f"{width:.1f}", str(found), f"{share:.2%}")
+
+
+def _answer(what: str, truth: float, found: float) -> str:
+    return row(what, f"{truth:.2f}", f"{found:.3f}", f"{found - truth:+.3f}")
+
+
+def _bare(held: Held, *, run: int) -> float:
+    return float(np.sum([end - start for start, end in held.gaps(run)]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""Photographs of a print: lines of material, how wide and how far apart they are, and how they lie beside a plan.
+
+Stages on frozen values: `read_photograph`, `bead_width`, `paired_edges`, `beads_of`; with a plan also `camera_by`,
+`place_beads`, `held_against`; `apart` measures two sets of anything. Pixels are (u, v), places mm.
+"""
+
+from geoprint.appraisal.against_plan import (
+    BLOB as BLOB,
+    THIN as THIN,
+    Held as Held,
+    PlannedRuns as PlannedRuns,
+    held_against as held_against,
+    planned_runs as planned_runs,
+)
+from geoprint.appraisal.appraised import (
+    Appraisal as Appraisal,
+    AppraisedPhotograph as AppraisedPhotograph,
+    OnPlan as OnPlan,
+)
+from geoprint.appraisal.beads import (
+    BeadLine as BeadLine,
+    beads_of as beads_of,
+    middles_of as middles_of,
+)
+from geoprint.appraisal.calibrating import (
+    Fiducials as Fiducials,
+    camera_by as camera_by,
+    lens_of as lens_of,
+)
+from geoprint.appraisal.camera import Camera as Camera, Lens as Lens
+from geoprint.appraisal.distances import Directed as Directed, SetDistances as SetDistances, apart as apart
+from geoprint.appraisal.gradient import (
+    edges as edges,
+    evened as evened,
+    steepness as steepness,
+)
+from geoprint.appraisal.on_part import (
+    PlacedBeads as PlacedBeads,
+    in_sight as in_sight,
+    place_beads as place_beads,
+)
+from geoprint.appraisal.paired_edges import (
+    PairedEdges as PairedEdges,
+    Shade as Shade,
+    bead_width as bead_width,
+    paired_edges as paired_edges,
+)
+from geoprint.appraisal.photograph import (
+    Photograph as Photograph,
+    read_photograph as read_photograph,
+)

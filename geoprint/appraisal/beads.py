@@ -1,0 +1,239 @@
+"""Beads along their middles: both edges to a part of a pixel, the width between them, and where there is no bead.
+
+Across a line the grey values are read along its normal. From the middle outwards the edge is where they have fallen
+halfway to the lowest beside it. A place at which that contrast is too weak, or one side has no edge, is no bead: a gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import final
+
+import numpy as np
+from scipy import ndimage
+
+from geoprint.appraisal.paired_edges import PairedEdges, Shade
+from geoprint.appraisal.skeleton import midlines
+from geoprint.errors import InputError
+from geoprint.model import BoolArray, FloatArray, freeze_arrays, frozen
+
+# Beads are looked at this often [pixels], and across them twice as often.
+STEP = 1.0
+ACROSS_STEP = 0.5
+# Grey values are read so far to both sides, over the width: a bead twice as wide has its edge there.
+REACH_SHARE = 1.25
+# Inside is what is nearer to the middle than this share of the width; beside it what is farther than the other.
+INSIDE_SHARE, BESIDE_SHARE = 0.12, 0.4
+# Grey values are averaged along the line over this share of the width, against grain (standard deviation).
+GRAIN_SHARE = 0.2
+# The middle of a skeleton jumps from pixel to pixel; so much of the width calms it.
+CALM_SHARE = 0.5
+# Thinning ends a line up to so much of the width before its material does.
+LENGTHENED_SHARE = 1.5
+# A bead whose contrast falls below this share of the line's own is not there.
+FAINT_SHARE = 0.4
+# What an edge does over less than half of this share of the width is a grain beside it.
+SPIKE_SHARE = 0.6
+# Its edges lie no nearer together than this share of the width.
+THINNEST_SHARE = 0.25
+# Breaks shorter than this share of the width are noise, and so are beads.
+SHORTEST_BREAK_SHARE = 0.3
+# Lines of which less than this, over the width, is seen, are none.
+SHORTEST_LINE_SHARE = 3.0
+
+
+@final
+@frozen
+class BeadLine:
+    """A line of material in a photograph.
+
+    Attributes:
+        middles: (k, 2) halfway between its edges, about a pixel apart, in their order [pixels].
+        lefts: (k, 2) edge to the left of that order, v pointing down [pixels].
+        rights: (k, 2) edge to the right [pixels].
+        seen: (k,) whether there is a bead; where not, middles are what lies between, and both edges on them.
+        closed: whether its end meets its start.
+    """
+
+    middles: FloatArray
+    lefts: FloatArray
+    rights: FloatArray
+    seen: BoolArray
+    closed: bool
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, middles="float: k 2", lefts="float: k 2", rights="float: k 2", seen="bool: k")
+
+    @property
+    def widths(self) -> FloatArray:
+        """(k,) distance of both edges, 0 where there is no bead [pixels]."""
+        return np.asarray(np.linalg.norm(self.rights - self.lefts, axis=1))
+
+    @property
+    def steps(self) -> FloatArray:
+        """(k - 1,) distance from each middle to the next [pixels]."""
+        return np.asarray(np.linalg.norm(np.diff(self.middles, axis=0), axis=1))
+
+    @property
+    def breaks(self) -> list[tuple[int, int]]:
+        """First and last place of each stretch without material."""
+        labels, _ = ndimage.label(~self.seen)
+        return [(int(part[0].start), int(part[0].stop) - 1) for part in ndimage.find_objects(labels)]
+
+    @property
+    def length(self) -> float:
+        """Of what is seen [pixels]."""
+        return float(self.steps[self.seen[1:] & self.seen[:-1]].sum())
+
+
+def beads_of(grey: FloatArray, found: PairedEdges, *, shade: Shade = "lighter") -> tuple[BeadLine, ...]:
+    """Return the beads of a photograph, the longest first.
+
+    Args:
+        grey: (h, w) of the photograph.
+        found: where beads run in it.
+        shade: what beads are, beside what they lie on.
+
+    Raises:
+        InputError: no line is long enough.
+    """
+    height = grey if shade == "lighter" else 1.0 - grey
+    # The centre of pixel 0 of the small picture stands half a large pixel, less half a small one, further in.
+    lines = [(line + 0.5) / found.scale - 0.5 for line in midlines(found.beads, width=found.scale * found.width)]
+    long = [line for line in lines if len(line) > 2 and _length(line) >= SHORTEST_LINE_SHARE * found.width]
+    beads = [bead for line in long if (bead := _bead(height, line, width=found.width)) is not None]
+    if not beads:
+        raise InputError(
+            f"no line of beads {found.width:.3g} pixels wide is {SHORTEST_LINE_SHARE:g} widths long, of "
+            f"{len(lines)} that were looked at; light the print from the side, or state the beads' shade and width.",
+            lines=len(lines),
+        )
+    return tuple(sorted(beads, key=lambda bead: -bead.length))
+
+
+def _bead(height: FloatArray, line: FloatArray, *, width: float) -> BeadLine | None:
+    """Return the bead along a line, or None where too little of one is there."""
+    closed = bool(np.abs(line[0] - line[-1]).max() < 1e-9)
+    path = _calmed(line if closed else _lengthened(line, width=width), width=width, closed=closed)
+    ahead = _unit(_gradient(path, closed=closed))
+    aside = np.column_stack([ahead[:, 1], -ahead[:, 0]])
+    offsets = np.arange(-REACH_SHARE * width, REACH_SHARE * width + ACROSS_STEP, ACROSS_STEP)
+    profiles = _profiles(height, path, aside, offsets, width=width, closed=closed)
+    left, right, seen = _edges(profiles, offsets, width=width)
+    seen = _without_short(seen, shortest=SHORTEST_BREAK_SHARE * width / STEP, closed=closed)
+    kept = np.flatnonzero(seen)
+    if kept.size * STEP < SHORTEST_LINE_SHARE * width:
+        return None
+    rows = slice(None) if closed else slice(int(kept[0]), int(kept[-1]) + 1)
+    middle = np.interp(np.arange(seen.size), kept, (0.5 * (left + right))[kept])
+    left, right = np.where(seen, left, middle), np.where(seen, right, middle)
+    at = [path + offset[:, None] * aside for offset in (middle, left, right)]
+    return BeadLine(at[0][rows], at[1][rows], at[2][rows], seen[rows], closed)
+
+
+def _profiles(
+    height: FloatArray, path: FloatArray, aside: FloatArray, offsets: FloatArray, *, width: float, closed: bool
+) -> FloatArray:
+    """Return (k, j) grey values across a line, at each of k places, calmed along it and across."""
+    at = path[:, None, :] + offsets[None, :, None] * aside[:, None, :]
+    values = ndimage.map_coordinates(height, [at[..., 1], at[..., 0]], order=1, mode="nearest")
+    spreads = (GRAIN_SHARE * width / STEP, 0.5 / ACROSS_STEP)
+    return ndimage.gaussian_filter(values, spreads, mode=("wrap" if closed else "nearest", "nearest"))
+
+
+def _edges(profiles: FloatArray, offsets: FloatArray, *, width: float) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return (k,) offsets of the left and of the right edge, and whether both are there."""
+    inside = profiles[:, np.abs(offsets) <= max(INSIDE_SHARE * width, ACROSS_STEP)].mean(axis=1)
+    sides: list[FloatArray] = []
+    contrasts: list[FloatArray] = []
+    for sign in (1.0, -1.0):
+        order = np.argsort(sign * offsets)
+        out = order[sign * offsets[order] >= 0.0]
+        away, values = np.abs(offsets[out]), profiles[:, out]
+        beside = values[:, away >= BESIDE_SHARE * width].min(axis=1)
+        sides.append(sign * _first_below(values, away, 0.5 * (inside + beside)))
+        contrasts.append(inside - beside)
+    contrast = np.minimum(*contrasts)
+    left, right = sides
+    usual = float(np.median(contrast[contrast > 0.0])) if (contrast > 0.0).any() else np.inf
+    there = np.isfinite(left) & np.isfinite(right) & (contrast > FAINT_SHARE * usual)
+    there &= np.where(there, left - right, 0.0) >= THINNEST_SHARE * width
+    return _without_spikes(left, there, width=width), _without_spikes(right, there, width=width), there
+
+
+def _without_spikes(edge: FloatArray, there: BoolArray, *, width: float) -> FloatArray:
+    """Return the (k,) offsets of an edge without what sticks out for less than half of a stretch; 0 where it is not."""
+    calm = np.zeros(edge.size)
+    calm[there] = ndimage.median_filter(edge[there], max(1, round(SPIKE_SHARE * width / STEP)), mode="mirror")
+    return calm
+
+
+def _first_below(values: FloatArray, away: FloatArray, level: FloatArray) -> FloatArray:
+    """Return (k,) how far out values first fall below a level, linear between places; NaN where they do not."""
+    below = values < level[:, None]
+    first = np.argmax(below, axis=1)
+    rows = np.arange(len(values))
+    before = np.maximum(first - 1, 0)
+    high, low = values[rows, before], values[rows, first]
+    share = np.divide(high - level, high - low, out=np.zeros_like(level), where=high > low)
+    return np.where(below.any(axis=1) & (first > 0), away[before] + share * (away[first] - away[before]), np.nan)
+
+
+def _without_short(seen: BoolArray, *, shortest: float, closed: bool) -> BoolArray:
+    """Return what is seen without breaks, and then without pieces, that are shorter than so many places."""
+    for what in (False, True):
+        padded = np.concatenate([seen, seen, seen]) if closed else seen
+        labels, count = ndimage.label(padded == what)
+        sizes = np.bincount(labels, minlength=count + 1)
+        short = (labels > 0) & (sizes[labels] < shortest)
+        if not closed and not what:
+            short[labels == labels[0]] = False
+            short[labels == labels[-1]] = False
+        changed = np.where(short, not what, padded)
+        seen = changed[len(seen) : 2 * len(seen)] if closed else changed
+    return seen
+
+
+def _lengthened(line: FloatArray, *, width: float) -> FloatArray:
+    """Return a line that goes on straight at both ends: where its material ends is seen across it, not by thinning."""
+    reach = min(len(line) - 1, max(1, round(width)))
+    ends = [line[0] - line[reach], line[-1] - line[-1 - reach]]
+    out = [LENGTHENED_SHARE * width * end / max(float(np.linalg.norm(end)), 1e-12) for end in ends]
+    return np.vstack([line[0] + out[0], line, line[-1] + out[1]])
+
+
+def _calmed(line: FloatArray, *, width: float, closed: bool) -> FloatArray:
+    """Return a line at even steps, without the stairs of its pixels."""
+    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    count = max(3, round(float(arcs[-1]) / STEP) + 1)
+    even: FloatArray = np.linspace(0.0, float(arcs[-1]), count)
+    points: FloatArray = np.column_stack([np.interp(even, arcs, line[:, axis]) for axis in (0, 1)])
+    spread = CALM_SHARE * width / STEP
+    if closed:
+        calm: FloatArray = ndimage.gaussian_filter1d(points[:-1], spread, axis=0, mode="wrap")
+        return np.vstack([calm, calm[:1]])
+    # Mirrored through the ends, so that these stay where they are.
+    margin = min(count - 1, int(np.ceil(4.0 * spread)))
+    front, back = 2.0 * points[0] - points[margin:0:-1], 2.0 * points[-1] - points[-2 : -margin - 2 : -1]
+    smooth: FloatArray = ndimage.gaussian_filter1d(np.vstack([front, points, back]), spread, axis=0)
+    return smooth[margin : margin + count]
+
+
+def _gradient(path: FloatArray, *, closed: bool) -> FloatArray:
+    if not closed:
+        return np.asarray(np.gradient(path, axis=0))
+    around = np.vstack([path[-2], path, path[1]])
+    return 0.5 * (around[2:] - around[:-2])
+
+
+def _unit(rows: FloatArray) -> FloatArray:
+    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+
+
+def _length(line: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+
+
+def middles_of(beads: Sequence[BeadLine]) -> FloatArray:
+    """Return the (n, 2) middles of all that is seen of beads [pixels]."""
+    return np.vstack([bead.middles[bead.seen] for bead in beads])

@@ -1,0 +1,219 @@
+"""Photographs of prints, appraised side by side and against the plan of them, and how the result lands on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import final
+
+from geoprint.account import as_json, read_record
+from geoprint.account.appraised.figures import record_appraisal
+from geoprint.account.appraised.picture import appraisal_pictures
+from geoprint.account.appraised.tables import appraisal_tables
+from geoprint.account.records.appraisal import AppraisalRecord
+from geoprint.account.texts.appraising import appraisal_text
+from geoprint.appraisal import (
+    Appraisal,
+    AppraisedPhotograph,
+    Fiducials,
+    Lens,
+    OnPlan,
+    Photograph,
+    Shade,
+    apart,
+    bead_width,
+    beads_of,
+    camera_by,
+    held_against,
+    in_sight,
+    middles_of,
+    paired_edges,
+    place_beads,
+    planned_runs,
+    read_photograph,
+)
+from geoprint.errors import InputError, UsageError, VerificationError, naming
+from geoprint.export import json_bytes, write_bundle
+from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_fiducials, read_lens, read_plan
+
+RECORD = "appraisal.json"
+# More are no comparison any more.
+MOST_PHOTOGRAPHS = 20
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class PlanAsked:
+    """What prints are held against, and what the camera is placed by.
+
+    Attributes:
+        bundle: folder of the plan.
+        fiducials: a table for all photographs, or one for each.
+        lens: a file that states it, or photographs of a checkerboard.
+        corners: inner corners of the board, as 9x6.
+        reach: how far from a run its material may lie [mm]; half the spacing of the plan if not given.
+    """
+
+    bundle: Path
+    fiducials: tuple[Path, ...]
+    lens: tuple[Path, ...]
+    corners: str | None = None
+    reach: float | None = None
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Against:
+    """A plan as read, with a camera's lens and where each photograph shows fiducials."""
+
+    plan: PlannedPrint
+    lens: Lens
+    fiducials: tuple[Fiducials, ...]
+    reach: float | None
+
+
+def appraise_photographs(
+    paths: Sequence[Path | str],
+    *,
+    against: PlanAsked | None = None,
+    shade: Shade = "lighter",
+    width: float | None = None,
+    threshold: float | None = None,
+    observe: Callable[[str], None] = lambda _: None,
+) -> Appraisal:
+    """Appraise photographs of prints.
+
+    Args:
+        paths: of the photographs; several are of one size, by a camera that stood still.
+        against: the plan that they are held against; None where there is none.
+        shade: what beads are, beside what they lie on.
+        width: of beads [pixels]; that of the highest contrast, in each photograph, if not given.
+        threshold: of their contrast, over the spread of the grey values around them; [Otsu1979] if not given.
+        observe: told the name of each stage as it starts.
+
+    Raises:
+        UsageError: an option has no meaning, or a package is missing.
+        InputError: a file cannot be read, shows no bead, or does not fit the others.
+        VerificationError: the bundle was changed.
+    """
+    _check(paths, width=width, threshold=threshold)
+    observe("photographs")
+    photographs = [read_photograph(path) for path in paths]
+    _check_sizes(photographs)
+    held = None if against is None else _read(against, photographs)
+    found: list[AppraisedPhotograph] = []
+    for number, photograph in enumerate(photographs):
+        observe(photograph.name)
+        with naming(photograph.name):
+            wide = bead_width(photograph.grey, shade=shade) if width is None else width
+            paired = paired_edges(photograph.grey, width=wide, shade=shade, threshold=threshold)
+            beads = beads_of(photograph.grey, paired, shade=shade)
+            one = AppraisedPhotograph(photograph, wide, paired.threshold, beads, None)
+            on_plan = None if held is None else _on_plan(one, held, held.fiducials[number % len(held.fiducials)])
+        found.append(AppraisedPhotograph(photograph, wide, paired.threshold, beads, on_plan))
+    pairs = tuple(
+        (one, other, apart(middles_of(found[one].beads), middles_of(found[other].beads)))
+        for one, other in combinations(range(len(found)), 2)
+    )
+    plan = None if held is None else held.plan
+    return Appraisal(
+        shade, width is None, threshold is None, tuple(found), pairs,
+        plan=None if plan is None else plan.name, part=None if plan is None else plan.part,
+    )  # fmt: skip
+
+
+def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool = False) -> AppraisalRecord:
+    """Write appraisal.json, the text, tables and pictures, and the lens if it was calibrated: all or nothing.
+
+    Args:
+        found: what was appraised.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What appraisal.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written reads back otherwise.
+    """
+    told = record_appraisal(found)
+    on_plan = found.photographs[0].on_plan
+    # A lens that was given needs no second file.
+    calibrated = None if on_plan is None or on_plan.camera.lens.residual == 0.0 else on_plan.camera.lens
+    lens = {} if calibrated is None else {"lens.toml": lens_text(calibrated).encode("utf-8")}
+    files = {
+        RECORD: json_bytes(as_json(told)),
+        "appraisal.txt": f"{appraisal_text(told)}\n".encode(),
+        **appraisal_tables(found),
+        **appraisal_pictures(found),
+        **lens,
+    }
+
+    def verify(written: Path) -> None:
+        if read_record(written / RECORD, AppraisalRecord) != told:
+            raise VerificationError(f"{RECORD} does not read back as it was told; the disk may be faulty: write again.")
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def _on_plan(one: AppraisedPhotograph, against: _Against, fiducials: Fiducials) -> OnPlan:
+    """Hold a photograph against the plan."""
+    plan = against.plan
+    camera = camera_by(fiducials, against.lens)
+    placed = place_beads(one.beads, camera, plan.surface)
+    runs = planned_runs(plan.poses, spacing=plan.spacing)
+    visible = in_sight(camera, plan.surface, runs.places, size=one.photograph.size, margin=one.width)
+    return OnPlan(camera, placed, held_against(runs, placed, visible=visible, reach=against.reach))
+
+
+def _read(asked: PlanAsked, photographs: Sequence[Photograph]) -> _Against:
+    """Read what photographs are held against.
+
+    Raises:
+        UsageError: something is missing, or there are too many tables of fiducials.
+        InputError: the lens is of photographs of another size.
+    """
+    if not asked.fiducials or not asked.lens:
+        raise UsageError(
+            "a plan needs `--fiducials`, a table of four places or more that the photograph shows, and `--lens`, a "
+            "file or photographs of a checkerboard: without them nobody knows where the camera stood."
+        )
+    if len(asked.fiducials) not in {1, len(photographs)}:
+        raise UsageError(
+            f"give `--fiducials` once for all photographs, or once for each of the {len(photographs)}; found "
+            f"{len(asked.fiducials)}."
+        )
+    if asked.reach is not None and not 0.0 < asked.reach < float("inf"):
+        raise UsageError(f"`--reach {asked.reach:g}`: it must be a positive number of mm.")
+    lens = read_lens(asked.lens, corners=asked.corners)
+    for each in photographs:
+        if each.size != lens.size:
+            raise InputError(
+                f"`{each.name}` has {each.size[0]} x {each.size[1]} pixels, the lens is of photographs of "
+                f"{lens.size[0]} x {lens.size[1]}; give photographs as the camera wrote them, and their lens."
+            )
+    return _Against(read_plan(asked.bundle), lens, tuple(read_fiducials(path) for path in asked.fiducials), asked.reach)
+
+
+def _check(paths: Sequence[Path | str], *, width: float | None, threshold: float | None) -> None:
+    if not 1 <= len(paths) <= MOST_PHOTOGRAPHS:
+        raise UsageError(f"give 1 to {MOST_PHOTOGRAPHS} photographs, found {len(paths)}.")
+    for flag, value in (("--width", width), ("--threshold", threshold)):
+        if value is not None and not 0.0 < value < float("inf"):
+            raise UsageError(f"`{flag} {value:g}`: it must be a positive number.")
+
+
+def _check_sizes(photographs: Sequence[Photograph]) -> None:
+    first = photographs[0]
+    for other in photographs[1:]:
+        if other.size != first.size:
+            raise InputError(
+                f"`{first.name}` has {first.size[0]} x {first.size[1]} pixels and `{other.name}` "
+                f"{other.size[0]} x {other.size[1]}, so that distances between them mean nothing; take all with a "
+                "camera that stands still, or appraise them one by one."
+            )

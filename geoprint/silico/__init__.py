@@ -1,0 +1,20 @@
+"""A print in silico: what a plan lays with errors put in, and a photograph of it with a known camera and light.
+
+It shares no code with `appraisal`, so that errors which are put in here are errors that must be found there.
+"""
+
+from geoprint.silico.laid import (
+    Break as Break,
+    Faults as Faults,
+    LaidBeads as LaidBeads,
+    laid_beads as laid_beads,
+)
+from geoprint.silico.pictured import (
+    Lighting as Lighting,
+    pictured as pictured,
+    png as png,
+)
+from geoprint.silico.viewpoint import (
+    Viewpoint as Viewpoint,
+    looking_at as looking_at,
+)

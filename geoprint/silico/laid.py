@@ -1,0 +1,152 @@
+"""What a plan lays on its part: beads along the deposited poses, with errors put in."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from scipy import ndimage
+
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray, PoseStream, Surface, comparable, freeze_arrays, frozen
+from geoprint.surfaces import closest, normals
+
+# Places along a bead are at most this far apart, over its mean width: its edge is round to a thousandth of that.
+STEP_SHARE = 0.04
+# Noise along a bead is alike over so many of its widths (standard deviation of its smoothing).
+ALIKE_SHARE = 1.0
+
+
+@final
+@comparable
+class Break:
+    """A stretch without material.
+
+    Attributes:
+        run: of the plan, counted as in poses.csv.
+        start: arc length from the start of the run [mm].
+        end: where material begins again [mm].
+    """
+
+    run: int
+    start: float
+    end: float
+
+
+@final
+@comparable
+class Faults:
+    """What goes wrong in a print.
+
+    Attributes:
+        offset: by which all beads lie to the left of their paths, as seen from outside [mm].
+        width_scale: width over what the flow asks for.
+        width_noise: standard deviation of the width along a bead, over its mean.
+        breaks: stretches without material.
+    """
+
+    offset: float = 0.0
+    width_scale: float = 1.0
+    width_noise: float = 0.0
+    breaks: tuple[Break, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.width_scale <= 0.0 or self.width_noise < 0.0:
+            raise InputError(
+                f"a print has a positive width and no negative noise, found {self.width_scale:g} times the width and "
+                f"a noise of {self.width_noise:g}."
+            )
+
+
+@final
+@frozen
+class LaidBeads:
+    """Beads on a part, as places along their middles.
+
+    Attributes:
+        places: (k, 3) on the surface, run after run [mm].
+        normals: (k, 3) outward unit normals there.
+        ahead: (k, 3) unit directions of the runs.
+        widths: (k,) 0 where there is no material [mm].
+        arcs: (k,) arc length of the plan from the start of the run [mm].
+        runs: (k,) of the plan.
+        height: of their crest over the surface [mm].
+    """
+
+    places: FloatArray
+    normals: FloatArray
+    ahead: FloatArray
+    widths: FloatArray
+    arcs: FloatArray
+    runs: IntArray
+    height: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, places="float: k 3", normals="float: k 3", ahead="float: k 3", widths="float: k", arcs="float: k",
+            runs="int: k",
+        )  # fmt: skip
+
+
+def laid_beads(
+    poses: PoseStream, surface: Surface, *, height: float, faults: Faults, random: np.random.Generator
+) -> LaidBeads:
+    """Lay the beads of a plan, each as wide as its flow over the height, with faults.
+
+    Args:
+        poses: of the plan; only deposit counts.
+        surface: that it was planned on.
+        height: of the layer [mm].
+        faults: what goes wrong.
+        random: of the noise.
+
+    Raises:
+        InputError: nothing is deposited, or a break is of a run that is not there.
+    """
+    numbers = np.unique(poses.runs[poses.deposit]).tolist()
+    strange = [each.run for each in faults.breaks if each.run not in numbers]
+    if not numbers or strange:
+        raise InputError(
+            f"breaks are of runs that deposit: there are {len(numbers)}"
+            + (f", from {numbers[0]} to {numbers[-1]}, found run {strange[0]}." if strange else ".")
+        )
+    runs = [_run(poses, number, height=height, faults=faults, random=random) for number in numbers]
+    places, ahead, widths, arcs = (np.concatenate(parts) for parts in zip(*runs, strict=True))
+    up = normals(surface, closest(surface, places)[0])
+    aside = np.cross(up, ahead)
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    landed, _ = closest(surface, places + faults.offset * aside)
+    return LaidBeads(
+        places=landed.xyz(surface),
+        normals=normals(surface, landed),
+        ahead=ahead,
+        widths=widths,
+        arcs=arcs,
+        runs=np.repeat(numbers, [len(run[0]) for run in runs]),
+        height=height,
+    )
+
+
+def _run(
+    poses: PoseStream, number: int, *, height: float, faults: Faults, random: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return finely placed points along one run as planned, directions, widths as printed and arcs."""
+    rows = np.flatnonzero(poses.deposit & (poses.runs == number))
+    corners, flow = poses.surface_points[rows], poses.flow[rows]
+    reached = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
+    wide = faults.width_scale * flow / height
+    step = STEP_SHARE * float(wide.mean())
+    length = float(reached[-1])
+    arcs: FloatArray = np.linspace(0.0, length, max(2, int(np.ceil(length / step)) + 1))
+    places: FloatArray = np.column_stack([np.interp(arcs, reached, corners[:, axis]) for axis in range(3)])
+    ahead: FloatArray = np.asarray(np.gradient(places, axis=0))
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    widths: FloatArray = np.interp(arcs, reached, wide)
+    if faults.width_noise > 0.0:
+        alike = ALIKE_SHARE * float(wide.mean()) / step
+        noise: FloatArray = ndimage.gaussian_filter1d(random.standard_normal(arcs.size), alike)
+        widths = widths * np.maximum(1.0 + faults.width_noise * noise / max(float(noise.std()), 1e-12), 0.0)
+    for each in faults.breaks:
+        if each.run == number:
+            widths = np.where((arcs >= each.start) & (arcs <= each.end), 0.0, widths)
+    return places, ahead, widths, arcs

@@ -1,0 +1,115 @@
+"""A photograph of beads on a part, as a known camera sees them in known light.
+
+Every pixel sends a ray to the surface. Where it lands within half a width of the middle of a bead, it goes on to the
+bead's skin: a parabola, highest in the middle. Light falls on that skin as Lambert says, on part and bead alike, which
+differ in how much of it they give back.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import final
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import KDTree
+
+from geoprint.errors import InputError
+from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
+from geoprint.silico.laid import LaidBeads
+from geoprint.silico.viewpoint import Viewpoint
+from geoprint.surfaces import normals
+from geoprint.surfaces.rays import first_hits
+
+# Times that a ray is led on to the skin of a bead: heights change little over what is left.
+SKIN_STEPS = 3
+
+
+@final
+@frozen
+class Lighting:
+    """Light, and what it falls on.
+
+    Attributes:
+        direction: (3,) towards the lamp, in the part's coordinates; of any length.
+        ambient: share of the light that comes from everywhere.
+        part: share of light that the part gives back.
+        bead: share of light that a bead gives back.
+        behind: grey value where there is no part.
+        grain: standard deviation of the noise of each pixel.
+        blur: standard deviation of the unsharpness [pixels].
+    """
+
+    direction: FloatArray
+    ambient: float = 0.4
+    part: float = 0.35
+    bead: float = 0.9
+    behind: float = 0.05
+    grain: float = 0.01
+    blur: float = 0.7
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, direction="float: 3")
+        if not np.linalg.norm(self.direction) > 0.0:
+            raise InputError("light comes from somewhere: its direction is zero.")
+
+
+def pictured(
+    surface: Surface, beads: LaidBeads, view: Viewpoint, lighting: Lighting, *, random: np.random.Generator
+) -> FloatArray:
+    """Return the (h, w) grey values, 0 to 1, of a photograph of beads on a part.
+
+    Args:
+        surface: the part.
+        beads: on it.
+        view: the camera.
+        lighting: the light.
+        random: of the noise.
+
+    Raises:
+        InputError: the camera does not see the part.
+    """
+    rays = view.rays()
+    hits = first_hits(surface, np.broadcast_to(view.place, rays.shape).copy(), rays)
+    if not hits.met.any():
+        raise InputError(f"the camera does not see {surface.name}: no ray meets it; place it elsewhere.")
+    up = normals(surface, hits.points)
+    toward = rays[hits.met]
+    # The side that is looked at, where the part is seen from behind.
+    up = up * -np.sign((up * toward).sum(axis=1))[:, None]
+    skin, on_bead = _skin(beads, hits.points.xyz(surface), up, toward)
+    lamp = lighting.direction / np.linalg.norm(lighting.direction)
+    lit = lighting.ambient + (1.0 - lighting.ambient) * np.clip(skin @ lamp, 0.0, None)
+    shown = np.full(len(rays), lighting.behind)
+    shown[hits.met] = lit * np.where(on_bead, lighting.bead, lighting.part)
+    sharp = shown.reshape(view.size[1], view.size[0])
+    seen = ndimage.gaussian_filter(sharp, lighting.blur) + lighting.grain * random.standard_normal(sharp.shape)
+    return np.clip(seen, 0.0, 1.0)
+
+
+def png(grey: FloatArray) -> bytes:
+    """Return (h, w) grey values from 0 to 1 as a PNG of 8 bits."""
+    from PIL import Image
+
+    written = io.BytesIO()
+    Image.fromarray(np.rint(255.0 * grey).astype(np.uint8)).save(written, format="PNG")
+    return written.getvalue()
+
+
+def _skin(beads: LaidBeads, landed: FloatArray, up: FloatArray, toward: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return the (k, 3) normals of what rays meet that land on the part, and whether that is a bead."""
+    tree = KDTree(beads.places)
+    steep = np.maximum(-(up * toward).sum(axis=1), 0.1)
+    foot, skin, on_bead = landed, up, np.zeros(len(landed), dtype=np.bool_)
+    for _ in range(SKIN_STEPS):
+        _, nearest = tree.query(foot)
+        off = foot - beads.places[nearest]
+        half = 0.5 * beads.widths[nearest]
+        share = np.divide(np.linalg.norm(off, axis=1), half, out=np.full(len(foot), np.inf), where=half > 0.0)
+        height = np.where(share < 1.0, beads.height * (1.0 - np.minimum(share, 1.0) ** 2), 0.0)
+        on_bead = share < 1.0
+        slope = np.divide(2.0 * beads.height, half**2, out=np.zeros_like(half), where=on_bead)
+        skin = up + slope[:, None] * (off - (off * up).sum(axis=1)[:, None] * up)
+        # Back along the ray to where it is so high, and straight down from there.
+        foot = landed - (height / steep)[:, None] * toward - height[:, None] * up
+    return skin / np.linalg.norm(skin, axis=1, keepdims=True), on_bead

@@ -1,0 +1,16 @@
+"""The benchmark of the appraisal: its table tells what was put in beside what was found."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.appraisal import known_answers
+
+
+@pytest.mark.dear
+def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> None:
+    *_, line = known_answers(smoke=True)
+    what, put_in, found, off = (cell.strip() for cell in line.split("|")[1:-1])
+    assert (what, put_in) == ("all beads to the left", "-0.50")
+    assert float(found) == pytest.approx(-0.5, abs=0.1)
+    assert abs(float(off)) < 0.1

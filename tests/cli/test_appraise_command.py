@@ -1,0 +1,185 @@
+"""`geoprint appraise` as a person meets it: tables, files on demand, one sentence where something is wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from geoprint import cli
+from geoprint.account import read_record
+from geoprint.account.records.appraisal import AppraisalRecord
+from geoprint.config import job_of
+from geoprint.pipeline import plan, save_plan
+from geoprint.silico import Break, Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured, png
+from geoprint.surfaces.files import save_ply
+from tests.appraisal.drawn import drawn, straight
+from tests.meshes import plate
+
+Run = Callable[..., tuple[int, str, str]]
+LENS = "width = 480\nheight = 400\nfx = 1150\nfy = 1150\ncx = 239.5\ncy = 199.5\nk1 = -0.1\nk2 = 0.02\n"
+VIEW = looking_at(
+    np.array([20.0, 15.0, 0.0]), place=np.array([30.0, 0.0, 110.0]), focal=1150.0, size=(480, 400), radial=(-0.1, 0.02)
+)
+MARKS = np.array([[0.0, 0.0, 0.0], [40.0, 0.0, 0.0], [40.0, 30.0, 0.0], [0.0, 30.0, 0.0], [20.0, 15.0, 0.0]])
+
+
+def table(view: Viewpoint) -> str:
+    """Return fiducials where a camera sees them, to a hundredth of a pixel."""
+    rows = [
+        f"m{k},{u:.2f},{v:.2f},{x:g},{y:g},{z:g}"
+        for k, ((u, v), (x, y, z)) in enumerate(zip(view.pixels(MARKS), MARKS, strict=True))
+    ]
+    return "\n".join(["name,u,v,x,y,z", *rows, ""])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("appraise")
+    for name, shift in (("a.png", 0.0), ("b.png", 4.0)):
+        lines = [(straight(40, v + shift, 280, v + shift), 12.0) for v in (50, 110, 170)]
+        (folder / name).write_bytes(png(drawn((320, 220), lines, noise=0.01)))
+    (folder / "small.png").write_bytes(png(drawn((200, 220), [(straight(20, 90, 180, 90), 12.0)])))
+    (folder / "lens.toml").write_text(LENS, encoding="utf-8")
+    (folder / "marks.csv").write_text(table(VIEW), encoding="utf-8")
+    save_ply(plate((40.0, 30.0), (20, 15)), folder / "plate.ply")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def printed(folder: Path) -> Path:
+    """The folder, with a plan of the plate and a photograph of its print, which has an offset and a break."""
+    job = job_of(surface=folder / "plate.ply", unit="mm", spacing=3.5, backend="fast-marching", robot=False)
+    planned = plan(job)
+    save_plan(planned, folder / "plan")
+    random = np.random.default_rng(4)
+    faults = Faults(offset=0.3, width_scale=0.5, breaks=(Break(0, 40.0, 46.0),))
+    surface = planned.workpiece.surface
+    beads = laid_beads(planned.poses, surface, height=0.5, faults=faults, random=random)
+    grey = pictured(surface, beads, VIEW, Lighting(np.array([0.0, 0.0, 1.0])), random=random)
+    (folder / "print.png").write_bytes(png(grey))
+    return folder
+
+
+@pytest.fixture
+def run(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    def call(line: str) -> tuple[int, str, str]:
+        monkeypatch.chdir(folder)
+        monkeypatch.setattr("sys.argv", ["geoprint", "appraise", *line.split()])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        captured = capsys.readouterr()
+        return int(ended.value.code or 0), captured.out, captured.err
+
+    return call
+
+
+def test_two_photographs_stand_in_one_table_with_the_distance_between_them(run: Run, folder: Path) -> None:
+    before = sorted(folder.iterdir())
+    status, stdout, stderr = run("a.png b.png")
+    assert (status, stdout) == (0, "")
+    lines = stderr.splitlines()
+    start = next(place for place, line in enumerate(lines) if line.startswith("photograph"))
+    name, count, length, width, *_ = lines[start + 2].split()
+    assert (name, count) == ("a.png", "3")
+    assert float(length) == pytest.approx(3 * 252, abs=9)
+    assert float(width) == pytest.approx(12.0, abs=0.3)
+    assert "width and threshold chosen from the picture" in stderr
+    row = next(line for line in lines if line.startswith("a.png  ") and line.split()[1] == "0")
+    assert float(row.split()[2]) == pytest.approx(4.0, abs=1.0)
+    assert "a.png to b.png and back: Hausdorff 4." in stderr
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.dear
+def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
+    asked = "print.png --plan plan --fiducials marks.csv --lens lens.toml"
+    status, stdout, stderr = run(f"{asked} --out told --json")
+    assert status == 0, stderr
+    written = printed / "told"
+    assert sorted(path.name for path in written.iterdir()) == [
+        "appraisal.json", "appraisal.txt", "edges-1.png", "lines-1.csv", "manifest.json", "overlay-1.png",
+        "stretches-1.csv",
+    ]  # fmt: skip
+    told = read_record(written / "appraisal.json", AppraisalRecord)
+    assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
+    (photograph,) = told.photographs
+    found = photograph.on_plan
+    assert found is not None
+    assert (told.plan, told.part, told.shade, told.width_chosen) == ("plan", "plate.ply", "lighter", True)
+    assert found.offset_mean_mm == pytest.approx(0.3, abs=0.1)
+    assert found.camera.residual_px < 0.01
+    assert np.abs(np.array(found.camera.place_mm) - VIEW.place).max() < 0.1
+    first = found.runs[0]
+    assert first.gaps_mm[0] == pytest.approx((40.0, 46.0), abs=0.8)
+    assert first.missing_mm == pytest.approx(6.0, abs=1.2)
+    with Image.open(written / "overlay-1.png") as overlay:
+        assert overlay.size[0] == 480
+    header, *rows = (written / "stretches-1.csv").read_text(encoding="utf-8").splitlines()
+    assert header == "run,s_mm,length_mm,judged,seen,width_mm,offset_mm"
+    assert sum(float(row.split(",")[2]) for row in rows) == pytest.approx(
+        sum(run.length_mm for run in found.runs), abs=0.5
+    )
+    before = {path.name: path.read_bytes() for path in written.iterdir()}
+    assert run(f"{asked} --out told")[0] == 2
+    assert run(f"{asked} --out told --overwrite")[0] == 0
+    assert {path.name: path.read_bytes() for path in written.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "complaint"),
+    [
+        ("nowhere.png", 3, "there is no file `nowhere.png`"),
+        ("lens.toml", 3, "`lens.toml` is no image that is read"),
+        ("a.png small.png", 3, "`a.png` has 320 x 220 pixels and `small.png` 200 x 220"),
+        ("a.png --width 0", 2, "`--width 0`: it must be a positive number"),
+        ("a.png --width 100", 3, "a.png: beads of 100 pixels cannot be looked for"),
+        ("a.png --threshold 9", 3, "a.png: nothing looks like a bead lighter"),
+        ("a.png --lens lens.toml", 2, "`--lens` needs `--plan`"),
+        ("a.png --plan plan", 2, "a plan needs `--fiducials`"),
+        ("a.png --plan plan --fiducials marks.csv --lens lens.toml", 3, "the lens is of photographs of 480 x 400"),
+        ("a.png --plan plan --fiducials marks.csv --lens a.png", 2, "need its inner corners"),
+        ("a.png --plan plan --fiducials marks.csv --lens a.png --lens lens.toml", 2, "`--lens` takes one lens"),
+        ("", 2, "missing argument 'PHOTOGRAPHS'"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int, complaint: str) -> None:
+    ended, stdout, stderr = run(line)
+    assert ended == status, stderr
+    assert complaint in stderr
+    assert stdout == ""
+    assert "Traceback" not in stderr
+
+
+@pytest.mark.parametrize(
+    ("fiducials", "complaint"),
+    [
+        ("name,u,v,x,y\na,1,2,3,4\n", "marks2.csv, line 1: found the columns name, u, v, x, y; needed are"),
+        ("name,u,v,x,y,z\na,1,2,3,4,five\n", "marks2.csv, line 2: z is 'five', needed is a number of mm"),
+        ("name,u,v,x,y,z\na,nan,2,3,4,5\n", "marks2.csv, line 2: u is 'nan', needed is a number of pixels"),
+        ("name,u,v,x,y,z\na,1,2,3\n", "marks2.csv, line 2: found 4 cells"),
+    ],
+)
+def test_a_wrong_row_of_fiducials_is_named(run: Run, printed: Path, fiducials: str, complaint: str) -> None:
+    (printed / "marks2.csv").write_text(fiducials, encoding="utf-8")
+    status, _, stderr = run("print.png --plan plan --fiducials marks2.csv --lens lens.toml")
+    assert status == 3
+    assert complaint in stderr
+
+
+def test_a_wrong_key_of_a_lens_and_a_changed_bundle_are_named(run: Run, printed: Path) -> None:
+    (printed / "lens2.toml").write_text(LENS.replace("fx = 1150", "fx = -3"), encoding="utf-8")
+    status, _, stderr = run("print.png --plan plan --fiducials marks.csv --lens lens2.toml")
+    assert (status, "lens2.toml, line 3: fx:" in stderr) == (2, True), stderr
+    poses = printed / "plan" / "poses.csv"
+    content = poses.read_bytes()
+    poses.write_bytes(content.replace(b"1", b"2", 1))
+    try:
+        status, _, stderr = run("print.png --plan plan --fiducials marks.csv --lens lens.toml")
+    finally:
+        poses.write_bytes(content)
+    assert (status, "poses.csv: the file was changed after it was written" in stderr) == (5, True), stderr
