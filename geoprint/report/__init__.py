@@ -10,14 +10,14 @@ from geoprint.report.figures import (
 )
 from geoprint.report.inspection_figure import inspection_figure as inspection_figure
 from geoprint.report.page import html_report as html_report
-from geoprint.report.slice_figure import (
+from geoprint.report.stacked.page import stack_report as stack_report
+from geoprint.report.stacked.slice_figure import (
     SlicedView as SlicedView,
     seams_figure as seams_figure,
     sliced_figure as sliced_figure,
     thickness_figure as thickness_figure,
 )
-from geoprint.report.stack_page import stack_report as stack_report
-from geoprint.report.stack_values import FlowView as FlowView, StackReport as StackReport
+from geoprint.report.stacked.values import FlowView as FlowView, StackReport as StackReport
 from geoprint.report.switching_figure import switching_figure as switching_figure
 from geoprint.report.values import (
     COVERED as COVERED,

@@ -12,8 +12,8 @@ import pytest
 
 from geoprint.errors import InputError
 from geoprint.report import SlicedView, seams_figure, sliced_figure, stack_report, thickness_figure
-from geoprint.report.slice_figure import bead_outlines
-from geoprint.report.stack_page import stack_scene_data
+from geoprint.report.stacked.page import stack_scene_data
+from geoprint.report.stacked.slice_figure import bead_outlines
 from tests.report.browser import Page, opened_browser
 from tests.report.report_cases import circles, dome
 from tests.report.stack_cases import LAYERS, flow, stack

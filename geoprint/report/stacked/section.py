@@ -5,7 +5,7 @@ from __future__ import annotations
 from geoprint.report.blocks import choice, fact_table, figure, said, scrollable, view
 from geoprint.report.histogram import histograms
 from geoprint.report.markup import Markup, element
-from geoprint.report.stack_values import StackReport
+from geoprint.report.stacked.values import StackReport
 
 PRINTED = "what is printed; it is shown where there is room for one"
 

@@ -24,7 +24,7 @@ from geoprint.report.figures import (
     png_bytes,
 )
 from geoprint.report.sides import views
-from geoprint.report.stack_values import THICKNESS_RANGE
+from geoprint.report.stacked.values import THICKNESS_RANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,8 +5,8 @@ from __future__ import annotations
 from geoprint.report.markup import Json, element
 from geoprint.report.page import page
 from geoprint.report.scene import numbers, step, thinned, turned, with_breaks
-from geoprint.report.stack_section import stack_section
-from geoprint.report.stack_values import THICKNESS_RANGE, StackReport
+from geoprint.report.stacked.section import stack_section
+from geoprint.report.stacked.values import THICKNESS_RANGE, StackReport
 
 
 def stack_report(stack: StackReport, *, title: str) -> bytes:

@@ -1,0 +1,1 @@
+"""The page of a stack: its figures, its scene and what they show."""
