@@ -181,7 +181,7 @@ def layers_beside(scene: Scene, *, count: int, random: np.random.Generator) -> I
     """Yield what of the layers below is nearly in the way, and they; one in five is all of them, a little off."""
     for case, (name, obstacle) in enumerate(near_misses(scene, count=count, random=random)):
         if case % 5 == 4:
-            by = (STANDOFF_ERROR, -STANDOFF_ERROR, -0.3)[case // 5 % 3]
+            by = (STANDOFF_ERROR, -STANDOFF_ERROR)[case // 5 % 2]
             yield f"layers {by:+g} mm higher", raised_layers(scene.planned, by=by)
         else:
             yield name, with_lump(scene.planned.workpiece.ground, obstacle)
