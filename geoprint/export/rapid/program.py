@@ -1,8 +1,8 @@
 r"""The RAPID program of a plan: GeoCell (what the cell is), GeoGuard (what is around the path), GeoPrint (the path).
 
 The forms are those that run in public programs: one `MoveL` or `TriggL` a target with its robtarget written out in the
-line (no arrays to index, a line stands for itself, about 165 characters), shared speeddata and zonedata, ASCII
-throughout.
+line, about 165 characters (no arrays to index, a line stands for itself; where a move pulls many triggers, in the line
+before), shared speeddata and zonedata, ASCII throughout.
 
 `ConfL\On`: every target carries the configuration of the planned joint path, which is the one that was checked for
 collisions; a controller that would reach a target in another configuration stops instead of printing on. The dry run
@@ -40,6 +40,9 @@ from geoprint.model import Cell, FloatArray, Placement, Program
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
 MODULE_LINES = 15000
+# Public programs that load have no longer lines; a move that pulls many triggers would have one.
+LONGEST_LINE = 250
+_TARGET = "geoTarget"
 # Five digits of a speed keep its time to 0.01 %, two of a zone are below 10 % of it; neither is ever above the plan.
 _SPEED_DIGITS = 5
 _ZONE_DIGITS = 2
@@ -176,12 +179,12 @@ def _plain(value: float) -> str:
 
 
 def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers) -> list[str]:
-    """Return the motion instruction of each target."""
+    """Return the motion instruction of each target; where its line would be too long, the target in one before it."""
     tips = np.round(orders.tips, values.POSITION_DECIMALS) + 0.0
     quaternions = np.round(_unit(orders.quaternions), values.QUATERNION_DECIMALS) + 0.0
     position, turn = f"%.{values.POSITION_DECIMALS}f", f"%.{values.QUATERNION_DECIMALS}f"
     target = f"[[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{values.NO_AXES}]"
-    form = f"    %s %s{target}%s,%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
+    form = "    %s %s%s%s,%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
     differs = (orders.aloft_configuration != orders.configuration).any(axis=1)
     lifted = [("", "")] * orders.count
     for index in np.flatnonzero(differs).tolist():
@@ -196,10 +199,14 @@ def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers) -> list[s
         verbs, lifted, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), names.speeds, pulled,
         names.zones, strict=True,
     )  # fmt: skip
-    return [
-        form % (verb, opened, *tip, *turned, *cf, closed, speed, pull, zone)
-        for verb, (opened, closed), tip, turned, cf, speed, pull, zone in rows
-    ]
+    moves: list[str] = []
+    for verb, (opened, closed), tip, turned, cf, speed, pull, zone in rows:
+        place = target % (*tip, *turned, *cf)
+        move = form % (verb, opened, place, closed, speed, pull, zone)
+        if len(move) > LONGEST_LINE:
+            move = f"    {_TARGET}:={place};\n{form % (verb, opened, _TARGET, closed, speed, pull, zone)}"
+        moves.append(move)
+    return moves
 
 
 def _unit(quaternions: FloatArray) -> FloatArray:
@@ -212,10 +219,11 @@ def _procedures(orders: Orders, moves: list[str], *, triggers: Triggers) -> list
     procedures: list[tuple[str, list[str]]] = []
     for first, last in pairwise(edges):
         number = int(orders.runs[first]) + 1
-        lines = [f"  PROC GeoRun{number}()", f"    GeoEnter {number};"]
+        own = [f"    VAR robtarget {_TARGET};"] if any("\n" in move for move in moves[first:last]) else []
+        lines = [f"  PROC GeoRun{number}()", *own, f"    GeoEnter {number};"]
         for target in range(first, last):
             lines += triggers.definitions.get(target, [])
-            lines.append(moves[target])
+            lines += moves[target].split("\n")
         lines += _ON_ERROR
         if len(lines) > MODULE_LINES - 2:  # MODULE, ENDMODULE
             raise UsageError(

@@ -32,7 +32,7 @@ _LEADING_ZERO = re.compile(r"[\[,(=-]0\d")
 # Where a routine begins, where it defines a trigger, and which triggers a move pulls.
 _ROUTINE = re.compile(r"\s*PROC ")
 _DEFINED = re.compile(r"\s*Trigg(?:IO|Speed) (\w+),")
-_PULLED = re.compile(r"\s*TriggL \[.*\],\w+,(\w+)[,\\]")
+_PULLED = re.compile(r"\s*TriggL .*,vGeo\d+,(\w+)[,\\]")
 _FURTHER = re.compile(r"\\T\d:=(\w+)")
 # Kinds of data that are a module's own word: what a controller makes of them no program reads.
 _OPAQUE = frozenset({"triggdata", "loadsession"})

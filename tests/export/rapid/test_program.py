@@ -362,6 +362,22 @@ def test_the_flow_is_written_where_it_changes_by_a_percent_and_ends_with_each_de
     assert text.count("TriggSpeed tGeoNoFlow,0,0.04,aoFlow,0;") == 2
 
 
+def test_a_move_of_many_triggers_has_its_target_in_the_line_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = text_of(write(cell=ANALOG), "GeoPrint.mod").split("\n")
+    longest = max(map(len, whole))
+    monkeypatch.setattr(rapid, "LONGEST_LINE", longest - 1)
+    # It is read back and executed as the plan.
+    lines = text_of(write(cell=ANALOG), "GeoPrint.mod").split("\n")
+    assert max(map(len, lines)) < longest
+    first = next(number for number, line in enumerate(lines) if line.startswith("    geoTarget:=[["))
+    assert lines[first + 1].startswith("    TriggL geoTarget,vGeo")
+    parted = [number for number, line in enumerate(whole) if len(line) == longest]
+    joined = [each for each in lines if not each.startswith(("    geoTarget:=", "    VAR robtarget"))]
+    assert len(joined) == len(whole)
+    assert [number for number, line in enumerate(joined) if "TriggL geoTarget" in line] == parted
+    assert lines.count("    VAR robtarget geoTarget;") == len(parted)
+
+
 @pytest.mark.parametrize(
     ("field", "value"),
     [("mass_kg", 0.0), ("cog", np.zeros(3)), ("inertia_kg_m2", np.array([0.1, -0.1, 0.1]))],
