@@ -1,12 +1,16 @@
 """Does the collision check find what is planted, and only that? Obstacles at known distances on real plans.
 
-    python -m benchmarks.collisions [--cases N] [--parts FILE ...] [--smoke]
+    python -m benchmarks.collisions [--cases N] [--layer-cases N] [--parts FILE ...] [--smoke]
 
 On every part a path is planned, and then checked again with one obstacle besides: collisions from a graze of the
 clearance, over a graze of the body itself, to deep ones, and halls around everything; and near misses, 0.1 mm beyond
 the clearance. Obstacles are thin posts, plates and blocks at the sides of needle, cone, barrel, bracket, lamp and the
 arm's links, at any moment from home to home (`benchmarks.parts.planted`). The nozzle leans where that serves the
 speed. At last the tip is lowered by 0.05 mm on all deposit, where nothing must be reported.
+
+The second table is of a layer on each part, where only what is printed below is in the way: a lump on it at a known
+distance from whatever moves, or all of it so much too high that the tip goes through its top; and near misses of both.
+Over the bare part, without the layers, the same path is clear.
 """
 
 from __future__ import annotations
