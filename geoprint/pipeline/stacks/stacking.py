@@ -182,7 +182,8 @@ def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> l
         FieldError: a layer over one with nothing to print in it has something, or none has.
     """
     observe(f"{len(folders)} layers")
-    with ProcessPoolExecutor(WORKERS, mp_context=multiprocessing.get_context("spawn")) as pool:
+    # Each layer has a process of its own: what a plan leaves in memory would add up.
+    with ProcessPoolExecutor(WORKERS, mp_context=multiprocessing.get_context("spawn"), max_tasks_per_child=1) as pool:
         waiting = {pool.submit(_layer, job, number, folder): number for number, folder in enumerate(folders, start=1)}
         try:
             for done, future in enumerate(as_completed(waiting), start=1):
