@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.backends import Backend
 from geoprint.errors import FieldError, UsageError
 from geoprint.fields import AlongRim, DirectionField, smoothest_field
-from geoprint.model import IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
+from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
 from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, first_place, laid_strokes
 from geoprint.patterns.fibres.net import Net, net_of, places_of, surface_points
 from geoprint.surfaces import Piece, all_curves, boundary_half_edges, pieces
@@ -62,7 +62,7 @@ class FibrePattern:
         backend: Backend,  # noqa: ARG002  (another pattern's strokes are level curves of its distance)
         spacing: float | ScalarField,
     ) -> Strokes:
-        """Return the streamlines; the row of a stroke is how many were laid side by side from the first one to it.
+        """Return the streamlines; the row at which one starts is how many were laid side by side from the first to it.
 
         Raises:
             UsageError: the spacing is not the same everywhere.
@@ -76,7 +76,7 @@ class FibrePattern:
         field = self._field(surface)
         if field.symmetry > LINES:
             raise UsageError("fibres follow a field of lines or vectors, not of crosses: give a field of symmetry 2.")
-        curves, rows = list[SurfaceCurves](), list[int]()
+        curves, rows = list[SurfaceCurves](), list[FloatArray]()
         for piece in pieces(surface):
             net = net_of(_on_piece(field, piece))
             first = _first(net, piece.own(seed.curves), spacing=spacing)
@@ -88,9 +88,8 @@ class FibrePattern:
                     "smaller spacing."
                 )
             curves += [piece.on_whole(_curve(net, stroke)) for stroke in laid]
-            rows += [stroke.row for stroke in laid]
-        every = all_curves(curves)
-        row = np.repeat(np.array(rows, dtype=np.float64), np.diff(every.offsets))
+            rows += [_rows(stroke) for stroke in laid]
+        every, row = all_curves(curves), np.concatenate(rows)
         return Strokes(every, row, np.full(row.size, spacing), np.ones(row.size))
 
 
@@ -111,6 +110,15 @@ def _spread(surface: Surface, *, step: float) -> IntArray:
     """Return faces all over a surface, one in each cube of a side [mm], and all where they are larger."""
     cubes = np.floor(surface.vertices[surface.faces].mean(axis=1) / step).astype(np.int64)
     return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
+
+
+def _rows(stroke: LaidStroke) -> FloatArray:
+    """Return the row of each point of a stroke, which rises by one from its start, half behind a whole one, to its end.
+
+    Streamlines are no level curves of anything: whoever measures tells those by a row that stays the same.
+    """
+    arcs = np.concatenate([[0.0], np.cumsum(np.abs(stroke.ends - stroke.starts))])
+    return stroke.row + 0.5 + arcs / arcs[-1]
 
 
 def _curve(net: Net, stroke: LaidStroke) -> SurfaceCurves:
