@@ -19,11 +19,11 @@ from geoprint.patterns.fibres.net import ComplexArray, Net, rim_sides
 from geoprint.patterns.fibres.tracing import FULL, RETURNED, Rules, lay_straight, straight, streamline, take_back
 
 # A stroke ends nearer to another than this share of the spacing ...
-APART_SHARE = 0.65
+APART_SHARE = 0.6
 # ... begins beside one where no other is nearer than this, which is one but for rounding and bends,
 BESIDE_SHARE = 0.98
 # and in a gap where it is farther than this from the strokes on both sides.
-GAP_SHARE = 0.75
+GAP_SHARE = 0.7
 # A stroke does not crowd what is less than so many spacings along it.
 CLEAR = 2.0
 # It looks about each so many spacings; where strokes begin beside it is tried each so many.
