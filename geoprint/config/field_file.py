@@ -113,27 +113,27 @@ class FieldFile(Table):
         return self
 
 
-def field_text(path: Path) -> str:
+def field_text(path: Path | str) -> str:
     """Return the text of a field file.
 
     Raises:
         UsageError: it is missing or cannot be read.
     """
     try:
-        return text_of(path)
+        return text_of(Path(path))
     except (OSError, ValueError) as error:
         raise UsageError(f"the field file {path} cannot be read ({error}); `geoprint init` writes one.") from error
 
 
-def read_field(path: Path) -> FieldFile:
+def read_field(path: Path | str) -> FieldFile:
     """Read and validate a field file.
 
     Raises:
         UsageError: it is missing, not TOML, or has an unknown, missing or meaningless key; the sentence names the line.
     """
-    text = field_text(path)
+    text, name = field_text(path), Path(path).name
     try:
-        return FieldFile.model_validate(parsed_toml(text, name=path.name))
+        return FieldFile.model_validate(parsed_toml(text, name=name))
     except ValidationError as error:
-        where = line_of(error, text, name=path.name)
+        where = line_of(error, text, name=name)
         raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a commented field.toml.") from error

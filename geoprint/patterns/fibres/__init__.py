@@ -8,8 +8,8 @@
 """
 
 from geoprint.patterns.fibres.laying import (
-    Laid as Laid,
     LaidStroke as LaidStroke,
+    Weave as Weave,
     laid_strokes as laid_strokes,
 )
 from geoprint.patterns.fibres.strokes import (

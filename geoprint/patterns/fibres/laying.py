@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint.model import IntArray
 from geoprint.patterns.fibres.nearest import NOBODY, gaps, nearest, no_segments, rim_segments, window_room, with_room
-from geoprint.patterns.fibres.net import ComplexArray, Net, rim_sides
+from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides
 from geoprint.patterns.fibres.tracing import FULL, RETURNED, Rules, lay_straight, straight, streamline, take_back
 
 # A stroke ends nearer to another than this share of the spacing ...
@@ -37,7 +37,7 @@ RETURN_SHARE = 0.45
 MOST_LEAN, TRIALS, MET_SHARE, JOINED_SHARE, JOIN = np.radians(1.5), 6, 0.005, 0.06, 0.4
 # Gaps are measured to so many spacings; wider ones are equally wide.
 FAR = 1.5
-# Segments that there is room for at first.
+# LaidSegments that there is room for at first.
 ROOM = 10_000
 
 
@@ -61,7 +61,7 @@ class LaidStroke(NamedTuple):
     length: float
 
 
-class Laid(NamedTuple):
+class Weave(NamedTuple):
     """What was laid.
 
     Attributes:
@@ -73,7 +73,7 @@ class Laid(NamedTuple):
     dropped: int
 
 
-def laid_strokes(net: Net, *, spacing: float, first: tuple[int, complex], spread: IntArray) -> Laid:
+def laid_strokes(net: LineNet, *, spacing: float, first: tuple[int, complex], spread: IntArray) -> Weave:
     """Lay strokes until there is no gap for another one.
 
     Args:
@@ -85,7 +85,7 @@ def laid_strokes(net: Net, *, spacing: float, first: tuple[int, complex], spread
     laying = _Laying(net, spacing=spacing, spread=spread)
     laying.beside(laying.begun(*first, row=0))
     laying.fill()
-    return Laid(laying.strokes, laying.dropped)
+    return Weave(laying.strokes, laying.dropped)
 
 
 @final
@@ -98,7 +98,7 @@ class _Laying:
         spread: (k,) faces all over the surface in whose middles gaps are looked for.
     """
 
-    def __init__(self, net: Net, *, spacing: float, spread: IntArray) -> None:
+    def __init__(self, net: LineNet, *, spacing: float, spread: IntArray) -> None:
         self._net, self._spacing = net, spacing
         self._laid, self._room = no_segments(len(net.corners), room=ROOM), window_room()
         self._rules = Rules(
@@ -245,7 +245,7 @@ class _Laying:
                     yield beyond, there
 
 
-def first_place(net: Net, *, spacing: float) -> tuple[int, complex] | None:
+def first_place(net: LineNet, *, spacing: float) -> tuple[int, complex] | None:
     """Return the place half a spacing inside of the rim where lines follow that best; None where there is none."""
     halves, starts, ends = rim_sides(net)
     units = (ends - starts) / np.abs(ends - starts)

@@ -13,15 +13,15 @@ import numpy as np
 
 from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
-from geoprint.patterns.fibres.net import ComplexArray, Net, rim_sides
+from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides
 
-# Windows that may wait at once: each triangle on the way outwards leaves at most one behind.
+# Windows that may wait at once: each triangle that is passed outwards leaves at most one behind.
 WAITING = 4096
 # What is asked for as `own` where every stroke counts.
 NOBODY = -1
 
 
-class Segments(NamedTuple):
+class LaidSegments(NamedTuple):
     """Straight segments in faces, listed face by face; arrays are longer than what is filled.
 
     Attributes:
@@ -63,9 +63,9 @@ class Windows(NamedTuple):
     turned: ComplexArray
 
 
-def no_segments(faces: int, *, room: int) -> Segments:
+def no_segments(faces: int, *, room: int) -> LaidSegments:
     """Return room for segments in so many faces."""
-    return Segments(
+    return LaidSegments(
         head=np.full(faces, -1),
         before=np.full(room, -1),
         faces=np.full(room, -1),
@@ -77,7 +77,7 @@ def no_segments(faces: int, *, room: int) -> Segments:
     )
 
 
-def rim_segments(net: Net) -> Segments:
+def rim_segments(net: LineNet) -> LaidSegments:
     """Return the rim of a surface as segments of one stroke, 0."""
     halves, starts, ends = rim_sides(net)
     rim = no_segments(len(net.corners), room=halves.size)
@@ -88,10 +88,10 @@ def rim_segments(net: Net) -> Segments:
     return rim
 
 
-def with_room(segments: Segments, *, room: int) -> Segments:
+def with_room(segments: LaidSegments, *, room: int) -> LaidSegments:
     """Return the same segments with room for so many more."""
     more = no_segments(segments.head.size, room=room)
-    return Segments(
+    return LaidSegments(
         head=segments.head,
         before=np.concatenate([segments.before, more.before]),
         faces=np.concatenate([segments.faces, more.faces]),
@@ -111,11 +111,19 @@ def window_room() -> Windows:
 
 @njit(cache=True, error_model="numpy")
 def nearest(
-    net: Net, laid: Segments, room: Windows, face: int, place: complex, limit: float, own: int, arc: float, clear: float
+    net: LineNet,
+    laid: LaidSegments,
+    room: Windows,
+    face: int,
+    place: complex,
+    limit: float,
+    own: int,
+    arc: float,
+    clear: float,
 ) -> tuple[float, int, complex]:
     """Return how far the nearest segment is that is seen within a limit, which it is, and the vector to it.
 
-    Segments of the stroke `own` count only where their arc length is farther than `clear` from `arc`.
+    LaidSegments of the stroke `own` count only where their arc length is farther than `clear` from `arc`.
 
     Returns:
         Distance [mm], infinite for none; the segment, -1 for none; the vector in the plane of the place.
@@ -152,8 +160,8 @@ def nearest(
 
 @njit(cache=True, error_model="numpy")
 def _opened(
-    net: Net, room: Windows, waiting: int, half: int, source: complex, right: complex, left: complex, turned: complex,
-    best: float,
+    net: LineNet, room: Windows, waiting: int, half: int, source: complex, right: complex, left: complex,
+    turned: complex, best: float,
 ) -> int:  # fmt: skip
     """Add what is seen over a side between two bounds, if that is near; return how many windows wait."""
     face, side = half // 3, half % 3
@@ -174,7 +182,7 @@ def _opened(
 
 @njit(cache=True, error_model="numpy")
 def _in_face(
-    laid: Segments, face: int, source: complex, right: complex, left: complex, turned: complex, best: float,
+    laid: LaidSegments, face: int, source: complex, right: complex, left: complex, turned: complex, best: float,
     which: int, vector: complex, own: int, arc: float, clear: float,
 ) -> tuple[float, int, complex]:  # fmt: skip
     """Return the nearest so far, and now of the segments in a face as they are seen between two bounds.
@@ -228,7 +236,9 @@ def _cross(first: complex, second: complex) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def gaps(net: Net, laid: Segments, room: Windows, faces: IntArray, places: ComplexArray, limit: float) -> FloatArray:
+def gaps(
+    net: LineNet, laid: LaidSegments, room: Windows, faces: IntArray, places: ComplexArray, limit: float
+) -> FloatArray:
     """Return (k,) how far the nearest segment is from (k,) places in faces [mm]; infinite beyond a limit."""
     found = np.empty(faces.size)
     for row in range(faces.size):

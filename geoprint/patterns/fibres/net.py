@@ -18,7 +18,7 @@ from geoprint.surfaces import twins
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
 
-class Net(NamedTuple):
+class LineNet(NamedTuple):
     """Triangles in their planes, how they are joined, and a line in each.
 
     Attributes:
@@ -40,7 +40,7 @@ class Net(NamedTuple):
     singular: BoolArray
 
 
-def net_of(field: DirectionField) -> Net:
+def net_of(field: DirectionField) -> LineNet:
     """Return the net of a field of vectors or of lines.
 
     Raises:
@@ -60,7 +60,7 @@ def net_of(field: DirectionField) -> Net:
     singular: BoolArray = np.zeros(len(surface.vertices), dtype=np.bool_)
     singular[field.singularities().vertices] = True
     odd = field.matching().ravel() * 2 == field.symmetry
-    return Net(
+    return LineNet(
         corners=corners,
         twins=across,
         turns=turns,
@@ -83,7 +83,7 @@ def flat_corners(surface: Surface) -> ComplexArray:
     return flat
 
 
-def surface_points(net: Net, faces: IntArray, places: ComplexArray) -> SurfacePoints:
+def surface_points(net: LineNet, faces: IntArray, places: ComplexArray) -> SurfacePoints:
     """Return (k,) places in the planes of (k,) faces as points of the surface."""
     base, tip = net.corners[faces, 1].real, net.corners[faces, 2]
     third = places.imag / tip.imag
@@ -92,13 +92,13 @@ def surface_points(net: Net, faces: IntArray, places: ComplexArray) -> SurfacePo
     return SurfacePoints(faces, weights / weights.sum(axis=1, keepdims=True))
 
 
-def places_of(net: Net, points: SurfacePoints) -> ComplexArray:
+def places_of(net: LineNet, points: SurfacePoints) -> ComplexArray:
     """Return (k,) the places of points in the planes of their faces [mm]."""
     found: ComplexArray = (points.weights * net.corners[points.faces]).sum(axis=1)
     return found
 
 
-def rim_sides(net: Net) -> tuple[IntArray, ComplexArray, ComplexArray]:
+def rim_sides(net: LineNet) -> tuple[IntArray, ComplexArray, ComplexArray]:
     """Return the (b,) half-edges of the rim, and where each starts and ends in the plane of its face [mm]."""
     halves = np.flatnonzero(net.twins < 0)
     return halves, net.corners.ravel()[halves], np.roll(net.corners, -1, axis=1).ravel()[halves]

@@ -12,7 +12,7 @@ from geoprint.errors import FieldError, UsageError
 from geoprint.fields import AlongRim, DirectionField, smoothest_field
 from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
 from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, first_place, laid_strokes
-from geoprint.patterns.fibres.net import Net, net_of, places_of, surface_points
+from geoprint.patterns.fibres.net import LineNet, net_of, places_of, surface_points
 from geoprint.surfaces import Piece, all_curves, boundary_half_edges, pieces
 
 # Fibres are lines: who prints one may begin at either end.
@@ -97,7 +97,7 @@ def _on_piece(field: DirectionField, piece: Piece) -> DirectionField:
     return DirectionField(piece.surface, field.symmetry, field.angles[piece.faces], field.turning[piece.faces])
 
 
-def _first(net: Net, source: SurfaceCurves, *, spacing: float) -> tuple[int, complex]:
+def _first(net: LineNet, source: SurfaceCurves, *, spacing: float) -> tuple[int, complex]:
     """Return where the first stroke of a piece begins: its face, and the place there."""
     point = source.count == 1 and source.points.faces.size == 1
     inside = None if point else first_place(net, spacing=spacing)
@@ -121,7 +121,7 @@ def _rows(stroke: LaidStroke) -> FloatArray:
     return stroke.row + 0.5 + arcs / arcs[-1]
 
 
-def _curve(net: Net, stroke: LaidStroke) -> SurfaceCurves:
+def _curve(net: LineNet, stroke: LaidStroke) -> SurfaceCurves:
     """Return a stroke as a curve through the ends of its segments; a closed one ends where it starts."""
     last = (stroke.faces[0], stroke.starts[0]) if stroke.closed else (stroke.faces[-1], stroke.ends[-1])
     places = np.append(stroke.starts, last[1])

@@ -10,8 +10,8 @@ from math import inf
 from typing import NamedTuple
 
 from geoprint.kernels import njit
-from geoprint.patterns.fibres.nearest import Segments, Windows, nearest
-from geoprint.patterns.fibres.net import Net
+from geoprint.patterns.fibres.nearest import LaidSegments, Windows, nearest
+from geoprint.patterns.fibres.net import LineNet
 
 # Why a streamline ended: at the rim, at a singularity, near another, back at its beginning, where lines lead nowhere,
 # or for want of room.
@@ -20,7 +20,7 @@ RIM, SINGULAR, CROWDED, RETURNED, STUCK, FULL = range(6)
 ALONG_SIDE = 1e-9
 # A side is crossed no nearer to its ends than this share of it: beyond a vertex everything is decided by rounding.
 FROM_VERTEX = 1e-6
-# The way to the beginning leads ahead by no more than this share of it where a streamline is abreast of it.
+# What leads to the beginning points ahead by no more than this share of it where a streamline is abreast of that.
 ABREAST = 0.2
 # So many steps in a row that are shorter than this [mm] lead nowhere: around one vertex.
 TINY_STEP, MOST_TINY = 1e-5, 40
@@ -47,7 +47,7 @@ class Rules(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def way_out(net: Net, face: int, place: complex, ahead: complex, entered: int) -> tuple[int, float]:
+def side_ahead(net: LineNet, face: int, place: complex, ahead: complex, entered: int) -> tuple[int, float]:
     """Return over which side a straight line leaves a face, -1 for none, and after how far [mm]."""
     side, reach = -1, inf
     for other in range(3):
@@ -65,7 +65,7 @@ def way_out(net: Net, face: int, place: complex, ahead: complex, entered: int) -
 
 
 @njit(cache=True, error_model="numpy")
-def on_side(net: Net, face: int, side: int, place: complex) -> complex:
+def on_side(net: LineNet, face: int, side: int, place: complex) -> complex:
     """Return the place on a side that is nearest to one, but for its ends."""
     start = net.corners[face, side]
     along = net.corners[face, (side + 1) % 3] - start
@@ -74,11 +74,11 @@ def on_side(net: Net, face: int, side: int, place: complex) -> complex:
 
 
 @njit(cache=True, error_model="numpy")
-def straight(net: Net, face: int, place: complex, ahead: complex, length: float) -> tuple[int, complex, float]:
+def straight(net: LineNet, face: int, place: complex, ahead: complex, length: float) -> tuple[int, complex, float]:
     """Return where a straight line over the surface ends: its face, the place there, and how far it came [mm]."""
     entered, gone = -1, 0.0
     while True:
-        side, reach = way_out(net, face, place, ahead, entered)
+        side, reach = side_ahead(net, face, place, ahead, entered)
         if side < 0 or gone + reach >= length:
             return face, place + (length - gone) * ahead, length
         gone += reach
@@ -92,7 +92,7 @@ def straight(net: Net, face: int, place: complex, ahead: complex, length: float)
 
 
 @njit(cache=True, error_model="numpy")
-def _lay(laid: Segments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
+def _lay(laid: LaidSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
     """Add a segment."""
     at = laid.filled[0]
     laid.before[at], laid.head[face] = laid.head[face], at
@@ -103,12 +103,12 @@ def _lay(laid: Segments, face: int, start: complex, end: complex, stroke: int, a
 
 @njit(cache=True, error_model="numpy")
 def lay_straight(
-    net: Net, laid: Segments, face: int, place: complex, ahead: complex, length: float, stroke: int, arc: float
+    net: LineNet, laid: LaidSegments, face: int, place: complex, ahead: complex, length: float, stroke: int, arc: float
 ) -> bool:
     """Lay a straight line of some length [mm] over the surface; say whether there was room for it."""
     entered = -1
     while laid.filled[0] < laid.before.size:
-        side, reach = way_out(net, face, place, ahead, entered)
+        side, reach = side_ahead(net, face, place, ahead, entered)
         beyond: int = -1 if side < 0 else net.twins[3 * face + side]
         if reach >= length or beyond < 0:
             _lay(laid, face, place, place + min(reach, length) * ahead, stroke, arc)
@@ -122,7 +122,7 @@ def lay_straight(
 
 
 @njit(cache=True, error_model="numpy")
-def take_back(laid: Segments, count: int) -> None:
+def take_back(laid: LaidSegments, count: int) -> None:
     """Take back what was laid last, up to so many segments."""
     while laid.filled[0] > count:
         at = laid.filled[0] - 1
@@ -131,7 +131,7 @@ def take_back(laid: Segments, count: int) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _direction(net: Net, face: int, sign: float, lean: complex, entered: int) -> complex:
+def _direction(net: LineNet, face: int, sign: float, lean: complex, entered: int) -> complex:
     """Return where a streamline goes in a face: along its line, or along the side where it was entered."""
     ahead = sign * net.lines[face] * lean
     if entered < 0:
@@ -145,8 +145,8 @@ def _direction(net: Net, face: int, sign: float, lean: complex, entered: int) ->
 
 @njit(cache=True, error_model="numpy")
 def _seen(
-    net: Net, laid: Segments, room: Windows, rules: Rules, face: int, place: complex, ahead: complex, stroke: int,
-    arc: float,
+    net: LineNet, laid: LaidSegments, room: Windows, rules: Rules, face: int, place: complex, ahead: complex,
+    stroke: int, arc: float,
 ) -> tuple[int, bool, float]:  # fmt: skip
     """Return why a streamline ends at a place, -1 for not at all, whether it nears its beginning, and how far aside."""
     if rules.apart > 0.0:
@@ -159,7 +159,7 @@ def _seen(
     aside = (vector * ahead.conjugate()).imag
     if arc < 0.0 or laid.arcs[found] > rules.clear or abs(aside) > rules.beside:
         return CROWDED, False, 0.0
-    # Abreast of the beginning the way to it is square to the line.
+    # Abreast of the beginning it lies square to the line.
     if (vector * ahead.conjugate()).real <= ABREAST * away:
         return RETURNED, True, aside
     return -1, True, 0.0
@@ -167,19 +167,12 @@ def _seen(
 
 @njit(cache=True, error_model="numpy")
 def streamline(
-    net: Net, laid: Segments, room: Windows, rules: Rules, face: int, place: complex, sign: float, stroke: int
+    net: LineNet, laid: LaidSegments, room: Windows, rules: Rules, face: int, place: complex, sign: float, stroke: int
 ) -> tuple[int, float, float]:
     """Lay a streamline from a place on, in one sense of the line there.
 
-    Args:
-        net: with the field.
-        laid: what there is; the streamline is added, with arc lengths from the place on that fall where sign is -1.
-        room: for windows.
-        rules: when it ends.
-        face: where it begins.
-        place: in the plane of that face.
-        sign: 1 along the line of the face, -1 against it.
-        stroke: that it is a part of.
+    It begins at a place in the plane of a face, along the line there (sign 1) or against it (-1), and is added to what
+    was laid, with arc lengths from there on that fall where the sign is -1.
 
     Returns:
         Why it ended; its length [mm]; and where it came back, how far its beginning lies to its left [mm].
@@ -193,7 +186,7 @@ def streamline(
         if laid.filled[0] + 1 >= laid.before.size:
             return FULL, gone, 0.0
         ahead = _direction(net, face, sign, rules.lean, entered)
-        side, reach = way_out(net, face, place, ahead, entered)
+        side, reach = side_ahead(net, face, place, ahead, entered)
         tiny = tiny + 1 if reach < TINY_STEP else 0
         if side < 0 or tiny > MOST_TINY:
             return STUCK, gone, 0.0

@@ -82,26 +82,25 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     with stage("refining"):
         factories = [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=_wanted_spacing(job, sided.part))
-        seed = seed_of(job, surface, base=None if sided.place is None else sided.place.base)
-    workpiece = Workpiece(
-        cell=stack_cell(cell, sided.place),
-        part=sided.part,
-        side=sided.side,
-        body=sided.body,
-        files=sided.files,
-        target=sided.target,
-        cell_text=None if job.cell is None else cell_text(job.cell),
-        patches=sided.prepared.patches,
-        preparations=sided.prepared.preparations,
-        edge_length=edge_length,
-        surface=surface,
-        seed=seed,
-        placement=placement,
-        uncertainty=uncertainty,
-        turnable=turnable,
-        place=sided.place,
-        field_text=None if job.field is None else field_text(job.field),
-    )
+        workpiece = Workpiece(
+            cell=stack_cell(cell, sided.place),
+            part=sided.part,
+            side=sided.side,
+            body=sided.body,
+            files=sided.files,
+            target=sided.target,
+            cell_text=None if job.cell is None else cell_text(job.cell),
+            patches=sided.prepared.patches,
+            preparations=sided.prepared.preparations,
+            edge_length=edge_length,
+            surface=surface,
+            seed=seed_of(job, surface, base=None if sided.place is None else sided.place.base),
+            placement=placement,
+            uncertainty=uncertainty,
+            turnable=turnable,
+            place=sided.place,
+            field_text=None if job.field is None else field_text(job.field),
+        )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
 
