@@ -81,7 +81,7 @@ def middle(data: Path) -> bytes:
 
 def spiral(data: Path) -> bytes:
     """Draw the tip of a heart covered by rings, and by one stroke."""
-    figure, axes = panels(2, width=8.2, height=4.0)
+    figure, axes = panels(2, width=7.2, height=3.6)
     for axis, pattern in zip(axes, ("contours", "spiral"), strict=True):
         job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, robot=False, pattern=pattern)
         planned = plan(job)
@@ -113,7 +113,7 @@ def guided(data: Path) -> bytes:
 def fibres(data: Path) -> bytes:
     """Draw the apex covered by the strokes along the page's fields."""
     (block,) = page_named("fibres").blocks
-    figure, axes = panels(2, width=8.2, height=4.0)
+    figure, axes = panels(2, width=7.2, height=3.6)
     with tempfile.TemporaryDirectory() as folder:
         for axis, line in zip(axes, re.findall(r"(?s)printf '%s\\n' (.*?) > (\w+)\.toml", block.text), strict=True):
             file = Path(folder) / f"{line[1]}.toml"
