@@ -189,6 +189,8 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "read_photograph": lambda: appraisal.read_photograph(gone),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
+        "field_text": lambda: config.field_text(gone),
+        "read_field": lambda: config.read_field(gone),
         "check_bundle": lambda: geoprint.check_bundle(gone),
         "check_folder": lambda: pipeline.check_folder(gone),
         "job_from": lambda: geoprint.job_from(gone),

@@ -82,6 +82,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "guided.png": surfaces.guided,
     "layers.png": sections.layers,
     "sliced.png": sections.sliced,
+    "fibres.png": surfaces.fibres,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -80,7 +81,7 @@ def middle(data: Path) -> bytes:
 
 def spiral(data: Path) -> bytes:
     """Draw the tip of a heart covered by rings, and by one stroke."""
-    figure, axes = panels(2, width=8.2, height=4.0)
+    figure, axes = panels(2, width=7.2, height=3.6)
     for axis, pattern in zip(axes, ("contours", "spiral"), strict=True):
         job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, robot=False, pattern=pattern)
         planned = plan(job)
@@ -106,6 +107,30 @@ def guided(data: Path) -> bytes:
         axis.plot(*np.array(line)[:, :2].T, "--", linewidth=1.2, color=ORANGE)
         count = planned.toolpath.curves.count
         axis.set_title(f"{contours} contours around the rows: {count} {'run' if count == 1 else 'runs'}", fontsize=10)
+    return small_png(figure)
+
+
+def fibres(data: Path) -> bytes:
+    """Draw the apex covered by the strokes along the page's fields."""
+    (block,) = page_named("fibres").blocks
+    figure, axes = panels(2, width=7.2, height=3.6)
+    with tempfile.TemporaryDirectory() as folder:
+        for axis, line in zip(axes, re.findall(r"(?s)printf '%s\\n' (.*?) > (\w+)\.toml", block.text), strict=True):
+            file = Path(folder) / f"{line[1]}.toml"
+            file.write_text("\n".join(re.findall(r"'(.*?)'", line[0])))
+            planned = plan(
+                job_of(
+                    surface=data / "heart_apex_patch.ply",
+                    unit="mm",
+                    spacing=1.5,
+                    robot=False,
+                    pattern="fibres",
+                    field=file,
+                )
+            )
+            view = view_from(mean_normal(planned.workpiece.surface), up=np.array([0.0, 1.0, 0.0]))
+            _draw_paths(axis, planned, view, colour=BLUE)
+            axis.set_title(f"{line[1]}: {planned.toolpath.curves.count} runs", fontsize=10)
     return small_png(figure)
 
 

@@ -16,11 +16,12 @@ from geoprint.errors import ExportError, UsageError
 def init(
     folder: Annotated[Path, typer.Argument(help="Where to write the files.")] = Path(),
 ) -> None:
-    """Write the commented cell files that geoprint comes with, to be adapted to your cell, and a commented job."""
-    from geoprint.config import PACKAGED_CELLS, job_file_text, packaged_cell_text
+    """Write commented files: the cells that geoprint comes with, to be adapted to your cell, a job and a field."""
+    from geoprint.config import FIELD_EXAMPLE, PACKAGED_CELLS, job_file_text, packaged_cell_text
 
     texts = {folder / f"{name}.toml": packaged_cell_text(name) for name in PACKAGED_CELLS}
     texts[folder / "job.toml"] = job_file_text()
+    texts[folder / "field.toml"] = FIELD_EXAMPLE
     for path in texts:
         if path.exists():
             raise UsageError(f"{path} exists already; remove it or choose another folder: `geoprint init FOLDER`.")

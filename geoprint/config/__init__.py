@@ -12,6 +12,13 @@ from geoprint.config.cells import (
     packaged_cell_text as packaged_cell_text,
 )
 from geoprint.config.curve_table import read_curve as read_curve
+from geoprint.config.field_file import (
+    FIELD_EXAMPLE as FIELD_EXAMPLE,
+    FieldFile as FieldFile,
+    PreferenceTable as PreferenceTable,
+    field_text as field_text,
+    read_field as read_field,
+)
 from geoprint.config.job import Job as Job
 from geoprint.config.job_file import (
     job_file_text as job_file_text,

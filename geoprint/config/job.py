@@ -74,7 +74,7 @@ class Job(Table):
         str,
         Key(
             "How paths cover the surface.",
-            "# how paths cover the surface: contours, spiral or guided",
+            "# how paths cover the surface: contours, spiral, guided or fibres",
             group="paths",
             always=False,
         ),
@@ -105,6 +105,16 @@ class Job(Table):
             "Contours around guided rows, so many.",
             "2 # contours around guided rows",
             group="paths",
+            always=False,
+        ),
+    ] = None
+    field: Annotated[
+        Path | None,
+        Key(
+            "Field file that fibres follow; `geoprint init` writes one.",
+            '"field.toml" # which lines the pattern fibres follows',
+            group="paths",
+            told="",
             always=False,
         ),
     ] = None

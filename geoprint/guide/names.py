@@ -19,6 +19,7 @@ STAGES = {
     "geoprint.surfaces.remesh": "Other triangles",
     "geoprint.surfaces": "Surfaces",
     "geoprint.backends": "Distance and contours",
+    "geoprint.fields": "Direction fields",
     "geoprint.patterns": "Patterns",
     "geoprint.layers": "Layers",
     "geoprint.paths": "Paths",

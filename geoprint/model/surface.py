@@ -206,7 +206,7 @@ class Strokes:
     Attributes:
         curves: c curves with k points in all, each open or closed and on one piece of the surface.
         row: (k,) row that each point lies on, counted from the seed: k along a contour, rising by one a turn along a
-            spiral, the number of the row for guided ones.
+            spiral and by one along a fibre, the number of the row for guided ones.
         spacing: (k,) distance wanted at each point to the neighbouring row [mm].
         width: (k,) of the strip of surface that each point is to fill, over the spacing.
     """

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from geoprint.patterns.contours import ContourPattern
+from geoprint.patterns.fibres import FibrePattern
 from geoprint.patterns.guided import GuidedPattern
 from geoprint.patterns.interface import PatternFactory
 from geoprint.patterns.spiral import SpiralPattern
 from geoprint.registry import Entry, Registry
 
 PATTERNS: Mapping[str, PatternFactory] = MappingProxyType(
-    {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern}
+    {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern, "fibres": FibrePattern}
 )
 
 _KNOWN = Registry("pattern", group="geoprint.patterns", built_in=PATTERNS, members=("title", "strokes"))

@@ -7,10 +7,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from geoprint.backends import Backend, backend, backend_names, with_option
-from geoprint.config import Job
+from geoprint.config import Job, read_field
 from geoprint.errors import InputError, UsageError
+from geoprint.fields import DirectionField
 from geoprint.model import Surface
-from geoprint.patterns import Pattern, pattern, pattern_names, runs_beside_line
+from geoprint.patterns import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
+from geoprint.pipeline.designing import lines_of
 from geoprint.registry import Entry, OptionValue, Titled
 
 # The option that `--resolution` stands for, of whichever backend has it.
@@ -20,6 +22,8 @@ MIDDLE, BEST_MIDDLE = "middle", "best"
 # The keys of a job that stand for an option of that name, and what those of patterns say.
 PATTERN_KEYS = {MIDDLE: "what becomes of contours where fronts meet", "contours": "how many contours go around rows"}
 KEYS = (RESOLUTION, *PATTERN_KEYS)
+# The option of a pattern whose lines a field file says, and the key of that.
+FIELD = "field"
 
 
 def check_part(job: Job) -> None:
@@ -50,7 +54,7 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
     for entry in chosen:
         _options(job, entry)
     drawings = [pattern(each.name) for each in job.drawings]
-    for key, said in PATTERN_KEYS.items():
+    for key, said in (*PATTERN_KEYS.items(), (FIELD, "which lines fibres follow")):
         if getattr(job, key) is not None and not any(key in drawing.options for drawing in drawings):
             names = " and ".join(dict.fromkeys(drawing.name for drawing in drawings))
             raise UsageError(
@@ -58,6 +62,7 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
             )
     for drawing in drawings:
         _options(job, drawing)
+        _lines(job, drawing)
     _check_angles(job)
     for name in job.options:
         _options(job, _named(name))
@@ -96,7 +101,7 @@ def pattern_of(job: Job) -> Pattern:
         UsageError: as `check_options`.
     """
     entry = pattern(job.drawing.name)
-    return entry.factory(**_options(job, entry))
+    return entry.factory(**_options(job, entry), **_lines(job, entry))
 
 
 def seeks_middle(job: Job) -> bool:
@@ -111,6 +116,21 @@ def with_backend(job: Job, name: str) -> Job:
     """Return the same job for another backend; without the resolution where that has no raster."""
     resolution = job.resolution if RESOLUTION in backend(name).options else None
     return job.model_copy(update={"backend": name, "resolution": resolution})
+
+
+def _lines(job: Job, entry: Entry[PatternFactory]) -> dict[str, Callable[[Surface], DirectionField]]:
+    """Return the lines that a pattern follows as its option; none where it follows none.
+
+    Raises:
+        UsageError: it follows lines, and the job names no field file, or one that cannot be read.
+    """
+    if FIELD not in entry.options:
+        return {}
+    if job.field is None:
+        raise UsageError(
+            f"the pattern {entry.name} follows a field of lines: give `--field field.toml`; `geoprint init` writes one."
+        )
+    return {FIELD: lines_of(read_field(job.field))}
 
 
 def _named(name: str) -> Entry[Titled]:

@@ -180,6 +180,7 @@ class Workpiece:
         orientation: how it was turned, or None where it stands as it did.
         tried: sources of patches whose best one was sought, in the order of the patches.
         place: of the layer in its stack, whose middle the part then is; None of a single skin.
+        field_text: of the file that says which lines fibres follow, or None.
     """
 
     cell: Cell
@@ -200,6 +201,7 @@ class Workpiece:
     orientation: Orientation | None = None
     tried: tuple[TriedSource, ...] = ()
     place: StackPlace | None = None
+    field_text: str | None = None
 
     @property
     def base(self) -> Surface:

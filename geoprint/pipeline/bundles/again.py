@@ -1,4 +1,4 @@
-"""What a bundle carries to be planned again: the job, and part, body, target and cell as they were read."""
+"""What a bundle carries to be planned again: the job, and part, body, target, field and cell as they were read."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ from geoprint.surfaces.files import stored_mesh
 JOB, PART, BODY = "job.toml", "part.ply", "body.ply"
 # What layers fill, as a mesh, or in a folder as the table that it is.
 TARGET, TARGET_FOLDER = "target.ply", "target"
+# Which lines fibres follow.
+FIELD = "field.toml"
 # Where the cell's file stands, if the job names one, and an arm of one's own beside it.
 CELL_FOLDER = "cell"
 
@@ -33,16 +35,18 @@ def input_files(plan: Plan) -> dict[str, bytes]:
     meshes = dict(zip((PART, BODY), workpiece.files, strict=False))
     cell = _cell_files(workpiece)
     target = _target_files(workpiece)
+    field = {} if workpiece.field_text is None else {FIELD: workpiece.field_text.encode("utf-8")}
     job = plan.job.model_copy(
         update={
             "surface": Path(PART),
             "body": Path(BODY) if BODY in meshes else None,
             "target": next(map(Path, target), None),
+            "field": next(map(Path, field), None),
             "cell": Path(CELL_FOLDER, workpiece.cell.name) if cell else None,
         }
     )
     stored = {name: stored_mesh(file) for name, file in meshes.items()}
-    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **cell}
+    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **field, **cell}
 
 
 @final
@@ -118,7 +122,7 @@ def job_file_of(folder: Path | str) -> Path:
 
 def is_input(name: str) -> bool:
     """Return whether a file of a bundle is one that it is planned from."""
-    return name in {JOB, PART, BODY, TARGET} or PurePosixPath(name).parts[0] in {CELL_FOLDER, TARGET_FOLDER}
+    return name in {JOB, PART, BODY, TARGET, FIELD} or PurePosixPath(name).parts[0] in {CELL_FOLDER, TARGET_FOLDER}
 
 
 def _version(folder: Path) -> str:

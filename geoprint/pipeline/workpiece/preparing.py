@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 
 from geoprint.backends import BackendFactory, Piecewise, backend
-from geoprint.config import Job, cell_text, load_cell
+from geoprint.config import Job, cell_text, field_text, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Surface, TouchedPoints, frozen
@@ -82,25 +82,25 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     with stage("refining"):
         factories = [backend(name).factory for name in backends]
         surface, edge_length = _refined(sided.part, factories, spacing=_wanted_spacing(job, sided.part))
-        seed = seed_of(job, surface, base=None if sided.place is None else sided.place.base)
-    workpiece = Workpiece(
-        cell=stack_cell(cell, sided.place),
-        part=sided.part,
-        side=sided.side,
-        body=sided.body,
-        files=sided.files,
-        target=sided.target,
-        cell_text=None if job.cell is None else cell_text(job.cell),
-        patches=sided.prepared.patches,
-        preparations=sided.prepared.preparations,
-        edge_length=edge_length,
-        surface=surface,
-        seed=seed,
-        placement=placement,
-        uncertainty=uncertainty,
-        turnable=turnable,
-        place=sided.place,
-    )
+        workpiece = Workpiece(
+            cell=stack_cell(cell, sided.place),
+            part=sided.part,
+            side=sided.side,
+            body=sided.body,
+            files=sided.files,
+            target=sided.target,
+            cell_text=None if job.cell is None else cell_text(job.cell),
+            patches=sided.prepared.patches,
+            preparations=sided.prepared.preparations,
+            edge_length=edge_length,
+            surface=surface,
+            seed=seed_of(job, surface, base=None if sided.place is None else sided.place.base),
+            placement=placement,
+            uncertainty=uncertainty,
+            turnable=turnable,
+            place=sided.place,
+            field_text=None if job.field is None else field_text(job.field),
+        )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
 

@@ -1,0 +1,131 @@
+"""How evenly do streamlines of designed fields cover parts, and how well do they follow the field?
+
+    python -m benchmarks.fibres [--parts FILE ...] [--spacing MM] [--smoke]
+
+Every part is cut as finely as heat wants it, and gets three fields of lines: the smoothest along its rim (none where it
+is closed), the smoothest along its longest axis, and the smoothest along the smallest principal curvature. A row for
+each: starts, and closed strokes among them; their mean length; the share of the area
+within 0.55 spacings of a stroke, and that within 0.45 of two; the variation of the spacing to the left and to the right
+over all, and farther than two spacings from ends within the part, which is the place of branch points too, with the
+share of the length that is then left out; the mean angle to the field, and what 99 of 100 mm have at most; crossings;
+and the processor time of field and strokes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from benchmarks.parts.tables import row, table
+from geoprint.backends import BACKENDS
+from geoprint.errors import GeoprintError
+from geoprint.fields import AlongCurvature, AlongDirection, AlongRim, Preference, smoothest_field
+from geoprint.model import BoolArray, FloatArray, Polylines, Strokes, Surface
+from geoprint.patterns.fibres import FibrePattern
+from geoprint.quality import measure_paths
+from geoprint.surfaces import PolylineDistance, arc_lengths, boundary_loops, boundary_seed, point_seed
+from geoprint.surfaces.files import load
+from geoprint.surfaces.remesh import refine
+from geoprint.surfaces.repair import prepare
+from tests.patterns.fibres.measures import crossings, lines, off_field
+
+DATA = Path(__file__).parents[1] / "data"
+OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
+HEADINGS = (
+    "part", "field", "starts", "closed", "mean length", "covered", "twice", "CV", "CV away from ends",
+    "left out", "off the field", "99 of 100", "crossings", "field", "strokes",
+)  # fmt: skip
+# Ends within the part: farther than so many spacings from its rim; what is nearer than so many to one is left out.
+WITHIN, AWAY = 0.5, 2.0
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside those of data/"
+    )
+    parser.add_argument("--spacing", type=float, default=1.1, metavar="MM")
+    parser.add_argument("--smoke", action="store_true", help="data/ at 4 mm")
+    arguments = parser.parse_args()
+    spacing = 4.0 if arguments.smoke else arguments.spacing
+    for line in table(*HEADINGS):
+        print(line, flush=True)
+    for file in [*(DATA / name for name in OWN), *arguments.parts]:
+        part = prepare(load(file, unit="mm"))[0]
+        for name, preference in _preferences(part):
+            print(_row(part, name, preference, spacing=spacing), flush=True)
+
+
+def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
+    _, _, axes = np.linalg.svd(part.vertices - part.vertices.mean(axis=0), full_matrices=False)
+    rim: list[tuple[str, Preference]] = [("along the rim", AlongRim())] if boundary_loops(part) else []
+    return [
+        *rim,
+        ("along the longest axis", AlongDirection(axes[0])),
+        ("smallest curvature", AlongCurvature("smallest")),
+    ]
+
+
+def _row(part: Surface, name: str, preference: Preference, *, spacing: float) -> str:
+    fine = refine(part, edge_length=BACKENDS["heat"].edge_length(part, spacing=spacing))
+    begun = time.process_time()
+    try:
+        field = smoothest_field(fine, symmetry=2, preferences=[preference])
+        made = time.process_time()
+        seed = boundary_seed(fine) if boundary_loops(fine) else point_seed(fine, fine.vertices[0], tolerance=1.0)
+        pattern = FibrePattern(field=lambda _: field)
+        strokes = pattern.strokes(fine, seed, backend=BACKENDS["heat"](fine), spacing=spacing)
+    except GeoprintError as error:
+        return row(part.name, name, str(error)[:110].replace("|", "/"), *[""] * (len(HEADINGS) - 3))
+    laid = time.process_time()
+    drawn = lines(fine, strokes)
+    found = measure_paths(part, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing)
+    sides = found.sides.sides()
+    away = _away(fine, strokes, found.sides.places, spacing=spacing)
+    off, lengths = off_field(field, strokes.curves)
+    order = np.argsort(off)
+    most = off[order][np.searchsorted(np.cumsum(lengths[order]), 0.99 * lengths.sum())]
+    return row(
+        part.name,
+        name,
+        str(strokes.curves.count),
+        str(int(strokes.curves.closed.sum())),
+        f"{np.mean([arc_lengths(line)[-1] for line in drawn]):.1f} mm",
+        f"{1.0 - found.gap:.1%}",
+        f"{found.overlap:.1%}",
+        _cv(sides),
+        _cv(sides[away]),
+        f"{1.0 - away.mean():.0%}",
+        f"{np.degrees(np.average(off, weights=lengths)):.2f} deg",
+        f"{np.degrees(most):.2f} deg",
+        str(crossings(fine, strokes.curves)),
+        f"{made - begun:.2f} s",
+        f"{laid - made:.2f} s",
+    )
+
+
+def _cv(sides: FloatArray) -> str:
+    ratios = sides[np.isfinite(sides)]
+    return f"{ratios.std() / ratios.mean():.1%}" if ratios.size else ""
+
+
+def _away(surface: Surface, strokes: Strokes, places: FloatArray, *, spacing: float) -> BoolArray:
+    """Return which of (k, 3) places are farther than two spacings from the ends of strokes within a part."""
+    curves, xyz = strokes.curves, strokes.curves.points.xyz(surface)
+    ends = xyz[np.concatenate([curves.offsets[:-1], curves.offsets[1:] - 1])[np.tile(~curves.closed, 2)]]
+    rims = [surface.vertices[np.append(loop, loop[0])] for loop in boundary_loops(surface)]
+    if rims and len(ends):
+        ends = ends[PolylineDistance(rims, step=spacing)(ends) > WITHIN * spacing]
+    if not len(ends):
+        return np.ones(len(places), dtype=np.bool_)
+    return np.asarray(KDTree(ends).query(places)[0] > AWAY * spacing)
+
+
+if __name__ == "__main__":
+    main()

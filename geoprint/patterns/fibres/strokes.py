@@ -1,0 +1,129 @@
+"""The `fibres` pattern: evenly spaced streamlines of a designed field of lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar, final
+
+import numpy as np
+
+from geoprint.backends import Backend
+from geoprint.errors import FieldError, UsageError
+from geoprint.fields import AlongRim, DirectionField, smoothest_field
+from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
+from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, first_place, laid_strokes
+from geoprint.patterns.fibres.net import LineNet, net_of, places_of, surface_points
+from geoprint.surfaces import Piece, all_curves, boundary_half_edges, pieces
+
+# Fibres are lines: who prints one may begin at either end.
+LINES = 2
+# Gaps are looked for at places about so many spacings apart.
+SPREAD_SHARE = 0.25
+
+
+def lines_along_rim(surface: Surface) -> DirectionField:
+    """Return the smoothest lines that follow the rim, or where there is none the smoothest of all.
+
+    Raises:
+        MeshError: the surface is no manifold.
+    """
+    rim = boundary_half_edges(surface.faces).size > 0
+    return smoothest_field(surface, symmetry=LINES, preferences=[AlongRim()] if rim else [])
+
+
+@final
+class FibrePattern:
+    """The `fibres` pattern: streamlines of a field, one spacing apart as far as its lines run side by side.
+
+    Where lines converge a stroke ends, where they diverge another begins; no two cross. The first one starts half a
+    spacing inside of the rim, where the field follows that best, and rows are counted from it; a source that is one
+    point lies on the first stroke, and on a closed piece the source begins it. No distance of the backend is needed:
+    strokes are kept apart by shortest ways over the triangles.
+
+    Args:
+        field: returns the lines on a surface.
+
+    Examples:
+        >>> FibrePattern.title
+        'streamlines of a designed field'
+    """
+
+    title: ClassVar[str] = "streamlines of a designed field"
+    summary: ClassVar[str] = "Evenly spaced streamlines of a field designed from singularities and preferences."
+
+    def __init__(self, *, field: Callable[[Surface], DirectionField] = lines_along_rim) -> None:
+        self._field = field
+
+    def strokes(
+        self,
+        surface: Surface,
+        seed: Seed,
+        *,
+        backend: Backend,  # noqa: ARG002  (another pattern's strokes are level curves of its distance)
+        spacing: float | ScalarField,
+    ) -> Strokes:
+        """Return the streamlines; the row at which one starts is how many were laid side by side from the first to it.
+
+        Raises:
+            UsageError: the spacing is not the same everywhere.
+            FieldError: no stroke is worth a start on a piece, or there is no such field.
+        """
+        if isinstance(spacing, ScalarField):
+            raise UsageError(
+                "fibres lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, or "
+                "choose another pattern."
+            )
+        field = self._field(surface)
+        if field.symmetry > LINES:
+            raise UsageError("fibres follow a field of lines or vectors, not of crosses: give a field of symmetry 2.")
+        curves, rows = list[SurfaceCurves](), list[FloatArray]()
+        for piece in pieces(surface):
+            net = net_of(_on_piece(field, piece))
+            first = _first(net, piece.own(seed.curves), spacing=spacing)
+            spread = _spread(piece.surface, step=SPREAD_SHARE * spacing)
+            laid = laid_strokes(net, spacing=spacing, first=first, spread=spread).strokes
+            if not laid:
+                raise FieldError(
+                    f"no streamline on {surface.name} is {SHORTEST:g} spacings of {spacing:g} mm long: choose a "
+                    "smaller spacing."
+                )
+            curves += [piece.on_whole(_curve(net, stroke)) for stroke in laid]
+            rows += [_rows(stroke) for stroke in laid]
+        every, row = all_curves(curves), np.concatenate(rows)
+        return Strokes(every, row, np.full(row.size, spacing), np.ones(row.size))
+
+
+def _on_piece(field: DirectionField, piece: Piece) -> DirectionField:
+    return DirectionField(piece.surface, field.symmetry, field.angles[piece.faces], field.turning[piece.faces])
+
+
+def _first(net: LineNet, source: SurfaceCurves, *, spacing: float) -> tuple[int, complex]:
+    """Return where the first stroke of a piece begins: its face, and the place there."""
+    point = source.count == 1 and source.points.faces.size == 1
+    inside = None if point else first_place(net, spacing=spacing)
+    if inside is not None:
+        return inside
+    return int(source.points.faces[0]), complex(places_of(net, source.points)[0])
+
+
+def _spread(surface: Surface, *, step: float) -> IntArray:
+    """Return faces all over a surface, one in each cube of a side [mm], and all where they are larger."""
+    cubes = np.floor(surface.vertices[surface.faces].mean(axis=1) / step).astype(np.int64)
+    return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
+
+
+def _rows(stroke: LaidStroke) -> FloatArray:
+    """Return the row of each point of a stroke, which rises by one from its start, half behind a whole one, to its end.
+
+    Streamlines are no level curves of anything: whoever measures tells those by a row that stays the same.
+    """
+    arcs = np.concatenate([[0.0], np.cumsum(np.abs(stroke.ends - stroke.starts))])
+    return stroke.row + 0.5 + arcs / arcs[-1]
+
+
+def _curve(net: LineNet, stroke: LaidStroke) -> SurfaceCurves:
+    """Return a stroke as a curve through the ends of its segments; a closed one ends where it starts."""
+    last = (stroke.faces[0], stroke.starts[0]) if stroke.closed else (stroke.faces[-1], stroke.ends[-1])
+    places = np.append(stroke.starts, last[1])
+    points = surface_points(net, np.append(stroke.faces, last[0]), places)
+    return SurfaceCurves(points, np.array([0, places.size]), np.array([stroke.closed]))

@@ -1,0 +1,70 @@
+"""Field files: what they say, the commented one, and what is refused with its line."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from geoprint.config import FIELD_EXAMPLE, FieldFile, job_of, read_field
+from geoprint.errors import UsageError
+
+
+def _written(folder: Path, text: str) -> Path:
+    path = folder / "field.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(tmp_path: Path) -> None:
+    found = read_field(_written(tmp_path, FIELD_EXAMPLE))
+    assert [(table.rim, table.weight) for table in found.preferences] == [(True, 100.0)]
+    shown = re.sub(r"(?m)^# (?=\[|\w+ = )", "", FIELD_EXAMPLE)
+    keys = tomllib.loads(shown)
+    assert len(keys["preferences"]) == 4
+    helix = keys.pop("helix")
+    designed = FieldFile.model_validate(keys)
+    assert {name for table in designed.preferences for name in table.model_fields_set} == {
+        "rim", "direction", "curvature", "stroke", "weight"
+    }  # fmt: skip
+    assert designed.singularities[0].index == 1.0
+    told = FieldFile.model_validate({"helix": helix}).helix
+    assert told is not None
+    assert told.angle == 30.0
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", r"^field.toml: it says no line: give a preference, a singularity or a helix; `geoprint init` writes"),
+        ("[[preferences]]\nrim = true\nwait = 2\n", r"^field.toml, line 3: preferences.1.wait: .*not permitted"),
+        ("[[preferences]]\nweight = 2.0\n", r"line 1: preferences.1: a preference is one of rim, .* found none"),
+        ("[[preferences]]\nrim = true\ncurvature = 'largest'\n", r"found rim and curvature"),
+        ("[[preferences]]\ncurvature = 'mean'\n", r"line 2: .*'smallest' or 'largest', found 'mean'"),
+        ("[[preferences]]\ndirection = [0.0, 0.0, 0.0]\n", r"a direction must have a length"),
+        ("[[preferences]]\nrim = true\nweight = 0.0\n", r"line 3: .*greater than 0, found 0.0"),
+        ("[[singularities]]\nplace = [0.0, 0.0, 0.0]\nindex = 0.3\n", r"line 3: .*multiple of 0.5, found 0.3"),
+        ("[helix]\naxis = [0.0, 0.0, 0.0]\nangle = 10.0\n", r"line 1: helix: an axis must have a length"),
+        ("[helix]\naxis = [0.0, 0.0, 1.0]\nangle = 91.0\n", r"line 3: helix.angle: .*equal to 90, found 91.0"),
+        (
+            "[helix]\naxis = [0.0, 0.0, 1.0]\nangle = 9.0\n[[preferences]]\nrim = true\n",
+            r"a helix says every line: leave out the preferences and singularities, or the helix",
+        ),
+        ("rim = [\n", r"^field.toml is not valid TOML"),
+    ],
+)
+def test_what_means_nothing_is_refused_with_its_line(text: str, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=sentence):
+        read_field(_written(tmp_path, text))
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"the field file .*nowhere.toml cannot be read .*`geoprint init` writes one"):
+        read_field(tmp_path / "nowhere.toml")
+
+
+def test_a_job_file_names_it_from_its_own_folder(tmp_path: Path) -> None:
+    (tmp_path / "job.toml").write_text('surface = "part.ply"\nspacing = 1.0\npattern = "fibres"\nfield = "own.toml"\n')
+    assert job_of(surface=tmp_path / "job.toml").field == tmp_path / "own.toml"
