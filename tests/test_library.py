@@ -154,6 +154,7 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     return {
         "save_plan": lambda: geoprint.save_plan(planned, below),
         "plan_stack": lambda: pipeline.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
+        "compare_stacks": lambda: pipeline.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
         "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
         "save_measurement": lambda: geoprint.save_measurement(_measurement(), below),
         "save_table": lambda: geoprint.save_table(geoprint.runs_table(planned), below),
