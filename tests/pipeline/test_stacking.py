@@ -240,7 +240,7 @@ def test_a_stack_is_not_held_against_layers_that_were_changed(device: tuple[Path
 def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     layer = StackedLayerRecord.model_validate(
         dict.fromkeys(("bottom_mm", "height_mm", "area_mm2", "deposit_mm", "laid_mm3", "wanted_mm3"), 1.0)
-        | dict.fromkeys(("spacing_cv", "gap", "print_s", "clearance_mm"))
+        | dict.fromkeys(("spacing_cv", "gap", "overlap", "thickness_cv", "print_s", "clearance_mm", "not_printable"))
         | {"folder": "layer-01", "runs": 1, "warnings": (), "not_checked": ()}
     )
     assert stack_program(tmp_path, [layer], part_name="cap.ply") == ({}, None)

@@ -91,7 +91,7 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
     Raises:
         GeoprintError: as `read_part`.
     """
-    skin = job.model_copy(update={"thickness": None, "target": None, "feather": None, "layer": None})
+    skin = job.model_copy(update={"thickness": None, "target": None, "feather": None, "layer": None, "patterns": None})
     read = read_part(skin)
     base = read.part
     feet, upright = column_feet(base, count=COLUMNS), upright_of(base)

@@ -7,7 +7,7 @@ import hashlib
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
-from geoprint.backends import Piecewise, backend
+from geoprint.backends import Piecewise, most_accurate_backend
 from geoprint.config import Job
 from geoprint.errors import InputError, UsageError
 from geoprint.layers import LayerTarget, TargetShape, TargetThickness
@@ -28,8 +28,6 @@ ACROSS, UP_A_RIM = 100, 6
 MOST_ACROSS = 800
 # The thickness between points of a table is that of so many of the nearest.
 NEIGHBOURS = 24
-# Distance from the rim is measured by the backend that is nearest to the true one, whichever plans the paths.
-MEASURED_BY = "fast-marching"
 
 
 def read_target(job: Job) -> TargetFile | None:
@@ -101,11 +99,14 @@ def _between(table: FloatArray, part: Surface, *, name: str) -> FloatArray:
 
 
 def _from_rim(part: Surface) -> FloatArray:
-    """Return (n,) the distance of the vertices from the rim along the surface [mm]."""
+    """Return (n,) the distance of the vertices from the rim along the surface [mm].
+
+    It is measured by the backend that is nearest to the true one, whichever plans the paths.
+    """
     try:
         rim = boundary_seed(part)
     except InputError as error:
         raise UsageError(
             f"{part.name} has no rim that the thickness could rise from: leave `--feather` out."
         ) from error
-    return Piecewise(part, backend(MEASURED_BY).factory).distance(rim).values
+    return Piecewise(part, most_accurate_backend().factory).distance(rim).values
