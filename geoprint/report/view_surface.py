@@ -13,6 +13,8 @@ from geoprint.surfaces import boundary_half_edges, face_areas, half_edges
 FACES_PER_CELL = 2.2
 # Kinds of vertices that are kept apart: eight octants that they face, inside and on the border.
 KINDS = 16
+# Faces with less area, over that of a cell's side, are lines but for rounding.
+FLAT_SHARE = 1e-9
 # Cells grow by this factor until few enough faces are left.
 GROWTH = 1.12
 
@@ -89,6 +91,8 @@ def _clustered(surface: Surface, kinds: IntArray, *, cell: float) -> ViewSurface
     faces = clusters[surface.faces]
     whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     faces = _without_folds(faces[whole])
+    # Three vertices on a line show nothing, and have no normal.
+    faces = faces[face_areas(Surface(surface.vertices[chosen], faces)) > FLAT_SHARE * cell**2]
     used, faces = np.unique(faces, return_inverse=True)
     return ViewSurface(Surface(surface.vertices[chosen[used]], faces.reshape(-1, 3), name=surface.name), chosen[used])
 

@@ -11,6 +11,7 @@ from geoprint.model import IntArray, Surface
 from geoprint.report import view_surface
 from geoprint.surfaces import boundary_half_edges, face_areas, half_edges
 from geoprint.surfaces.files import load
+from tests.meshes import plate
 from tests.report.report_cases import RADIUS, dome
 
 HEART = Path(__file__).parents[2] / "data" / "heart.ply"
@@ -73,3 +74,10 @@ def test_both_sides_of_a_thin_wall_stay_apart() -> None:
     inner = (view.vertices[view.surface.faces] >= count).all(axis=1)
     np.testing.assert_array_equal(outer | inner, np.ones_like(outer))
     assert min(outer.sum(), inner.sum()) > 500
+
+
+def test_no_face_of_a_thinned_surface_is_without_area() -> None:
+    # On a plate whose vertices stand in a grid many clusters lie on a line.
+    thinned = view_surface(plate((20.0, 20.0), (60, 60)), faces=3000).surface
+    assert len(thinned.faces) <= 3000
+    assert face_areas(thinned).min() > 1e-6
