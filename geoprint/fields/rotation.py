@@ -8,13 +8,13 @@ system is solved for them, which makes less of the sum each time and so comes to
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array
 
 from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
 from geoprint.fields.connection import principal
 from geoprint.fields.preferences import Wishes
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import cotangent_laplacian
+from geoprint.surfaces import cotangent_laplacian, diagonal_matrix
 
 
 def leant(surface: Surface, angles: FloatArray, wishes: Wishes, *, symmetry: int) -> FloatArray:
@@ -34,10 +34,10 @@ def leant(surface: Surface, angles: FloatArray, wishes: Wishes, *, symmetry: int
     period, count, vertices = 2 * np.pi / symmetry, wishes.faces.size, len(surface.vertices)
     where = np.repeat(np.arange(count), 3), surface.faces[wishes.faces].ravel()
     means = csc_array((np.full(3 * count, 1 / 3), where), shape=(count, vertices))
-    pulls = csc_array(means.T @ diags_array(wishes.weights))
+    pulls = csc_array(means.T @ diagonal_matrix(wishes.weights))
     # A vertex that no face uses stays at 0.
     unused = np.bincount(surface.faces.ravel(), minlength=vertices) == 0
-    matrix = csc_array(cotangent_laplacian(surface) + pulls @ means + diags_array(unused.astype(np.float64)))
+    matrix = csc_array(cotangent_laplacian(surface) + pulls @ means + diagonal_matrix(unused.astype(np.float64)))
     solver = SymmetricSolver(matrix, order=nested_dissection(matrix, coordinates=surface.vertices))
     left = wishes.angles - angles[wishes.faces]
     # The one turn of the whole that all wishes together are nearest to.

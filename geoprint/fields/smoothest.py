@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import final
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, diags_array
+from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection, single_threaded_blas
@@ -25,7 +25,7 @@ from geoprint.fields.connection import Connection, connection
 from geoprint.fields.direction_field import DirectionField, check_symmetry, nearest_field
 from geoprint.fields.preferences import Preference, Wishes, all_wishes
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.surfaces import face_areas, pieces
+from geoprint.surfaces import diagonal_matrix, face_areas, pieces
 
 # What is added to the matrix so that it has an inverse, over the inverse of the area: far below the second eigenvalue
 # of any part, which is of the order of the inverse of its longest extent squared.
@@ -86,12 +86,12 @@ class _Sides:
     def smallest(self) -> ComplexArray:
         """Return the (e,) values of the field of least gradient among those of one size."""
         root = np.sqrt(self._mass)
-        scale = diags_array((1.0 / root).astype(np.complex128))
+        scale = diagonal_matrix(1.0 / root)
         matrix = csc_array(scale @ self._stiffness @ scale)
         if root.size <= HELD:
             return np.asarray(np.linalg.eigh(matrix.toarray())[1][:, 0] / root, dtype=np.complex128)
         shift = SHIFT / float(self._mass.sum())
-        solver = self._solver(csc_array(matrix + shift * diags_array(np.ones(root.size))))
+        solver = self._solver(csc_array(matrix + shift * diagonal_matrix(np.ones(root.size))))
         inverse = LinearOperator(matrix.shape, matvec=solver.solve, dtype=np.complex128)
         start = root.astype(np.complex128)
         try:

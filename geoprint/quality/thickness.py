@@ -15,14 +15,14 @@ from __future__ import annotations
 from typing import NamedTuple, final
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import cg
 from scipy.spatial import KDTree
 from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, comparable
-from geoprint.surfaces import closest, cotangent_laplacian, lumped_mass
+from geoprint.surfaces import closest, cotangent_laplacian, diagonal_matrix, lumped_mass
 from geoprint.surfaces.remesh import refine
 
 # Standard deviation of the spread over the spacing: lines one spacing apart are level to 1e-8 after it.
@@ -92,7 +92,7 @@ class LevelledLayer:
         indices = (corners, np.repeat(np.arange(count), 3))
         self._put_down = csr_array((landed.weights.ravel(), indices), shape=(vertices, count))
         time = 0.5 * (SPREAD_SHARE * spacing) ** 2 / STEPS
-        self._step = csr_array(diags_array(self._areas) + time * cotangent_laplacian(fine))
+        self._step = csr_array(diagonal_matrix(self._areas) + time * cotangent_laplacian(fine))
         levels = poses.levels[self._stretches.before]
         ends = self._stretches.places[_without_next(self._stretches.places, levels, spacing=spacing)]
         self._near = _distances(fine.vertices, ends, otherwise=np.inf) <= NEAR_SHARE * spacing
@@ -127,7 +127,7 @@ class LevelledLayer:
 
     def _levelled(self, volumes: FloatArray) -> FloatArray:
         """Return the (n,) thickness at the vertices [mm] after the volumes put down at them [mm3] have spread."""
-        inverse_diagonal = diags_array(1.0 / self._step.diagonal())
+        inverse_diagonal = diagonal_matrix(1.0 / self._step.diagonal())
         thickness = volumes / self._areas
         for _ in range(STEPS):
             # Vectors this short gain nothing from threads, and lose tenfold where the machine is busy.

@@ -22,6 +22,7 @@ from geoprint.surfaces.inscribing import (
 from geoprint.surfaces.operators import (
     corner_cotangents as corner_cotangents,
     cotangent_laplacian as cotangent_laplacian,
+    diagonal_matrix as diagonal_matrix,
     divergence as divergence,
     edge_lengths as edge_lengths,
     face_areas as face_areas,

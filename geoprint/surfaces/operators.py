@@ -8,7 +8,7 @@ taken counter-clockwise, and the area A [Crane2013, sec. 3.2].
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, dia_array
 
 from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
@@ -87,6 +87,11 @@ def smallest_angles(surface: Surface) -> FloatArray:
     """
     # The cotangent falls from 0 to pi, so that the largest belongs to the smallest angle.
     return np.arctan2(1.0, corner_cotangents(surface).max(axis=1))
+
+
+def diagonal_matrix(values: FloatArray) -> dia_array[np.float64]:
+    """Return the (k, k) matrix that has (k,) values on its diagonal and nothing beside it."""
+    return dia_array((values[None], np.zeros(1, dtype=np.int64)), shape=(values.size, values.size))
 
 
 def corner_cotangents(surface: Surface) -> FloatArray:

@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import ClassVar, final
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array
 
 from geoprint.backends.heat.elements import Elements
 from geoprint.backends.interface import Accuracy
@@ -23,7 +23,7 @@ from geoprint.backends.levels import level_distances, linear_edge_length
 from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, single_threaded_blas
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
-from geoprint.surfaces import positions
+from geoprint.surfaces import diagonal_matrix, positions
 
 # Temperatures below this are not trusted: smaller ones lose digits, 1e-308 is the smallest normal number. What is
 # colder is solved for again, from where the heat has got to.
@@ -208,7 +208,7 @@ class _Held:
     def _heat_solver(self, free: BoolArray) -> SymmetricSolver:
         rows = np.flatnonzero(free)
         conductance = csc_array(self._elements.conductance[rows][:, rows])
-        system = csc_array(diags_array(self._elements.mass[rows]) + self._time * conductance)
+        system = csc_array(diagonal_matrix(self._elements.mass[rows]) + self._time * conductance)
         return SymmetricSolver(system, order=restricted(self._order, free))
 
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, Surface
-from geoprint.surfaces.operators import cotangent_laplacian, lumped_mass
+from geoprint.surfaces.operators import cotangent_laplacian, diagonal_matrix, lumped_mass
 from geoprint.surfaces.remesh.creases import creases
 from geoprint.surfaces.topology import boundary_loops, half_edges, twins
 
@@ -76,7 +76,7 @@ def _filtered(
         return points
     rows = stiffness[free]
     weights = (wavelength / (2.0 * math.pi)) ** 4 / masses[free]
-    system = (diags_array(masses) + rows.T @ diags_array(weights) @ rows).tocsr()[free]
+    system = (diagonal_matrix(masses) + rows.T @ diagonal_matrix(weights) @ rows).tocsr()[free]
     right = masses[free, None] * points[free] - system[:, ~free] @ points[~free]
     result = points.copy()
     # Symmetric and positive definite: no pivoting, which would destroy the order that keeps the factor sparse.
