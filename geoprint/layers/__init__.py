@@ -2,6 +2,8 @@
 
 - `feet`: where on the part a place stands, on which side, and how far beyond its rim;
 - `rims`: normals at the rim, right to second order;
+- `creases`: where edges of a level pass one;
+- `folds`: faces that lean from it, and crumbs at its rim;
 - `nets`: triangles about a level of the distance, from cells of a grid;
 - `level_surfaces`: the level surface of the distance, cut along the normals of the rim;
 - `refining`: the same made finer where it must be;

@@ -10,17 +10,22 @@ import numpy as np
 
 from geoprint.errors import FieldError, InputError, MeshError
 from geoprint.layers.feet import Ground
+from geoprint.layers.folds import trimmed
 from geoprint.layers.nets import net
-from geoprint.layers.refining import on_level
-from geoprint.model import BoolArray, Surface
+from geoprint.layers.refining import fine_where, on_level
+from geoprint.model import BoolArray, FloatArray, Surface
 from geoprint.surfaces import clipped, component_labels, part_of
 from geoprint.surfaces.remesh import remesh
-from geoprint.surfaces.topology import used_vertices
+from geoprint.surfaces.repair.manifold import split_vertices
 
 # Grids that are tried, moved by these shares of a cell: where two sheets share a cell of one, they may not of another.
 SHIFTS = (0.0, 0.37, 0.71, 0.53)
 # Cells are a little smaller than the edges that are wanted.
 CELL_SHARE = 0.8
+# The rim of the net is true to this share of a cell: a layer that stands out so little over the one below is as high.
+RIM_SHARE = 0.1
+# A hole in it whose rim has so many cells is none of the part's, but where what lies beyond jumps from place to place.
+HOLE = 4.0
 
 
 def level_surface(part: Surface, *, height: float, edge_length: float, tolerance: float) -> Surface:
@@ -44,14 +49,14 @@ def level_surface(part: Surface, *, height: float, edge_length: float, tolerance
         if not (np.isfinite(value) and value > 0.0):
             raise InputError(f"{name} must be a positive number of mm, found {value}.")
     ground = Ground(part)
+    cell = CELL_SHARE * edge_length
     for shift in SHIFTS:
         try:
-            rough = remesh(
-                _cut(ground, height=height, cell=CELL_SHARE * edge_length, shift=shift), edge_length=edge_length
-            )
+            cut = _cut(ground, height=height, cell=cell, shift=shift)
+            rough = remesh(cut, edge_length=edge_length)
         except MeshError:
             continue
-        return on_level(ground, rough, height=height, tolerance=tolerance)
+        return on_level(ground, rough, height=height, tolerance=tolerance, hole=HOLE * cell)
     raise MeshError(
         f"{height:g} mm over {part.name} sheets of its level surface lie closer together than {edge_length:g} mm: "
         "choose shorter edges, or a lower layer."
@@ -60,9 +65,12 @@ def level_surface(part: Surface, *, height: float, edge_length: float, tolerance
 
 def _cut(ground: Ground, *, height: float, cell: float, shift: float) -> Surface:
     """Return the net about the level that stands on the part, without what lies beyond its rim."""
+
+    def beyond(places: FloatArray) -> FloatArray:
+        return ground.beyond(places, ground.feet(places).places)
+
     vertices, faces = net(ground, height=height, cell=cell, shift=shift)
-    beyond = ground.beyond(vertices, ground.feet(vertices).places)
-    kept: BoolArray = beyond[faces].min(axis=1) <= 0.0
+    kept: BoolArray = beyond(vertices)[faces].min(axis=1) <= 0.0
     if not kept.any():
         raise FieldError(
             f"nothing of the outer side of {ground.part.name} is {height:g} mm away from it: choose a smaller "
@@ -71,7 +79,10 @@ def _cut(ground: Ground, *, height: float, cell: float, shift: float) -> Surface
     whole = part_of(Surface(vertices, faces, ground.part.name), kept)
     if not ground.rimmed:
         return whole
-    return _standing(ground, clipped(whole, beyond[used_vertices(faces[kept]), None]), cell=cell)
+    # In a crease the closest place of the part changes, and with it how far beyond its rim a place lies: by a jump.
+    whole = fine_where(ground, whole, beyond, height=height, tolerance=RIM_SHARE * cell)
+    standing = _standing(ground, split_vertices(clipped(whole, beyond(whole.vertices)[:, None])), cell=cell)
+    return trimmed(ground, standing, hole=HOLE * cell)
 
 
 def _standing(ground: Ground, surface: Surface, *, cell: float) -> Surface:

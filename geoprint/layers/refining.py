@@ -6,27 +6,38 @@ from collections.abc import Callable
 
 import numpy as np
 
+from geoprint.layers.creases import on_crease
 from geoprint.layers.feet import Ground
+from geoprint.layers.folds import LEAST_COSINE, cosines, trimmed, unfolded
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
-from geoprint.surfaces import face_normals
 from geoprint.surfaces.remesh import halved
 from geoprint.surfaces.topology import half_edges, numbered_pairs
 
 # Rounds of halving: each takes a quarter of what an arc lies off its chord.
 ROUNDS = 5
-# Faces lean from the level by no more than the angle of this cosine.
-LEAST_COSINE = 0.4
+# Edges shorter than this many tolerances are not halved: between ends on the level they lie off by half their length.
+SHORTEST = 4.0
 
 
-def on_level(ground: Ground, surface: Surface, *, height: float, tolerance: float) -> Surface:
-    """Return a surface whose vertices are on the level, with edges halved where what lies between is not."""
+def on_level(ground: Ground, surface: Surface, *, height: float, tolerance: float, hole: float) -> Surface:
+    """Return a surface whose vertices are on the level, with edges halved where what lies between is not.
+
+    Args:
+        ground: the part.
+        surface: near the level.
+        height: of the level [mm].
+        tolerance: how far from it middles of edges and faces may lie, if halving reaches it [mm].
+        hole: as in `trimmed`.
+    """
+    surface = trimmed(ground, surface, hole=hole)
     surface = Surface(ground.raised(surface.vertices, height), surface.faces, surface.name)
+    surface = unfolded(ground, trimmed(ground, surface, hole=hole))
     for _ in range(ROUNDS):
         ends = _bent(ground, surface, height=height, tolerance=tolerance)
         if not len(ends):
             break
-        count = len(surface.vertices)
-        surface = _lifted(ground, halved(surface, ends), first=count, height=height)
+        surface = _halved(ground, surface, ends, height=height, tolerance=tolerance)
+        surface = trimmed(ground, surface, hole=hole)
     return surface
 
 
@@ -53,9 +64,8 @@ def fine_where(
         chosen[doubtful] = np.abs(values(middles) - ends[doubtful].mean(axis=1)) > tolerance
         if not chosen.any():
             break
-        count = len(surface.vertices)
-        surface = halved(surface, pairs[_with_longest(chosen, edge.reshape(-1, 3), lengths)])
-        surface = _lifted(ground, surface, first=count, height=height)
+        ends = pairs[_with_longest(chosen, edge.reshape(-1, 3), lengths)]
+        surface = _halved(ground, surface, ends, height=height, tolerance=tolerance)
     return surface
 
 
@@ -63,9 +73,10 @@ def _bent(ground: Ground, surface: Surface, *, height: float, tolerance: float) 
     """Return the (k, 2) edges to halve: those off the level in the middle, and the longest of faces that are."""
     pairs, edge = numbered_pairs(half_edges(surface.faces))
     lengths, sides = _lengths(surface, pairs), edge.reshape(-1, 3)
-    chosen = _off(ground, surface.vertices[pairs].mean(axis=1), height) > tolerance
+    chosen = (_off(ground, surface.vertices[pairs].mean(axis=1), height) > tolerance) & (lengths > SHORTEST * tolerance)
     off = _off(ground, surface.vertices[surface.faces].mean(axis=1), height) > tolerance
-    chosen[_longest(sides, lengths)[off]] = True
+    longest = _longest(sides, lengths)[off]
+    chosen[longest[lengths[longest] > SHORTEST * tolerance]] = True
     return pairs[_with_longest(chosen, sides, lengths)]
 
 
@@ -94,23 +105,27 @@ def _lengths(surface: Surface, pairs: IntArray) -> FloatArray:
     return found
 
 
-def _lifted(ground: Ground, surface: Surface, *, first: int, height: float) -> Surface:
-    """Return a surface whose vertices from one on are raised to the level, but for those that would fold it.
+def _halved(ground: Ground, surface: Surface, ends: IntArray, *, height: float, tolerance: float) -> Surface:
+    """Return a surface with edges halved by vertices on the level, and others that were off it moved there.
 
-    In a crease the middle of an edge may rise to the wrong side of it; there it stays where it is.
+    Where an edge passes a crease, that is where it is cut: the middle raised to either sheet would leave an edge that
+    passes it, however short. Edges of faces that would fold are turned; what would fold even so stays where it is.
     """
-    vertices = surface.vertices.copy()
-    vertices[first:] = ground.raised(vertices[first:], height)
+    first = len(surface.vertices)
+    finer = halved(surface, ends)
+    vertices, faces = finer.vertices.copy(), finer.faces
+    off = np.flatnonzero(_off(ground, surface.vertices, height) > tolerance)
+    vertices[off] = ground.raised(vertices[off], height)
+    creased = on_crease(ground, surface.vertices[ends], height=height, tolerance=tolerance)
+    vertices[first:] = np.where(creased.found[:, None], creased.places, ground.raised(vertices[first:], height))
     while True:
-        raised = Surface(vertices, surface.faces, surface.name)
-        middles = vertices[surface.faces].mean(axis=1)
-        upright = middles - ground.feet(middles).places
-        leaning = np.einsum("kx,kx->k", face_normals(raised), upright) < LEAST_COSINE * np.linalg.norm(upright, axis=1)
-        back = np.unique(surface.faces[leaning])
-        back = back[(back >= first) & (vertices[back] != surface.vertices[back]).any(axis=1)]
+        raised = unfolded(ground, Surface(vertices, faces, surface.name))
+        faces = raised.faces
+        back = np.unique(faces[cosines(ground, vertices, faces) <= LEAST_COSINE])
+        back = back[(vertices[back] != finer.vertices[back]).any(axis=1)]
         if not back.size:
             return raised
-        vertices[back] = surface.vertices[back]
+        vertices[back] = finer.vertices[back]
 
 
 def _off(ground: Ground, places: FloatArray, height: float) -> FloatArray:
