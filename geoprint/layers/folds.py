@@ -78,6 +78,28 @@ def _turned(ground: Ground, vertices: FloatArray, faces: IntArray, lean: FloatAr
     return turned
 
 
+def laid_flat(ground: Ground, surface: Surface) -> Surface:
+    """Return a surface in which no face has turned over: what turning edges leaves is drawn to the middle of its ring.
+
+    That is the last resort, off the level by as much as faces there are long; it meets a few vertices in a crease.
+    """
+    for _ in range(ROUNDS):
+        over = cosines(ground, surface.vertices, surface.faces) <= 0.0
+        if not over.any():
+            break
+        moved = np.unique(surface.faces[over])
+        sides = half_edges(surface.faces)
+        links = np.unique(np.concatenate([sides, sides[:, ::-1]]), axis=0)
+        links = links[np.isin(links[:, 0], moved)]
+        middles = np.zeros_like(surface.vertices)
+        np.add.at(middles, links[:, 0], surface.vertices[links[:, 1]])
+        vertices = surface.vertices.copy()
+        counts = np.bincount(links[:, 0], minlength=len(vertices))[moved]
+        vertices[moved] = middles[moved] / counts[:, None]
+        surface = unfolded(ground, Surface(vertices, surface.faces, surface.name))
+    return surface
+
+
 def trimmed(ground: Ground, surface: Surface, *, hole: float) -> Surface:
     """Return a surface without the faces along its rim that lean from the level.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.layers.creases import on_crease
 from geoprint.layers.feet import Ground
-from geoprint.layers.folds import LEAST_COSINE, cosines, trimmed, unfolded
+from geoprint.layers.folds import LEAST_COSINE, cosines, laid_flat, trimmed, unfolded
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces.remesh import halved
 from geoprint.surfaces.topology import half_edges, numbered_pairs
@@ -38,7 +38,7 @@ def on_level(ground: Ground, surface: Surface, *, height: float, tolerance: floa
             break
         surface = _halved(ground, surface, ends, height=height, tolerance=tolerance)
         surface = trimmed(ground, surface, hole=hole)
-    return surface
+    return laid_flat(ground, surface)
 
 
 def fine_where(
