@@ -38,8 +38,8 @@ DATA = Path(__file__).parents[1] / "data"
 OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply")
 SAMPLES = 20_000
 SEED = 22
-# Edges of the part for the judge [mm], and so many of its triangles with the nearest middles are looked at: of fewer none
-# is the closest, in a crease 3 mm over the part.
+# Edges of the part for the judge [mm], and so many of its triangles with the nearest middles are looked at: in a crease
+# 3 mm over the part the closest one may not be among fewer.
 EDGE = 0.4
 NEAREST = 48
 # A lower bottom is the part itself [mm].

@@ -3,8 +3,8 @@
     python -m benchmarks.stack_cost [PART] [--spacing MM] [--layers N] [--backend NAME] [--smoke]
 
 Both are planned by the command line, one after the other, each as a user would, with the packaged cell `irb120-slim45`
-in its demonstration's place. Memory is the largest sum of what all processes of a command hold at a time, looked at five
-times a second; what several share counts once. (Linux alone tells it.)
+in its demonstration's place. Memory is the largest sum of what all processes of a command hold at a time, looked at
+five times a second; what several share counts once. (Linux alone tells it.)
 """
 
 from __future__ import annotations
