@@ -5,9 +5,11 @@
 - `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
 - `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
 - `smoothest`: the field of least gradient, with singularities of its own choice;
+- `carrying`: a field on a surface that lies over its own;
 - `helix`: the fibres of a ventricle's wall, by rule.
 """
 
+from geoprint.fields.carrying import carried_field as carried_field
 from geoprint.fields.direction_field import (
     SYMMETRIES as SYMMETRIES,
     DirectionField as DirectionField,
