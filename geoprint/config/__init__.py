@@ -16,6 +16,7 @@ from geoprint.config.field_file import (
     FIELD_EXAMPLE as FIELD_EXAMPLE,
     FieldFile as FieldFile,
     PreferenceTable as PreferenceTable,
+    ThroughTable as ThroughTable,
     field_text as field_text,
     read_field as read_field,
 )

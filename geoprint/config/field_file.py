@@ -19,6 +19,8 @@ MOST_TURNS = 4.0
 MOST_TABLES, MOST_POINTS = 100, 500
 Index = Annotated[float, Field(ge=-MOST_TURNS, le=MOST_TURNS, multiple_of=0.5)]
 HelixAngle = Annotated[float, Field(ge=-90.0, le=90.0)]
+# More than a whole turn, through all layers or a mm of them, is a typing error.
+TurnAngle = Annotated[float, Field(ge=-360.0, le=360.0)]
 
 FIELD_EXAMPLE = """\
 # What fibres follow: `geoprint plan PART --pattern fibres --field field.toml`. A field of lines, as smooth as what is
@@ -53,6 +55,13 @@ weight = 100.0
 # [helix]
 # axis = [0.0, 0.0, 1.0]    # from apex to base
 # angle = 30.0
+
+# Over a thickness every layer has the lines of the part itself, carried there. Here they turn on the way,
+# counter-clockwise for who looks at the part from outside: from the part to the outermost layer by these angles, or
+# by so many degrees each mm, as turn_deg_per_mm = 12.0 alone.
+# [through]
+# inner_deg = 60.0            # at the part
+# outer_deg = -60.0           # where the layers end
 """
 
 
@@ -96,12 +105,29 @@ class HelixTable(Table):
         return self
 
 
+class ThroughTable(Table):
+    """How lines turn from layer to layer; either so much each mm, or from one angle to another."""
+
+    turn_deg_per_mm: TurnAngle | None = None
+    inner_deg: TurnAngle | None = None
+    outer_deg: TurnAngle | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        given = [name for name, value in self if value is not None]
+        if given not in (["turn_deg_per_mm"], ["inner_deg", "outer_deg"]):
+            found = " and ".join(given) if given else "none"
+            raise ValueError(f"lines turn by turn_deg_per_mm, or from inner_deg to outer_deg, found {found}")
+        return self
+
+
 class FieldFile(Table):
     """The lines that fibres follow."""
 
     preferences: Annotated[list[PreferenceTable], Field(max_length=MOST_TABLES)] = Field(default=[])
     singularities: Annotated[list[SingularityTable], Field(max_length=MOST_TABLES)] = Field(default=[])
     helix: HelixTable | None = None
+    through: ThroughTable | None = None
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:

@@ -11,6 +11,8 @@ import pytest
 from geoprint.config import FIELD_EXAMPLE, FieldFile, job_of, read_field
 from geoprint.errors import UsageError
 
+RIM = "[[preferences]]\nrim = true\n"
+
 
 def _written(folder: Path, text: str) -> Path:
     path = folder / "field.toml"
@@ -33,6 +35,8 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
     told = FieldFile.model_validate({"helix": helix}).helix
     assert told is not None
     assert told.angle == 30.0
+    assert designed.through is not None
+    assert (designed.through.inner_deg, designed.through.outer_deg) == (60.0, -60.0)
 
 
 @pytest.mark.parametrize(
@@ -52,6 +56,12 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
             "[helix]\naxis = [0.0, 0.0, 1.0]\nangle = 9.0\n[[preferences]]\nrim = true\n",
             r"a helix says every line: leave out the preferences and singularities, or the helix",
         ),
+        (f"{RIM}[through]\ninner_deg = 9.0\n", r"line 3: through: lines turn by turn_deg_per_mm, .* found inner_deg;"),
+        (
+            f"{RIM}[through]\nturn_deg_per_mm = 1.0\ninner_deg = 9.0\nouter_deg = 2.0\n",
+            r"found turn_deg_per_mm and inner_deg and outer_deg",
+        ),
+        (f"{RIM}[through]\nturn_deg_per_mm = 999.0\n", r"line 4: .*equal to 360, found 999.0"),
         ("rim = [\n", r"^field.toml is not valid TOML"),
     ],
 )
