@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import radians
+from pathlib import Path
 
 import numpy as np
 
-from geoprint.config import FieldFile, PreferenceTable, ThroughTable
+from geoprint.config import FieldFile, PreferenceTable, ThroughTable, WallTable
 from geoprint.errors import FieldError
 from geoprint.fields import (
     AlongCurvature,
@@ -17,6 +18,8 @@ from geoprint.fields import (
     DirectionField,
     HelixRule,
     Preference,
+    WallCoordinates,
+    WallVoxels,
     carried_field,
     prescribed_field,
     singularities_near,
@@ -25,6 +28,7 @@ from geoprint.fields import (
 from geoprint.model import FloatArray, Surface, SurfaceCurves
 from geoprint.results import StackPlace
 from geoprint.surfaces import closest, edge_lengths, even_points, in_words
+from geoprint.surfaces.files import read_volume
 from geoprint.surfaces.remesh import refine
 
 # Fibres have no sense.
@@ -38,16 +42,18 @@ def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[S
 
     Args:
         file: what was read.
-        place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned; None
-            of a single skin.
+        place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned, but
+            for a wall's, which has its own everywhere; None of a single skin.
 
     What is returned raises:
         FieldError: indices do not add up to what the surface demands, a place lies off it, or it has nothing of what
-            is preferred.
-        InputError: two singularities have one vertex.
+            is preferred; or it lies off the wall, or labels make none.
+        InputError: two singularities have one vertex, or the volume of a wall cannot be read.
     """
 
     def lines(surface: Surface) -> DirectionField:
+        if file.wall is not None:
+            return _in_wall(file.wall, surface)
         if place is None:
             return _designed(file, surface)
         # As fine as the layer, so that lines are as smooth there as on a single skin.
@@ -76,6 +82,15 @@ def _designed(file: FieldFile, surface: Surface) -> DirectionField:
         singularities=singularities_near(surface, places, indices=indices),
         preferences=preferences,
     )
+
+
+def _in_wall(table: WallTable, surface: Surface) -> DirectionField:
+    """Return the fibres of a wall on a surface within it."""
+    path = Path(table.volume)
+    volume = read_volume(path.read_bytes(), name=path.name)
+    wall, cavity, base = (np.isin(volume.labels, labels) for labels in (table.labels, table.cavity, table.base))
+    rule = HelixRule(radians(table.epicardial_deg), radians(table.endocardial_deg))
+    return WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name)).field(surface, rule)
 
 
 def _turned(table: ThroughTable | None, place: StackPlace, heights: FloatArray) -> FloatArray:

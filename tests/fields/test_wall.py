@@ -8,36 +8,14 @@ import numpy as np
 import pytest
 
 from geoprint.errors import FieldError, InputError
-from geoprint.fields import HelixRule, WallCoordinates, WallVoxels
+from geoprint.fields import HelixRule, WallCoordinates
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import turned_over
 from geoprint.transforms import rotation_of
-from tests import meshes
+from tests.fields.hollow_ball import INNER, OUTER, ball_voxels, skin
 from tests.fields.measures import off
 
-INNER, OUTER = 15.0, 25.0
 RULE = HelixRule(epicardial=np.radians(-60.0), endocardial=np.radians(60.0))
-
-
-def _ball(*, side: float = 1.0, turned: FloatArray | None = None) -> WallVoxels:
-    """Return a hollow ball about the origin, cut off by its base where z is 12 mm; its apex is down."""
-    count = int(56.0 / side)
-    axis = (np.arange(count) - (count - 1) / 2) * side
-    affine = np.diag([side, side, side, 1.0])
-    affine[:3, 3] = axis[0]
-    linear = np.eye(3) if turned is None else turned
-    places = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1) @ linear.T
-    affine[:3] = linear @ affine[:3]
-    away, low = np.linalg.norm(places, axis=-1), places[..., 2] < 12.0
-    wall = (away >= INNER) & (away < OUTER)
-    return WallVoxels(wall & low, away < INNER, wall & ~low, affine, name="ball")
-
-
-def _skin(radius: float) -> Surface:
-    """Return the part of a sphere about the origin below z = -2 mm, away from the base, and over the apex."""
-    whole = meshes.sphere(radius=radius, subdivisions=4, jitter_seed=1)
-    tops = whole.vertices[whole.faces][:, :, 2]
-    return Surface(whole.vertices, whole.faces[(tops.max(axis=1) < -2.0) & (tops.min(axis=1) > -0.7 * radius)])
 
 
 def _depth(radius: float) -> float:
@@ -56,18 +34,18 @@ def _fibres(surface: Surface, angle: float) -> FloatArray:
 
 @pytest.fixture(scope="module")
 def ball() -> WallCoordinates:
-    return WallCoordinates(_ball())
+    return WallCoordinates(ball_voxels())
 
 
 @pytest.mark.parametrize("radius", [15.6, 17.5, 20.0, 22.5, 24.4])
 def test_depths_are_those_of_the_formula_and_fibres_have_the_angle_of_theirs(
     ball: WallCoordinates, radius: float
 ) -> None:
-    skin = _skin(radius)
-    depths = ball.depths(skin.vertices[np.unique(skin.faces)])
+    part = skin(radius)
+    depths = ball.depths(part.vertices[np.unique(part.faces)])
     assert np.abs(depths - _depth(radius)).mean() < 0.006
-    wanted = _fibres(skin, float(RULE.angles(np.array([_depth(radius)]))[0]))
-    for seen in (skin, turned_over(skin)):
+    wanted = _fibres(part, float(RULE.angles(np.array([_depth(radius)]))[0]))
+    for seen in (part, turned_over(part)):
         # A surface that looks into the cavity has the same fibres.
         assert float(np.degrees(off(ball.field(seen, RULE), wanted)).mean()) < 1.5
 
@@ -75,18 +53,18 @@ def test_depths_are_those_of_the_formula_and_fibres_have_the_angle_of_theirs(
 def test_depths_end_at_0_and_1_on_both_sides_and_heights_rise_from_the_apex_to_the_base(ball: WallCoordinates) -> None:
     # Of the boundary at the centres of voxels beside it a few tenths of a mm are left: of depth a few hundredths.
     for radius, depth in ((INNER, 1.0), (OUTER, 0.0)):
-        skin = _skin(radius)
-        np.testing.assert_allclose(ball.depths(skin.vertices[np.unique(skin.faces)]), depth, atol=0.06)
+        part = skin(radius)
+        np.testing.assert_allclose(ball.depths(part.vertices[np.unique(part.faces)]), depth, atol=0.06)
     line = np.array([[20.0 * np.sin(a), 0.0, -20.0 * np.cos(a)] for a in np.linspace(0.4, 2.0, 9)])
     assert (np.diff(ball.heights(line)) > 0.0).all()
     assert ball.heights(np.array([[0.0, 0.0, -20.0]]))[0] < 0.2
 
 
 def test_finer_voxels_come_nearer_to_the_formula(ball: WallCoordinates) -> None:
-    skin = _skin(19.0)
-    vertices = skin.vertices[np.unique(skin.faces)]
+    part = skin(19.0)
+    vertices = part.vertices[np.unique(part.faces)]
     rough, fine = (
-        np.abs(each.depths(vertices) - _depth(19.0)).mean() for each in (WallCoordinates(_ball(side=2.0)), ball)
+        np.abs(each.depths(vertices) - _depth(19.0)).mean() for each in (WallCoordinates(ball_voxels(side=2.0)), ball)
     )
     assert rough > 4.0 * fine
     # What is left comes from the base, which cuts the ball off straight.
@@ -95,17 +73,17 @@ def test_finer_voxels_come_nearer_to_the_formula(ball: WallCoordinates) -> None:
 
 def test_how_voxels_lie_in_space_does_not_count(ball: WallCoordinates) -> None:
     turned = rotation_of(np.array([0.8, 0.36, 0.0, 0.48]))
-    skin = _skin(20.0)
-    field = WallCoordinates(_ball(turned=turned)).field(skin, RULE)
-    assert float(np.degrees(off(field, ball.field(skin, RULE).directions()[:, 0])).mean()) < 1.5
+    part = skin(20.0)
+    field = WallCoordinates(ball_voxels(turned=turned)).field(part, RULE)
+    assert float(np.degrees(off(field, ball.field(part, RULE).directions()[:, 0])).mean()) < 1.5
 
 
 def test_of_several_pieces_of_wall_the_largest_counts(ball: WallCoordinates) -> None:
-    voxels = _ball()
+    voxels = ball_voxels()
     crumb = voxels.wall.copy()
     crumb[1, 1, 1] = True
     with_crumb = WallCoordinates(replace(voxels, wall=crumb))
-    places = _skin(20.0).vertices[:50]
+    places = skin(20.0).vertices[:50]
     places = places[places[:, 2] < -2.0]
     np.testing.assert_array_equal(with_crumb.depths(places), ball.depths(places))
 
@@ -113,7 +91,7 @@ def test_of_several_pieces_of_wall_the_largest_counts(ball: WallCoordinates) -> 
 def test_what_is_off_the_wall_and_labels_that_make_no_wall_are_refused(ball: WallCoordinates) -> None:
     with pytest.raises(FieldError, match=r"\(0.*, 0.*, -40.*\) mm lies off the wall of ball, farther than 2.5 voxels"):
         ball.depths(np.array([[0.0, 0.0, -20.0], [0.0, 0.0, -40.0]]))
-    voxels = _ball()
+    voxels = ball_voxels()
     nothing = np.zeros_like(voxels.wall)
     for changed, said in (
         ({"cavity": nothing}, "nothing of the wall is beside the cavity"),

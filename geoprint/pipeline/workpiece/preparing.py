@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 
 from geoprint.backends import BackendFactory, Piecewise, backend
-from geoprint.config import Job, cell_text, field_text, load_cell
+from geoprint.config import Job, cell_text, field_text, field_volume, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Surface, TouchedPoints, frozen
@@ -100,6 +100,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             turnable=turnable,
             place=sided.place,
             field_text=None if job.field is None else field_text(job.field),
+            field_volume=None if job.field is None else field_volume(job.field),
         )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
