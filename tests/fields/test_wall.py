@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from geoprint.surfaces import turned_over
 from geoprint.transforms import rotation_of
 from tests.fields.hollow_ball import INNER, OUTER, ball_voxels, skin
 from tests.fields.measures import off
+from tests.fields.tetrahedra import solved
+from tests.surfaces.files.volumes import save_nifti
 
 RULE = HelixRule(epicardial=np.radians(-60.0), endocardial=np.radians(60.0))
 
@@ -104,3 +107,16 @@ def test_what_is_off_the_wall_and_labels_that_make_no_wall_are_refused(ball: Wal
     sheared = voxels.affine + np.array([[0.0, 0.5, 0.0, 0.0], *[[0.0] * 4] * 3])
     with pytest.raises(InputError, match="the edges of its voxels are not square to each other"):
         replace(voxels, affine=sheared)
+
+
+def test_the_tetrahedra_that_walls_are_held_against_have_the_formula_too(tmp_path: Path) -> None:
+    voxels = ball_voxels()
+    labels = np.where(voxels.wall, 1, np.where(voxels.cavity, 2, np.where(voxels.base, 3, 0)))
+    save_nifti(tmp_path / "ball.nii.gz", labels.astype(np.uint8), voxels.affine)
+    own = solved(tmp_path / "ball.nii.gz", wall=[1], cavity=[2], base=[3])
+    for radius in (17.0, 23.0):
+        part = skin(radius)
+        middles = part.vertices[part.faces].mean(axis=1)
+        found, _ = own.fibres(middles, epicardial=RULE.epicardial, endocardial=RULE.endocardial)
+        wanted = _fibres(part, float(RULE.angles(np.array([_depth(radius)]))[0]))
+        assert float(np.degrees(np.arccos(np.abs(np.einsum("mx,mx->m", found, wanted)))).mean()) < 2.0

@@ -46,16 +46,19 @@ class Solved(NamedTuple):
     inwards: FloatArray
     upwards: FloatArray
 
-    def fibres(self, places: FloatArray, *, epicardial: float, endocardial: float) -> tuple[FloatArray, FloatArray]:
-        """Return (k, 3) unit fibres at (k, 3) places [mm], and (k,) their helix angles [rad]."""
+    def frames(self, places: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return (k,) depths of (k, 3) places [mm], and (k, 3) unit vectors around the ventricle and up there."""
         _, near = KDTree(self.places).query(places)
         at = np.asarray(near, dtype=np.int64)
         depths = self.depths[at] + np.einsum("kx,kx->k", self.inwards[at], places - self.places[at])
-        outwards = -_unit(self.inwards[at])
-        up = self.upwards[at]
+        outwards, up = -_unit(self.inwards[at]), self.upwards[at]
         up = _unit(up - np.einsum("kx,kx->k", up, outwards)[:, None] * outwards)
-        angles = epicardial + (endocardial - epicardial) * np.clip(depths, 0.0, 1.0)
-        around = np.cross(up, outwards)
+        return np.clip(depths, 0.0, 1.0), np.cross(up, outwards), up
+
+    def fibres(self, places: FloatArray, *, epicardial: float, endocardial: float) -> tuple[FloatArray, FloatArray]:
+        """Return (k, 3) unit fibres at (k, 3) places [mm], and (k,) their helix angles [rad]."""
+        depths, around, up = self.frames(places)
+        angles = epicardial + (endocardial - epicardial) * depths
         return np.cos(angles)[:, None] * around + np.sin(angles)[:, None] * up, angles
 
 
@@ -75,8 +78,9 @@ def solved(path: Path, *, wall: list[int], cavity: list[int], base: list[int]) -
     xyz = places @ affine[:3, :3].T + affine[:3, 3]
     gradients, volumes = _gradients(xyz, tets)
     depths = _harmonic(tets, gradients, volumes, ends & (nearest != 1), (nearest == 0).astype(np.float64))
-    bottom = xyz[ends & (nearest == 1)].mean(axis=0)
-    away = np.linalg.norm(xyz - bottom, axis=1)
+    # By voxels: cuts lie closer together along the diagonals of cubes.
+    beside = np.argwhere(kinds[2] & ndimage.binary_dilation(kinds[0])).mean(axis=0)
+    away = np.linalg.norm(xyz - (affine[:3, :3] @ beside + affine[:3, 3]), axis=1)
     apex, top = away > 0.95 * away.max(), ends & (nearest == 1)
     heights = _harmonic(tets, gradients, volumes, apex | top, top.astype(np.float64))
     slopes = [_at_corners(tets, gradients, volumes, values) for values in (depths, heights)]
