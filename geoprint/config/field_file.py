@@ -58,7 +58,7 @@ weight = 100.0
 # axis = [0.0, 0.0, 1.0]    # from apex to base
 # angle = 30.0
 
-# Over a thickness every layer has the lines of the part itself, carried there. Here they turn on the way,
+# Over a thickness every layer has the lines of the part itself, carried there. Here they turn meanwhile,
 # counter-clockwise for who looks at the part from outside: from the part to the outermost layer by these angles, or
 # by so many degrees each mm, as turn_deg_per_mm = 12.0 alone.
 # [through]

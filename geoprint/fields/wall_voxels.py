@@ -23,7 +23,7 @@ from geoprint.surfaces import diagonal_matrix
 # Standard deviation of the smoothing [finest side of a voxel]: it takes away terraces, and moves a wall of ten voxels
 # by a few hundredths of one.
 SMOOTHING = 1.0
-# A boundary is no nearer to a voxel's centre than this share of the way to the next one, nor farther than that.
+# A boundary is no nearer to a voxel's centre than this share of the line to the next one, nor farther than that.
 NEAREST_CUT = 0.1
 # The apex is what of the wall is farther from the middle of the base than this share of the farthest: a tip of a few
 # voxels, since from a single one a harmonic function rises by most of its range at once.

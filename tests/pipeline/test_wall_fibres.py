@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,9 @@ from tests.fields.tetrahedra import solved
 from tests.shared_data import shared
 from tests.surfaces.files.volumes import save_nifti
 
+pytestmark = pytest.mark.skipif(
+    any(find_spec(package) is None for package in ("nibabel", "skimage")), reason="geoprint[medical] is not installed"
+)
 LABELS = "labels/rodero01_labels_1mm_ras.nii.gz"
 WALL, CAVITY, BASE = [1, 7], [11], [3, 5]
 EPICARDIAL, ENDOCARDIAL = -60.0, 60.0
