@@ -191,6 +191,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "field_text": lambda: config.field_text(gone),
+        "field_volume": lambda: config.field_volume(gone),
         "read_field": lambda: config.read_field(gone),
         "check_bundle": lambda: geoprint.check_bundle(gone),
         "check_folder": lambda: pipeline.check_folder(gone),

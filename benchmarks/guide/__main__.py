@@ -3,8 +3,8 @@
     python -m benchmarks.guide [--draw [NAME ...]] [--html FILE] [--smoke]
 
 With --draw all pictures in `geoprint/guide/pictures` are drawn anew, or those that are named; `report.png` needs
-Chromium with its driver. With --html the guide is written, as `geoprint guide --html` does. --smoke draws one picture
-and throws it away.
+Chromium with its driver, and `through.png` a heart's labels, which are no part of this tree. With --html the guide is
+written, as `geoprint guide --html` does. --smoke draws one picture and throws it away.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.field.figures import loaded
 from benchmarks.field.picture import field_picture
-from benchmarks.guide import appraised, cells, measured, proof, sections, surfaces
+from benchmarks.guide import appraised, cells, measured, proof, sections, surfaces, through
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -83,6 +83,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "layers.png": sections.layers,
     "sliced.png": sections.sliced,
     "fibres.png": surfaces.fibres,
+    "through.png": through.through,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

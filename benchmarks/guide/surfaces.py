@@ -112,7 +112,7 @@ def guided(data: Path) -> bytes:
 
 def fibres(data: Path) -> bytes:
     """Draw the apex covered by the strokes along the page's fields."""
-    (block,) = page_named("fibres").blocks
+    block = page_named("fibres").blocks[0]
     figure, axes = panels(2, width=7.2, height=3.6)
     with tempfile.TemporaryDirectory() as folder:
         for axis, line in zip(axes, re.findall(r"(?s)printf '%s\\n' (.*?) > (\w+)\.toml", block.text), strict=True):

@@ -16,7 +16,10 @@ from geoprint.config.field_file import (
     FIELD_EXAMPLE as FIELD_EXAMPLE,
     FieldFile as FieldFile,
     PreferenceTable as PreferenceTable,
+    ThroughTable as ThroughTable,
+    WallTable as WallTable,
     field_text as field_text,
+    field_volume as field_volume,
     read_field as read_field,
 )
 from geoprint.config.job import Job as Job

@@ -5,9 +5,12 @@
 - `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
 - `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
 - `smoothest`: the field of least gradient, with singularities of its own choice;
-- `helix`: the fibres of a ventricle's wall, by rule.
+- `carrying`: a field on a surface that lies over its own;
+- `helix`: the fibres of a ventricle's wall, by rule;
+- `wall_voxels`: what is harmonic in a wall of labelled voxels, and `wall`: the fibres on surfaces within it.
 """
 
+from geoprint.fields.carrying import carried_field as carried_field
 from geoprint.fields.direction_field import (
     SYMMETRIES as SYMMETRIES,
     DirectionField as DirectionField,
@@ -31,3 +34,5 @@ from geoprint.fields.prescribed import (
     singularities_near as singularities_near,
 )
 from geoprint.fields.smoothest import smoothest_field as smoothest_field
+from geoprint.fields.wall import WallCoordinates as WallCoordinates
+from geoprint.fields.wall_voxels import WallVoxels as WallVoxels

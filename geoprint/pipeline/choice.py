@@ -14,6 +14,7 @@ from geoprint.model import Surface
 from geoprint.patterns import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
 from geoprint.pipeline.designing import lines_of
 from geoprint.registry import Entry, OptionValue, Titled
+from geoprint.results import StackPlace
 
 # The option that `--resolution` stands for, of whichever backend has it.
 RESOLUTION = "resolution"
@@ -94,14 +95,18 @@ def backend_of(job: Job) -> Callable[[Surface], Backend]:
     return partial(entry.factory, **_options(job, entry))
 
 
-def pattern_of(job: Job) -> Pattern:
+def pattern_of(job: Job, place: StackPlace | None = None) -> Pattern:
     """Return the pattern of a job, with the options of the job.
+
+    Args:
+        job: that names it.
+        place: of the layer that it covers; None of a single skin.
 
     Raises:
         UsageError: as `check_options`.
     """
     entry = pattern(job.drawing.name)
-    return entry.factory(**_options(job, entry), **_lines(job, entry))
+    return entry.factory(**_options(job, entry), **_lines(job, entry, place))
 
 
 def seeks_middle(job: Job) -> bool:
@@ -118,11 +123,14 @@ def with_backend(job: Job, name: str) -> Job:
     return job.model_copy(update={"backend": name, "resolution": resolution})
 
 
-def _lines(job: Job, entry: Entry[PatternFactory]) -> dict[str, Callable[[Surface], DirectionField]]:
+def _lines(
+    job: Job, entry: Entry[PatternFactory], place: StackPlace | None = None
+) -> dict[str, Callable[[Surface], DirectionField]]:
     """Return the lines that a pattern follows as its option; none where it follows none.
 
     Raises:
-        UsageError: it follows lines, and the job names no field file, or one that cannot be read.
+        UsageError: it follows lines, and the job names no field file, or one that cannot be read or turns them through
+            layers that the job does not have.
     """
     if FIELD not in entry.options:
         return {}
@@ -130,7 +138,13 @@ def _lines(job: Job, entry: Entry[PatternFactory]) -> dict[str, Callable[[Surfac
         raise UsageError(
             f"the pattern {entry.name} follows a field of lines: give `--field field.toml`; `geoprint init` writes one."
         )
-    return {FIELD: lines_of(read_field(job.field))}
+    file = read_field(job.field)
+    if file.through is not None and not job.layered:
+        raise UsageError(
+            f"{job.field.name}: [through] turns lines from layer to layer, but there is a single skin: give "
+            "`--thickness` or `--target`, or leave [through] out."
+        )
+    return {FIELD: lines_of(file, place=place)}
 
 
 def _named(name: str) -> Entry[Titled]:

@@ -18,7 +18,7 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     with stage("contours"):
         backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
         spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
-        strokes = pattern_of(job).strokes(surface, seed, backend=backend, spacing=spacing)
+        strokes = pattern_of(job, workpiece.place).strokes(surface, seed, backend=backend, spacing=spacing)
         contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):

@@ -1,13 +1,14 @@
-"""From what a field file says to the lines on a surface that fibres follow."""
+"""From what a field file says to the lines on a surface that fibres follow, and to those of a layer over it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from math import radians
+from pathlib import Path
 
 import numpy as np
 
-from geoprint.config import FieldFile, PreferenceTable
+from geoprint.config import FieldFile, PreferenceTable, ThroughTable, WallTable
 from geoprint.errors import FieldError
 from geoprint.fields import (
     AlongCurvature,
@@ -17,12 +18,18 @@ from geoprint.fields import (
     DirectionField,
     HelixRule,
     Preference,
+    WallCoordinates,
+    WallVoxels,
+    carried_field,
     prescribed_field,
     singularities_near,
     smoothest_field,
 )
 from geoprint.model import FloatArray, Surface, SurfaceCurves
+from geoprint.results import StackPlace
 from geoprint.surfaces import closest, edge_lengths, even_points, in_words
+from geoprint.surfaces.files import read_volume
+from geoprint.surfaces.remesh import refine
 
 # Fibres have no sense.
 LINES = 2
@@ -30,33 +37,70 @@ LINES = 2
 PLACE_TOLERANCE = 1.0
 
 
-def lines_of(file: FieldFile) -> Callable[[Surface], DirectionField]:
+def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[Surface], DirectionField]:
     """Return what makes the lines of a field file on a surface.
+
+    Args:
+        file: what was read.
+        place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned, but
+            for a wall's, which has its own everywhere; None of a single skin.
 
     What is returned raises:
         FieldError: indices do not add up to what the surface demands, a place lies off it, or it has nothing of what
-            is preferred.
-        InputError: two singularities have one vertex.
+            is preferred; or it lies off the wall, or labels make none.
+        InputError: two singularities have one vertex, or the volume of a wall cannot be read.
     """
 
     def lines(surface: Surface) -> DirectionField:
-        if file.helix is not None:
-            axis, angle = np.array(file.helix.axis), radians(file.helix.angle)
-            heights = surface.vertices @ (axis / np.linalg.norm(axis))
-            return HelixRule(angle, angle).field(surface, heights=heights, depths=np.zeros(heights.size))
-        preferences = [_preference(table, surface) for table in file.preferences]
-        if not file.singularities:
-            return smoothest_field(surface, symmetry=LINES, preferences=preferences)
-        places = _on(surface, np.array([table.place for table in file.singularities]), what="singularity")
-        indices = np.array([table.index for table in file.singularities])
-        return prescribed_field(
-            surface,
-            symmetry=LINES,
-            singularities=singularities_near(surface, places, indices=indices),
-            preferences=preferences,
-        )
+        if file.wall is not None:
+            return _in_wall(file.wall, surface)
+        if place is None:
+            return _designed(file, surface)
+        # As fine as the layer, so that lines are as smooth there as on a single skin.
+        below = refine(place.base, edge_length=float(np.median(edge_lengths(surface))))
+        feet, heights = closest(below, surface.vertices[surface.faces].mean(axis=1))
+        turned = _turned(file.through, place, heights)
+        return carried_field(_designed(file, below), surface, feet=feet, turned=turned)
 
     return lines
+
+
+def _designed(file: FieldFile, surface: Surface) -> DirectionField:
+    """Return the lines on the part itself."""
+    if file.helix is not None:
+        axis, angle = np.array(file.helix.axis), radians(file.helix.angle)
+        heights = surface.vertices @ (axis / np.linalg.norm(axis))
+        return HelixRule(angle, angle).field(surface, heights=heights, depths=np.zeros(heights.size))
+    preferences = [_preference(table, surface) for table in file.preferences]
+    if not file.singularities:
+        return smoothest_field(surface, symmetry=LINES, preferences=preferences)
+    places = _on(surface, np.array([table.place for table in file.singularities]), what="singularity")
+    indices = np.array([table.index for table in file.singularities])
+    return prescribed_field(
+        surface,
+        symmetry=LINES,
+        singularities=singularities_near(surface, places, indices=indices),
+        preferences=preferences,
+    )
+
+
+def _in_wall(table: WallTable, surface: Surface) -> DirectionField:
+    """Return the fibres of a wall on a surface within it."""
+    path = Path(table.volume)
+    volume = read_volume(path.read_bytes(), name=path.name)
+    wall, cavity, base = (np.isin(volume.labels, labels) for labels in (table.labels, table.cavity, table.base))
+    rule = HelixRule(radians(table.epicardial_deg), radians(table.endocardial_deg))
+    return WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name)).field(surface, rule)
+
+
+def _turned(table: ThroughTable | None, place: StackPlace, heights: FloatArray) -> FloatArray:
+    """Return by what lines of a layer are turned at (m,) heights over the part [mm], counter-clockwise [rad]."""
+    if table is None:
+        return np.zeros(heights.size)
+    if table.inner_deg is None or table.outer_deg is None:
+        return np.radians(table.turn_deg_per_mm or 0.0) * heights
+    share = (place.number - 0.5) / place.count
+    return np.full(heights.size, radians(table.inner_deg + share * (table.outer_deg - table.inner_deg)))
 
 
 def _preference(table: PreferenceTable, surface: Surface) -> Preference:

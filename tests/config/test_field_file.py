@@ -8,8 +8,19 @@ from pathlib import Path
 
 import pytest
 
-from geoprint.config import FIELD_EXAMPLE, FieldFile, job_of, read_field
+from geoprint.config import FIELD_EXAMPLE, FieldFile, field_volume, job_of, read_field
 from geoprint.errors import UsageError
+
+WALL = """\
+[wall]
+volume = "heart.nii"
+labels = [1, 7]
+cavity = [11]
+base = [3]
+epicardial_deg = -60.0
+endocardial_deg = 60.0
+"""
+RIM = "[[preferences]]\nrim = true\n"
 
 
 def _written(folder: Path, text: str) -> Path:
@@ -24,7 +35,7 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
     shown = re.sub(r"(?m)^# (?=\[|\w+ = )", "", FIELD_EXAMPLE)
     keys = tomllib.loads(shown)
     assert len(keys["preferences"]) == 4
-    helix = keys.pop("helix")
+    helix, wall = keys.pop("helix"), keys.pop("wall")
     designed = FieldFile.model_validate(keys)
     assert {name for table in designed.preferences for name in table.model_fields_set} == {
         "rim", "direction", "curvature", "stroke", "weight"
@@ -33,12 +44,20 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
     told = FieldFile.model_validate({"helix": helix}).helix
     assert told is not None
     assert told.angle == 30.0
+    ventricle = FieldFile.model_validate({"wall": wall}).wall
+    assert ventricle is not None
+    assert (ventricle.labels, ventricle.cavity, ventricle.base) == ([1, 7], [11], [3, 5])
+    assert designed.through is not None
+    assert (designed.through.inner_deg, designed.through.outer_deg) == (60.0, -60.0)
 
 
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", r"^field.toml: it says no line: give a preference, a singularity or a helix; `geoprint init` writes"),
+        (
+            "",
+            r"^field.toml: it says no line: give a preference, a singularity, a helix or a wall; `geoprint init`",
+        ),
         ("[[preferences]]\nrim = true\nwait = 2\n", r"^field.toml, line 3: preferences.1.wait: .*not permitted"),
         ("[[preferences]]\nweight = 2.0\n", r"line 1: preferences.1: a preference is one of rim, .* found none"),
         ("[[preferences]]\nrim = true\ncurvature = 'largest'\n", r"found rim and curvature"),
@@ -52,6 +71,18 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
             "[helix]\naxis = [0.0, 0.0, 1.0]\nangle = 9.0\n[[preferences]]\nrim = true\n",
             r"a helix says every line: leave out the preferences and singularities, or the helix",
         ),
+        (f"{RIM}[through]\ninner_deg = 9.0\n", r"line 3: through: lines turn by turn_deg_per_mm, .* found inner_deg;"),
+        (
+            f"{RIM}[through]\nturn_deg_per_mm = 1.0\ninner_deg = 9.0\nouter_deg = 2.0\n",
+            r"found turn_deg_per_mm and inner_deg and outer_deg",
+        ),
+        (f"{RIM}[through]\nturn_deg_per_mm = 999.0\n", r"line 4: .*equal to 360, found 999.0"),
+        (WALL.replace("cavity = [11]", "cavity = [7]"), r"line 1: wall: a label is of the wall, .* found 7 twice"),
+        (WALL.replace("cavity = [11]", "cavity = []"), r"line 4: wall.cavity: .*at least 1 item"),
+        (WALL.replace("base = [3]\n", ""), r"line 1: wall.base: field required"),
+        (WALL + RIM, r"a wall says every line through it: leave out all other tables, or the wall"),
+        (WALL + "[through]\ninner_deg = 6.0\nouter_deg = 9.0\n", r"a wall says every line through it"),
+        (WALL, r"^field.toml: \[wall\] names the volume heart.nii, but there is no file .*heart.nii\.$"),
         ("rim = [\n", r"^field.toml is not valid TOML"),
     ],
 )
@@ -63,6 +94,15 @@ def test_what_means_nothing_is_refused_with_its_line(text: str, sentence: str, t
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"the field file .*nowhere.toml cannot be read .*`geoprint init` writes one"):
         read_field(tmp_path / "nowhere.toml")
+
+
+def test_the_volume_of_a_wall_is_named_from_the_folder_of_the_file(tmp_path: Path) -> None:
+    (tmp_path / "heart.nii").write_bytes(b"labels")
+    found = read_field(_written(tmp_path, WALL)).wall
+    assert found is not None
+    assert found.volume == str(tmp_path / "heart.nii")
+    assert field_volume(tmp_path / "field.toml") == ("heart.nii", b"labels")
+    assert field_volume(_written(tmp_path, RIM)) is None
 
 
 def test_a_job_file_names_it_from_its_own_folder(tmp_path: Path) -> None:

@@ -20,8 +20,8 @@ from geoprint.surfaces.files import stored_mesh
 JOB, PART, BODY = "job.toml", "part.ply", "body.ply"
 # What layers fill, as a mesh, or in a folder as the table that it is.
 TARGET, TARGET_FOLDER = "target.ply", "target"
-# Which lines fibres follow.
-FIELD = "field.toml"
+# Which lines fibres follow, and where the volume lies that this names.
+FIELD, FIELD_FOLDER = "field.toml", "field"
 # Where the cell's file stands, if the job names one, and an arm of one's own beside it.
 CELL_FOLDER = "cell"
 
@@ -35,13 +35,13 @@ def input_files(plan: Plan) -> dict[str, bytes]:
     meshes = dict(zip((PART, BODY), workpiece.files, strict=False))
     cell = _cell_files(workpiece)
     target = _target_files(workpiece)
-    field = {} if workpiece.field_text is None else {FIELD: workpiece.field_text.encode("utf-8")}
+    field = _field_files(workpiece)
     job = plan.job.model_copy(
         update={
             "surface": Path(PART),
             "body": Path(BODY) if BODY in meshes else None,
             "target": next(map(Path, target), None),
-            "field": next(map(Path, field), None),
+            "field": Path(FIELD) if field else None,
             "cell": Path(CELL_FOLDER, workpiece.cell.name) if cell else None,
         }
     )
@@ -122,7 +122,8 @@ def job_file_of(folder: Path | str) -> Path:
 
 def is_input(name: str) -> bool:
     """Return whether a file of a bundle is one that it is planned from."""
-    return name in {JOB, PART, BODY, TARGET, FIELD} or PurePosixPath(name).parts[0] in {CELL_FOLDER, TARGET_FOLDER}
+    folders = {CELL_FOLDER, TARGET_FOLDER, FIELD_FOLDER}
+    return name in {JOB, PART, BODY, TARGET, FIELD} or PurePosixPath(name).parts[0] in folders
 
 
 def _version(folder: Path) -> str:
@@ -138,6 +139,19 @@ def _target_files(workpiece: Workpiece) -> dict[str, bytes]:
     if target is None:
         return {}
     return {TARGET if isinstance(target.content, Surface) else f"{TARGET_FOLDER}/{target.name}": target.stored}
+
+
+def _field_files(workpiece: Workpiece) -> dict[str, bytes]:
+    """Return the field file and, in a folder beside it, the volume that it names; nothing without a field."""
+    text, volume = workpiece.field_text, workpiece.field_volume
+    if text is None:
+        return {}
+    if volume is None:
+        return {FIELD: text.encode("utf-8")}
+    beside = f"{FIELD_FOLDER}/{volume[0]}"
+    if tomllib.loads(text)["wall"]["volume"] != beside:
+        text = edited(text, table="wall", values={"volume": beside}, name=FIELD)
+    return {FIELD: text.encode("utf-8"), beside: volume[1]}
 
 
 def _cell_files(workpiece: Workpiece) -> dict[str, bytes]:

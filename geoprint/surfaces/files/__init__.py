@@ -9,6 +9,7 @@ from geoprint.surfaces.files.io import (
     unit_hint as unit_hint,
 )
 from geoprint.surfaces.files.mesh_file import MeshFile as MeshFile, stored_mesh as stored_mesh
+from geoprint.surfaces.files.optional_readers import read_volume as read_volume
 from geoprint.surfaces.files.regions import (
     LONGEST_NAME as LONGEST_NAME,
     region_faces as region_faces,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
@@ -85,6 +85,27 @@ def read_nrrd_label(data: bytes, /, *, name: str, label: int | None, thin: bool)
 def read_dicom_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
     """Return the surface of one segment of a DICOM file, as `volume_mesh`; raises also as `read_dicom`."""
     return volume_mesh(read_dicom(data, label=label, name=name), label=label, name=name, thin=thin)
+
+
+def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
+    """Return the labels of a file and where they lie; its unit is mm where it says none.
+
+    Raises:
+        UsageError: its suffix is that of no volume; as the readers.
+        InputError: as `read_nifti`, `read_nrrd` and `read_dicom`.
+    """
+    lower = name.lower()
+    if lower.endswith((".nii", ".nii.gz")):
+        volume = read_nifti(data, name=name)
+    elif lower.endswith(".nrrd"):
+        volume = read_nrrd(data, name=name)
+    elif lower.endswith(".dcm"):
+        volume = read_dicom(data, label=None, name=name)
+    else:
+        raise UsageError(f"`{name}` is no label volume: its name must end in .nii, .nii.gz, .nrrd or .dcm.")
+    affine = volume.affine.copy()
+    affine[:3] *= UNITS[volume.unit or "mm"]
+    return replace(volume, affine=affine, unit="mm")
 
 
 def volume_mesh(volume: LabelVolume, *, label: int | None, name: str, thin: bool = False) -> MeshFile:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from geoprint.surfaces.files.mesh_file import MeshFile
+
+if TYPE_CHECKING:
+    from geoprint.surfaces.files.volume_formats import LabelVolume
 
 
 def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
@@ -45,3 +50,10 @@ def read_dicom_label(data: bytes, /, *, name: str, label: int | None, thin: bool
     from geoprint.surfaces.files import label_volumes
 
     return label_volumes.read_dicom_label(data, name=name, label=label, thin=thin)
+
+
+def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
+    """Read the labels of a volume, as `label_volumes.read_volume` does."""
+    from geoprint.surfaces.files import label_volumes
+
+    return label_volumes.read_volume(data, name=name)

@@ -16,7 +16,7 @@ from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import inspect_file
 from geoprint.surfaces import describe, face_normals, signed_volume
-from geoprint.surfaces.files import load, load_file, save_ply
+from geoprint.surfaces.files import load, load_file, read_volume, save_ply
 from geoprint.surfaces.repair import prepare, terrace_height
 from tests import meshes
 from tests.shared_data import shared
@@ -67,6 +67,18 @@ def test_the_terraces_of_the_voxels_are_gone(tmp_path: Path) -> None:
     assert lean(load_file(tmp_path / "ball.nii", unit="mm", label=7).surface) < 7.0
 
 
+@pytest.mark.parametrize(("unit", "length"), [(1, 1000.0), (2, 1.0), (0, 1.0)])
+def test_labels_alone_are_read_with_their_places_in_mm(tmp_path: Path, unit: int, length: float) -> None:
+    grid = affine(SLABS, angle=0.3, mirrored=True)
+    save_nifti(tmp_path / "ball.nii.gz", ball_labels(grid, SLABS), grid, unit=unit)
+    volume = read_volume((tmp_path / "ball.nii.gz").read_bytes(), name="ball.nii.gz")
+    np.testing.assert_array_equal(volume.labels, ball_labels(grid, SLABS))
+    np.testing.assert_allclose(volume.affine[:3], length * grid[:3], rtol=1e-6)
+    assert volume.unit == "mm"
+    with pytest.raises(UsageError, match=r"`ball.stl` is no label volume: its name must end in .nii, .nii.gz, .nrrd"):
+        read_volume(b"", name="ball.stl")
+
+
 def test_a_label_that_touches_the_end_of_its_volume_is_closed(tmp_path: Path) -> None:
     labels = np.ones((12, 14, 16), dtype=np.int16)
     save_nifti(tmp_path / "block.nii", labels, np.eye(4))
@@ -101,6 +113,8 @@ def test_nrrd_gives_the_surface_of_the_same_nifti(tmp_path: Path, encoding: str,
 
     nrrd.write(str(tmp_path / "ball.nrrd"), labels, header)
     one, other = (load_file(tmp_path / name, unit=None, label=7).surface for name in ("ball.nii", "ball.nrrd"))
+    volume = read_volume((tmp_path / "ball.nrrd").read_bytes(), name="ball.nrrd")
+    np.testing.assert_array_equal(volume.labels, labels)
     # NIfTI keeps its affine in single precision.
     assert np.abs(one.vertices - other.vertices).max() < 1e-3
 

@@ -1,0 +1,142 @@
+"""Fibres of a ventricle's wall by its labels: planned, planned again; and a real wall, checked independently."""
+
+from __future__ import annotations
+
+import re
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import geoprint
+from geoprint.config import job_of, packaged_cell_text, read_field
+from geoprint.errors import FieldError, UsageError, VerificationError
+from geoprint.fields import DirectionField, WallVoxels
+from geoprint.model import FloatArray, Surface
+from geoprint.pipeline import plan, save_plan
+from geoprint.pipeline.designing import lines_of
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
+from geoprint.surfaces import face_areas, face_normals
+from geoprint.surfaces.files import load_file, read_volume, save_ply
+from geoprint.surfaces.remesh import remesh
+from tests.fields.hollow_ball import ball_voxels, skin
+from tests.fields.tetrahedra import solved
+from tests.shared_data import shared
+from tests.surfaces.files.volumes import save_nifti
+
+pytestmark = pytest.mark.skipif(
+    any(find_spec(package) is None for package in ("nibabel", "skimage")), reason="geoprint[medical] is not installed"
+)
+LABELS = "labels/rodero01_labels_1mm_ras.nii.gz"
+WALL, CAVITY, BASE = [1, 7], [11], [3, 5]
+EPICARDIAL, ENDOCARDIAL = -60.0, 60.0
+# Of the cavity's surface, on the free wall, where the wall is 10 mm thick.
+MIDDLE, RADIUS = [115.8, 69.1, 21.2], 12.0
+
+
+def _field(folder: Path, volume: str, *, wall: list[int], cavity: list[int], base: list[int]) -> Path:
+    path = folder / "own.toml"
+    path.write_text(
+        f'[wall]\nvolume = "{volume}"\nlabels = {wall}\ncavity = {cavity}\nbase = {base}\n'
+        f"epicardial_deg = {EPICARDIAL}\nendocardial_deg = {ENDOCARDIAL}\n"
+    )
+    return path
+
+
+def _written(voxels: WallVoxels, path: Path) -> None:
+    """Write a wall, its cavity and what is beyond its base as the labels 1, 2 and 3."""
+    labels = np.where(voxels.wall, 1, np.where(voxels.cavity, 2, np.where(voxels.base, 3, 0)))
+    save_nifti(path, labels.astype(np.uint8), voxels.affine)
+
+
+@pytest.mark.dear
+def test_fibres_in_a_wall_are_planned_again_to_the_same_bytes_without_the_volume(tmp_path: Path) -> None:
+    _written(ball_voxels(), tmp_path / "ball.nii.gz")
+    save_ply(skin(18.0, top=-10.0), tmp_path / "skin.ply")
+    job = job_of(
+        surface=tmp_path / "skin.ply", unit="mm", spacing=3.0, pattern="fibres", robot=False,
+        field=_field(tmp_path, "ball.nii.gz", wall=[1], cavity=[2], base=[3]),
+    )  # fmt: skip
+    save_plan(plan(job), tmp_path / "out")
+    (tmp_path / "ball.nii.gz").unlink()
+    save_plan(plan(geoprint.job_from(tmp_path / "out")), tmp_path / "again")
+    assert 'volume = "field/ball.nii.gz"' in (tmp_path / "out" / "field.toml").read_text()
+    assert (tmp_path / "out" / "manifest.json").read_bytes() == (tmp_path / "again" / "manifest.json").read_bytes()
+    (tmp_path / "out" / "field" / "ball.nii.gz").write_bytes(b"another")
+    with pytest.raises(VerificationError, match=r"ball.nii.gz: the file was changed after it was written"):
+        geoprint.job_from(tmp_path / "out")
+
+
+def test_a_part_off_the_wall_and_what_is_no_volume_are_refused(tmp_path: Path) -> None:
+    _written(ball_voxels(), tmp_path / "ball.nii")
+    lines = lines_of(read_field(_field(tmp_path, "ball.nii", wall=[1], cavity=[2], base=[3])))
+    with pytest.raises(FieldError, match=r"lies off the wall of ball.nii, farther than 2.5 voxels: plan within"):
+        lines(skin(30.0))
+    (tmp_path / "ball.ply").write_bytes(b"")
+    other = lines_of(read_field(_field(tmp_path, "ball.ply", wall=[1], cavity=[2], base=[3])))
+    with pytest.raises(UsageError, match=r"`ball.ply` is no label volume: its name must end in .nii"):
+        other(skin(18.0))
+
+
+@pytest.fixture(scope="module")
+def layers(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[Surface, DirectionField]]:
+    """Return the layers over a patch of the cavity through the whole wall, and the fibres on each."""
+    path, folder = shared(LABELS), tmp_path_factory.mktemp("ventricle")
+    for name, label, edge_length in (("cavity", 11, 1.0), ("wall", 1, 1.2)):
+        found = remesh(load_file(path, unit="mm", label=label).surface, edge_length=edge_length)
+        save_ply(found, folder / f"{name}.ply")
+    cell = packaged_cell_text("irb120-bent45").replace("layer_height_mm = 0.5", "layer_height_mm = 1.3")
+    (folder / "cell.toml").write_text(re.sub(r"(?m)^standoff_mm = .*", "standoff_mm = 1.3", cell))
+    field = _field(folder, str(path), wall=WALL, cavity=CAVITY, base=BASE)
+    made: list[tuple[Surface, DirectionField]] = []
+    for layer in range(1, 9):
+        job = job_of(
+            surface=folder / "cavity.ply", unit="mm", patches=[{"at": MIDDLE, "radius": RADIUS}], spacing=2.0,
+            target=folder / "wall.ply", layer=layer, cell=folder / "cell.toml", pattern="fibres", field=field,
+            robot=False,
+        )  # fmt: skip
+        workpiece = prepare_workpiece(job, Stages(lambda _: None), backends=["heat"])
+        assert workpiece.place is not None
+        assert workpiece.place.count == 8
+        made.append((workpiece.surface, lines_of(read_field(field), place=workpiece.place)(workpiece.surface)))
+    return made
+
+
+@pytest.mark.dear
+def test_eight_layers_through_a_real_wall_have_the_fibres_of_the_rule(
+    layers: list[tuple[Surface, DirectionField]],
+) -> None:
+    own = solved(shared(LABELS), wall=WALL, cavity=CAVITY, base=BASE)
+    off, within, areas, helix = list[FloatArray](), list[FloatArray](), list[FloatArray](), list[float]()
+    for surface, field in layers:
+        wanted, angles = own.fibres(
+            surface.vertices[surface.faces].mean(axis=1),
+            epicardial=np.radians(EPICARDIAL),
+            endocardial=np.radians(ENDOCARDIAL),
+        )
+        normals, along = face_normals(surface), field.directions()[:, 0]
+        tangent = wanted - np.einsum("mx,mx->m", wanted, normals)[:, None] * normals
+        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+        areas.append(face_areas(surface))
+        helix.append(float(np.average(np.degrees(angles), weights=areas[-1])))
+        for found, line in ((off, wanted), (within, tangent)):
+            found.append(np.degrees(np.arccos(np.clip(np.abs(np.einsum("mx,mx->m", along, line)), 0.0, 1.0))))
+        assert field.singularities().vertices.size == 0
+        assert np.average(within[-1], weights=areas[-1]) < 1.0
+    # From 60 degrees at the cavity to -60 outside, layer after layer.
+    assert (np.diff(helix) < -8.0).all()
+    assert helix[0] > 45.0
+    assert helix[-1] < -55.0
+    weights = np.concatenate(areas)
+    # The rule's fibres leave the layers where the wall grows thicker: that is the most of what they are off.
+    assert np.average(np.concatenate(off), weights=weights) < 2.0
+    assert np.average(np.concatenate(within), weights=weights) < 0.75
+
+
+def test_labels_lie_where_the_file_says_they_do() -> None:
+    path = shared(LABELS)
+    volume = read_volume(path.read_bytes(), name=path.name)
+    assert volume.unit == "mm"
+    np.testing.assert_allclose(volume.affine[:3, 3], [-6.01241112, -6.0147624, -5.93428326])
