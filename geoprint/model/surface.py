@@ -209,12 +209,14 @@ class Strokes:
             spiral and by one along a fibre, the number of the row for guided ones.
         spacing: (k,) distance wanted at each point to the neighbouring row [mm].
         width: (k,) of the strip of surface that each point is to fill, over the spacing.
+        dropped: lengths of those that the pattern left out because they were not worth a start [mm].
     """
 
     curves: SurfaceCurves
     row: FloatArray
     spacing: FloatArray
     width: FloatArray
+    dropped: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k")["k"]

@@ -66,11 +66,11 @@ class Weave(NamedTuple):
 
     Attributes:
         strokes: in the order in which they were laid.
-        dropped: how many were too short to be worth a start.
+        dropped: lengths of those that were too short to be worth a start [mm].
     """
 
     strokes: list[LaidStroke]
-    dropped: int
+    dropped: list[float]
 
 
 def laid_strokes(net: LineNet, *, spacing: float, first: tuple[int, complex], spread: IntArray) -> Weave:
@@ -106,7 +106,7 @@ class _Laying:
             clear=CLEAR * spacing, beside=RETURN_SHARE * spacing, lean=1 + 0j,
         )  # fmt: skip
         self.strokes: list[LaidStroke] = []
-        self.dropped = 0
+        self.dropped = list[float]()
         self._middles: ComplexArray = net.corners.sum(axis=1) / 3.0
         self._rim, self._spread = rim_segments(net), spread
 
@@ -125,7 +125,7 @@ class _Laying:
             _, back, _ = self._run(self._rules, face, place, -1.0)
         if ahead + back < SHORTEST * self._spacing:
             take_back(self._laid, count)
-            self.dropped += 1
+            self.dropped.append(ahead + back)
             return None
         self.strokes.append(self._stroke(count, middle, closed=closed, row=row, length=ahead + back))
         return self.strokes[-1]
