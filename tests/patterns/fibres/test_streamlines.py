@@ -193,6 +193,15 @@ def test_a_field_of_crosses_is_refused() -> None:
         _strokes(smoothest_field(surface, symmetry=4), spacing=1.0)
 
 
+def test_a_stroke_that_is_too_short_is_left_out_and_told_once_from_wherever_it_is_met() -> None:
+    # In a corner rows grow shorter and shorter: so many as there are spacings in three, at 45 degrees.
+    surface = plate((20.0, 20.0), (40, 40), jitter_seed=1)
+    strokes = _strokes(_along(surface, 1.0, 1.0, 0.0), spacing=1.0)
+    assert 2 <= len(strokes.dropped) <= 4
+    assert max(strokes.dropped) < 3.0
+    assert min(arc_lengths(line)[-1] for line in lines(surface, strokes)) >= 3.0
+
+
 def test_a_part_too_short_for_any_stroke_is_refused() -> None:
     surface = plate((2.0, 2.0), (4, 4))
     with pytest.raises(
