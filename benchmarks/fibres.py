@@ -64,7 +64,7 @@ def main() -> None:
         part = prepare(load(file, unit="mm"))[0]
         fine = refine(part, edge_length=BACKENDS["heat"].edge_length(part, spacing=spacing))
         for name, preference in _preferences(part):
-            for line in _rows(fine, name, preference, spacing=spacing):
+            for line in _rows(part, fine, name, preference, spacing=spacing):
                 print(line, flush=True)
 
 
@@ -78,7 +78,7 @@ def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
     ]
 
 
-def _rows(fine: Surface, name: str, preference: Preference, *, spacing: float) -> Iterator[str]:
+def _rows(part: Surface, fine: Surface, name: str, preference: Preference, *, spacing: float) -> Iterator[str]:
     begun = time.process_time()
     try:
         field = smoothest_field(fine, symmetry=2, preferences=[preference])
@@ -96,17 +96,19 @@ def _rows(fine: Surface, name: str, preference: Preference, *, spacing: float) -
             yield _refused(fine, name, laying, error)
             continue
         laid = time.process_time() - begun
-        yield row(fine.name, name, laying, *_figures(field, strokes, spacing=spacing), f"{made:.2f} s", f"{laid:.2f} s")
+        yield row(
+            fine.name, name, laying, *_figures(part, field, strokes, spacing=spacing), f"{made:.2f} s", f"{laid:.2f} s"
+        )
 
 
 def _refused(fine: Surface, name: str, laying: str, error: GeoprintError) -> str:
     return row(fine.name, name, laying, str(error)[:110].replace("|", "/"), *[""] * (len(HEADINGS) - 4))
 
 
-def _figures(field: DirectionField, strokes: Strokes, *, spacing: float) -> list[str]:
+def _figures(part: Surface, field: DirectionField, strokes: Strokes, *, spacing: float) -> list[str]:
     fine = field.surface
     drawn = lines(fine, strokes)
-    found = measure_paths(fine, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing)
+    found = measure_paths(part, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing)
     sides = found.sides.sides()
     away = _away(fine, strokes, found.sides.places, spacing=spacing)
     off, lengths = off_field(field, strokes.curves)

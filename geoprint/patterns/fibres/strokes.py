@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.backends import Backend
 from geoprint.errors import FieldError, UsageError
 from geoprint.fields import AlongRim, DirectionField, smoothest_field
-from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
+from geoprint.model import FloatArray, FollowedLines, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
 from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, Weave, first_place, laid_strokes
 from geoprint.patterns.fibres.net import LineNet, net_of, places_of, surface_points
 from geoprint.patterns.fibres.stripes import stripes
@@ -102,7 +102,8 @@ class FibrePattern:
             rows += [_rows(stroke) for stroke in weave.strokes]
             dropped += weave.dropped
         every, row = all_curves(curves), np.concatenate(rows)
-        return Strokes(every, row, np.full(row.size, spacing), np.ones(row.size), tuple(dropped))
+        spacings, widths = np.full(row.size, spacing), np.ones(row.size)
+        return Strokes(every, row, spacings, widths, tuple(dropped), _followed(field))
 
     def _laid(self, surface: Surface, net: LineNet, source: SurfaceCurves, *, spacing: float) -> Weave:
         """Return the strokes on a piece."""
@@ -112,6 +113,11 @@ class FibrePattern:
         if self._laying == STRIPES:
             return stripes(surface, net, spacing=spacing, first=first, through=inside is None)
         return laid_strokes(net, spacing=spacing, first=first, spread=_spread(surface, step=SPREAD_SHARE * spacing))
+
+
+def _followed(field: DirectionField) -> FollowedLines:
+    singular = field.singularities()
+    return FollowedLines(field.directions()[:, 0], field.surface.vertices[singular.vertices], singular.indices)
 
 
 def _on_piece(field: DirectionField, piece: Piece) -> DirectionField:
