@@ -1,6 +1,6 @@
 """How evenly do stripes and streamlines of designed fields cover parts, and how well do they follow the field?
 
-    python -m benchmarks.fibres [--parts FILE ...] [--spacing MM] [--smoke]
+    python -m benchmarks.fibres [--parts FILE ...] [--spacing MM] [--faces N ...] [--smoke]
 
 Every part is cut as finely as heat wants it, and gets three fields of lines: the smoothest along its rim (none where it
 is closed), the smoothest along its longest axis, and the smoothest along the smallest principal curvature. A row for
@@ -10,6 +10,9 @@ left and to the right over all, and farther than two spacings from ends within t
 points too, with the share of the length that is then left out; the mean angle to the field, and what 99 of 100 mm have
 at most; crossings; how many ends rows exactly one spacing apart and along the field would have, as the divergence of
 its lines says; and the processor time of field and strokes.
+
+The second table is of processor time on bumpy sheets with strokes 1 mm apart along their rim, and the exponent of the
+number of faces, fitted to all but the smallest.
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
+from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
 from geoprint.backends import BACKENDS
 from geoprint.errors import GeoprintError
@@ -55,7 +59,14 @@ def main() -> None:
         "--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside those of data/"
     )
     parser.add_argument("--spacing", type=float, default=1.1, metavar="MM")
-    parser.add_argument("--smoke", action="store_true", help="data/ at 4 mm")
+    parser.add_argument(
+        "--faces",
+        type=int,
+        nargs="*",
+        default=[10_000, 100_000, 300_000, 1_000_000],
+        help="of the sheets that are timed",
+    )
+    parser.add_argument("--smoke", action="store_true", help="data/ at 4 mm, and small sheets")
     arguments = parser.parse_args()
     spacing = 4.0 if arguments.smoke else arguments.spacing
     for line in table(*HEADINGS):
@@ -66,6 +77,35 @@ def main() -> None:
         for name, preference in _preferences(part):
             for line in _rows(part, fine, name, preference, spacing=spacing):
                 print(line, flush=True)
+    for line in _times([500, 1_000] if arguments.smoke else arguments.faces):
+        print(line, flush=True)
+
+
+def _times(sizes: Sequence[int]) -> Iterator[str]:
+    """Yield the table of processor times."""
+    sheets = [make("bumpy", faces=size) for size in sizes]
+    fields = [smoothest_field(sheet, symmetry=2, preferences=[AlongRim()]) for sheet in sheets]
+    yield from table("laying", *(f"{len(sheet.faces)} faces" for sheet in sheets), "exponent")
+    for laying in LAYINGS:
+        # What is compiled at its first use is not counted.
+        _strokes(fields[0], laying=laying, spacing=1.0)
+        seconds = list[float]()
+        for field in fields:
+            begun = time.process_time()
+            _strokes(field, laying=laying, spacing=1.0)
+            seconds.append(time.process_time() - begun)
+        counts, fitted = np.log([len(sheet.faces) for sheet in sheets[1:]]), np.log(seconds[1:])
+        exponent = f"{np.polyfit(counts, fitted, 1)[0]:.2f}" if len(sizes) > 2 else ""
+        yield row(laying, *(f"{each:.2f} s" for each in seconds), exponent)
+
+
+def _strokes(field: DirectionField, *, laying: str, spacing: float) -> Strokes:
+    surface = field.surface
+    seed = (
+        boundary_seed(surface) if boundary_loops(surface) else point_seed(surface, surface.vertices[0], tolerance=1.0)
+    )
+    pattern = FibrePattern(field=lambda _: field, laying=laying)
+    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
 
 
 def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
@@ -86,12 +126,10 @@ def _rows(part: Surface, fine: Surface, name: str, preference: Preference, *, sp
         yield _refused(fine, name, "", error)
         return
     made = time.process_time() - begun
-    seed = boundary_seed(fine) if boundary_loops(fine) else point_seed(fine, fine.vertices[0], tolerance=1.0)
     for laying in LAYINGS:
         begun = time.process_time()
         try:
-            pattern = FibrePattern(field=lambda _: field, laying=laying)
-            strokes = pattern.strokes(fine, seed, backend=BACKENDS["heat"](fine), spacing=spacing)
+            strokes = _strokes(field, laying=laying, spacing=spacing)
         except GeoprintError as error:
             yield _refused(fine, name, laying, error)
             continue

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array
 
 from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
-from geoprint.model import BoolArray, FloatArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.patterns.fibres.net import ComplexArray, LineNet
 from geoprint.patterns.fibres.senses import Senses
 from geoprint.surfaces import diagonal_matrix, sum_around_vertices
@@ -40,6 +40,7 @@ class Slopes(NamedTuple):
         along: (m, 3) of what is 1 at each corner [1 / mm].
         across: (m, 3) [1 / mm].
         senses: of the faces at their corners.
+        order: (n,) in which unknowns at vertices are eliminated.
     """
 
     surface: Surface
@@ -47,6 +48,7 @@ class Slopes(NamedTuple):
     along: FloatArray
     across: FloatArray
     senses: Senses
+    order: IntArray
 
     def of(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the (m,) slopes along and across of what has (n,) values in the senses of vertices."""
@@ -60,9 +62,7 @@ class Slopes(NamedTuple):
             (self.areas * along)[:, None, None] * first[:, :, None] * first[:, None]
             + (self.areas * across)[:, None, None] * second[:, :, None] * second[:, None]
         )  # fmt: skip
-        faces, count = self.surface.faces, len(self.surface.vertices)
-        places = np.repeat(faces, 3, axis=1).ravel(), np.tile(faces, (1, 3)).ravel()
-        return csc_array(coo_array((each.ravel(), places), shape=(count, count)))
+        return _assembled(self.surface, each)
 
     def pull(self, *, along: FloatArray, across: FloatArray) -> FloatArray:
         """Return (n,) sums over the faces of (m,) values times the slopes of what is 1 at each vertex."""
@@ -78,7 +78,15 @@ def slopes_of(surface: Surface, net: LineNet, senses: Senses) -> Slopes:
     opposite = np.roll(net.corners, -2, axis=1) - np.roll(net.corners, -1, axis=1)
     # Against the line of each face.
     turned = 1j * opposite / (2 * areas[:, None]) * net.lines.conj()[:, None]
-    return Slopes(surface, areas, turned.real, turned.imag, senses)
+    order = nested_dissection(_assembled(surface, np.ones((areas.size, 3, 3))), coordinates=surface.vertices)
+    return Slopes(surface, areas, turned.real, turned.imag, senses, order)
+
+
+def _assembled(surface: Surface, each: FloatArray) -> csc_array[np.float64]:
+    """Return the (n, n) sum of (m, 3, 3) matrices of the corners of faces."""
+    faces, count = surface.faces, len(surface.vertices)
+    places = np.repeat(faces, 3, axis=1).ravel(), np.tile(faces, (1, 3)).ravel()
+    return csc_array(coo_array((each.ravel(), places), shape=(count, count)))
 
 
 def evened(slopes: Slopes, rim: BoolArray, *, spacing: float) -> ComplexArray:
@@ -101,7 +109,7 @@ def evened(slopes: Slopes, rim: BoolArray, *, spacing: float) -> ComplexArray:
     # As stiff a spring as lifts of a usual size press the membrane by twice its greatest height.
     spring = areas * max(float(np.median(np.abs(lift[~held] / areas[~held]))), LEAST_LIFT) * 4.0 / limit
     matrix = csc_array(stiffness + diagonal_matrix(np.where(held, 1.0, spring)))
-    solver = SymmetricSolver(matrix, order=nested_dissection(matrix, coordinates=slopes.surface.vertices))
+    solver = SymmetricSolver(matrix, order=slopes.order)
     height, push = np.zeros(len(rim)), np.zeros(len(rim))
     for _ in range(STEPS):
         membrane = solver.solve(lift + np.where(held, 0.0, spring * (height - push)))

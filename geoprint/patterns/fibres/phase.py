@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection
+from geoprint.backends.sparse_solver import SymmetricSolver
 from geoprint.model import FloatArray, IntArray
 from geoprint.patterns.fibres.evened import LEAN_PRICE, Slopes
 from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides, surface_points
@@ -110,14 +110,13 @@ def phase_of(slopes: Slopes, net: LineNet, target: WantedPhase, *, spacing: floa
     # A vertex without a face stays where it is, and one that has no sense half a row from all.
     hold = np.where(senses.odd, STIFF, np.where(areas > 0.0, HELD * areas, 1.0))
     held = csc_array(stiffness + diagonal_matrix(hold))
-    order = nested_dissection(held, coordinates=slopes.surface.vertices)
-    lift = SymmetricSolver(held, order=order).solve(pull)
+    lift = SymmetricSolver(held, order=slopes.order).solve(pull)
     if through is not None:
         lift += _level_through(slopes, net, shares + lift, steps + _apart(lift, faces, senses), through)
     elif (drawn := _drawn_to_rim(slopes, net, spacing=spacing)).any():
         lift += _common_level(senses, shares + lift, drawn)
         short = np.rint(shares + lift) - (shares + lift)
-        lift += SymmetricSolver(csc_array(held + diagonal_matrix(drawn)), order=order).solve(drawn * short)
+        lift += SymmetricSolver(csc_array(held + diagonal_matrix(drawn)), order=slopes.order).solve(drawn * short)
     return _whole(slopes, shares + lift, steps + _apart(lift, faces, senses))
 
 
@@ -125,7 +124,7 @@ def _numbers(slopes: Slopes, target: WantedPhase, *, spacing: float) -> ComplexA
     """Return the (n,) numbers whose turns along sides come nearest to those of a target."""
     turns, odd = _turns(slopes, target), slopes.senses.odd
     areas = np.maximum(sum_around_vertices(slopes.surface, slopes.areas / 3), np.finfo(float).tiny)
-    order = nested_dissection(turns, coordinates=np.repeat(slopes.surface.vertices, 2, axis=0))
+    order = np.repeat(2 * slopes.order, 2) + np.tile([0, 1], areas.size)
     numbers = np.ones(areas.size, dtype=np.complex128)
     step = _step(turns, areas, reach=FAR_REACH * np.sqrt(areas.sum()), order=order)
     for _ in range(INVERSE_STEPS):
