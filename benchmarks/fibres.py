@@ -1,32 +1,40 @@
-"""How evenly do streamlines of designed fields cover parts, and how well do they follow the field?
+"""How evenly do stripes and streamlines of designed fields cover parts, and how well do they follow the field?
 
-    python -m benchmarks.fibres [--parts FILE ...] [--spacing MM] [--smoke]
+    python -m benchmarks.fibres [--parts FILE ...] [--spacing MM] [--faces N ...] [--smoke]
 
 Every part is cut as finely as heat wants it, and gets three fields of lines: the smoothest along its rim (none where it
 is closed), the smoothest along its longest axis, and the smoothest along the smallest principal curvature. A row for
-each: starts, and closed strokes among them; their mean length; the share of the area
-within 0.55 spacings of a stroke, and that within 0.45 of two; the variation of the spacing to the left and to the right
-over all, and farther than two spacings from ends within the part, which is the place of branch points too, with the
-share of the length that is then left out; the mean angle to the field, and what 99 of 100 mm have at most; crossings;
-and the processor time of field and strokes.
+each and each laying: starts, and closed strokes among them; how many were too short to be laid; their mean length; the
+share of the area within 0.55 spacings of a stroke, and that within 0.45 of two; the variation of the spacing to the
+left and to the right over all, and farther than two spacings from ends within the part, which is the place of branch
+points too, with the share of the length that is then left out; the mean angle to the field, and what 99 of 100 mm have
+at most; crossings; how many ends rows exactly one spacing apart and along the field would have, as the divergence of
+its lines says; and the processor time of field and strokes.
+
+The second table is of processor time on bumpy sheets with strokes 1 mm apart along their rim, and the exponent of the
+number of faces, fitted to all but the smallest.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
 from geoprint.backends import BACKENDS
 from geoprint.errors import GeoprintError
-from geoprint.fields import AlongCurvature, AlongDirection, AlongRim, Preference, smoothest_field
+from geoprint.fields import AlongCurvature, AlongDirection, AlongRim, DirectionField, Preference, smoothest_field
 from geoprint.model import BoolArray, FloatArray, Polylines, Strokes, Surface
-from geoprint.patterns.fibres import FibrePattern
+from geoprint.patterns.fibres import LAYINGS, FibrePattern
+from geoprint.patterns.fibres.evened import slopes_of
+from geoprint.patterns.fibres.net import net_of
+from geoprint.patterns.fibres.senses import senses_of
 from geoprint.quality import measure_paths
 from geoprint.surfaces import PolylineDistance, arc_lengths, boundary_loops, boundary_seed, point_seed
 from geoprint.surfaces.files import load
@@ -37,8 +45,8 @@ from tests.patterns.fibres.measures import crossings, lines, off_field
 DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 HEADINGS = (
-    "part", "field", "starts", "closed", "mean length", "covered", "twice", "CV", "CV away from ends",
-    "left out", "off the field", "99 of 100", "crossings", "field", "strokes",
+    "part", "field", "laying", "starts", "closed", "dropped", "mean length", "covered", "twice", "CV",
+    "CV away from ends", "left out", "off the field", "99 of 100", "crossings", "ends demanded", "field", "strokes",
 )  # fmt: skip
 # Ends within the part: farther than so many spacings from its rim; what is nearer than so many to one is left out.
 WITHIN, AWAY = 0.5, 2.0
@@ -51,15 +59,53 @@ def main() -> None:
         "--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside those of data/"
     )
     parser.add_argument("--spacing", type=float, default=1.1, metavar="MM")
-    parser.add_argument("--smoke", action="store_true", help="data/ at 4 mm")
+    parser.add_argument(
+        "--faces",
+        type=int,
+        nargs="*",
+        default=[10_000, 100_000, 300_000, 1_000_000],
+        help="of the sheets that are timed",
+    )
+    parser.add_argument("--smoke", action="store_true", help="data/ at 4 mm, and small sheets")
     arguments = parser.parse_args()
     spacing = 4.0 if arguments.smoke else arguments.spacing
     for line in table(*HEADINGS):
         print(line, flush=True)
     for file in [*(DATA / name for name in OWN), *arguments.parts]:
         part = prepare(load(file, unit="mm"))[0]
+        fine = refine(part, edge_length=BACKENDS["heat"].edge_length(part, spacing=spacing))
         for name, preference in _preferences(part):
-            print(_row(part, name, preference, spacing=spacing), flush=True)
+            for line in _rows(part, fine, name, preference, spacing=spacing):
+                print(line, flush=True)
+    for line in _times([500, 1_000] if arguments.smoke else arguments.faces):
+        print(line, flush=True)
+
+
+def _times(sizes: Sequence[int]) -> Iterator[str]:
+    """Yield the table of processor times."""
+    sheets = [make("bumpy", faces=size) for size in sizes]
+    fields = [smoothest_field(sheet, symmetry=2, preferences=[AlongRim()]) for sheet in sheets]
+    yield from table("laying", *(f"{len(sheet.faces)} faces" for sheet in sheets), "exponent")
+    for laying in LAYINGS:
+        # What is compiled at its first use is not counted.
+        _strokes(fields[0], laying=laying, spacing=1.0)
+        seconds = list[float]()
+        for field in fields:
+            begun = time.process_time()
+            _strokes(field, laying=laying, spacing=1.0)
+            seconds.append(time.process_time() - begun)
+        counts, fitted = np.log([len(sheet.faces) for sheet in sheets[1:]]), np.log(seconds[1:])
+        exponent = f"{np.polyfit(counts, fitted, 1)[0]:.2f}" if len(sizes) > 2 else ""
+        yield row(laying, *(f"{each:.2f} s" for each in seconds), exponent)
+
+
+def _strokes(field: DirectionField, *, laying: str, spacing: float) -> Strokes:
+    surface = field.surface
+    seed = (
+        boundary_seed(surface) if boundary_loops(surface) else point_seed(surface, surface.vertices[0], tolerance=1.0)
+    )
+    pattern = FibrePattern(field=lambda _: field, laying=laying)
+    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
 
 
 def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
@@ -72,18 +118,33 @@ def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
     ]
 
 
-def _row(part: Surface, name: str, preference: Preference, *, spacing: float) -> str:
-    fine = refine(part, edge_length=BACKENDS["heat"].edge_length(part, spacing=spacing))
+def _rows(part: Surface, fine: Surface, name: str, preference: Preference, *, spacing: float) -> Iterator[str]:
     begun = time.process_time()
     try:
         field = smoothest_field(fine, symmetry=2, preferences=[preference])
-        made = time.process_time()
-        seed = boundary_seed(fine) if boundary_loops(fine) else point_seed(fine, fine.vertices[0], tolerance=1.0)
-        pattern = FibrePattern(field=lambda _: field)
-        strokes = pattern.strokes(fine, seed, backend=BACKENDS["heat"](fine), spacing=spacing)
     except GeoprintError as error:
-        return row(part.name, name, str(error)[:110].replace("|", "/"), *[""] * (len(HEADINGS) - 3))
-    laid = time.process_time()
+        yield _refused(fine, name, "", error)
+        return
+    made = time.process_time() - begun
+    for laying in LAYINGS:
+        begun = time.process_time()
+        try:
+            strokes = _strokes(field, laying=laying, spacing=spacing)
+        except GeoprintError as error:
+            yield _refused(fine, name, laying, error)
+            continue
+        laid = time.process_time() - begun
+        yield row(
+            fine.name, name, laying, *_figures(part, field, strokes, spacing=spacing), f"{made:.2f} s", f"{laid:.2f} s"
+        )
+
+
+def _refused(fine: Surface, name: str, laying: str, error: GeoprintError) -> str:
+    return row(fine.name, name, laying, str(error)[:110].replace("|", "/"), *[""] * (len(HEADINGS) - 4))
+
+
+def _figures(part: Surface, field: DirectionField, strokes: Strokes, *, spacing: float) -> list[str]:
+    fine = field.surface
     drawn = lines(fine, strokes)
     found = measure_paths(part, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing)
     sides = found.sides.sides()
@@ -91,11 +152,10 @@ def _row(part: Surface, name: str, preference: Preference, *, spacing: float) ->
     off, lengths = off_field(field, strokes.curves)
     order = np.argsort(off)
     most = off[order][np.searchsorted(np.cumsum(lengths[order]), 0.99 * lengths.sum())]
-    return row(
-        part.name,
-        name,
+    return [
         str(strokes.curves.count),
         str(int(strokes.curves.closed.sum())),
+        str(len(strokes.dropped)),
         f"{np.mean([arc_lengths(line)[-1] for line in drawn]):.1f} mm",
         f"{1.0 - found.gap:.1%}",
         f"{found.overlap:.1%}",
@@ -105,9 +165,19 @@ def _row(part: Surface, name: str, preference: Preference, *, spacing: float) ->
         f"{np.degrees(np.average(off, weights=lengths)):.2f} deg",
         f"{np.degrees(most):.2f} deg",
         str(crossings(fine, strokes.curves)),
-        f"{made - begun:.2f} s",
-        f"{laid - made:.2f} s",
-    )
+        f"{_ends_demanded(field, spacing=spacing):.0f}",
+    ]
+
+
+def _ends_demanded(field: DirectionField, *, spacing: float) -> float:
+    """Return the integral of the divergence of the lines, without its sign, over the spacing."""
+    net = net_of(field)
+    slopes = slopes_of(field.surface, net, senses_of(field.surface, net))
+    parted = slopes.pull(along=np.ones(slopes.areas.size), across=np.zeros(slopes.areas.size))
+    inside = np.ones(parted.size, dtype=np.bool_)
+    for loop in boundary_loops(field.surface):
+        inside[loop] = False
+    return float(np.abs(parted[inside & ~slopes.senses.odd]).sum()) / spacing
 
 
 def _cv(sides: FloatArray) -> str:

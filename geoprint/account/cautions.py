@@ -262,8 +262,7 @@ def _paths(told: PlanRecord) -> Iterator[str]:
     paths, spacing = told.paths, None if told.uniformity is None else told.uniformity.spacing
     if paths.dropped_runs:
         yield (
-            f"closed runs shorter than one spacing were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm long "
-            "in all."
+            f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm in all."
         )
     # Fitted contours vary on purpose, and so do runs without whole levels where they rise.
     meant = any(each.taken and each.middle != "plain" for each in told.middles)

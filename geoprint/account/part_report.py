@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from geoprint.account.cautions import patch_evenness, said_once
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
-from geoprint.account.pictures import coverage_panel, coverage_picture, spread_of
+from geoprint.account.pictures import coverage_panel, coverage_picture, lines_picture, spread_of
 from geoprint.account.prints.expected import expected_rows
 from geoprint.account.prints.sides import of_spacing, side_rows
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
@@ -68,7 +68,8 @@ def part_report(
         faces: of the surface that is drawn, at most.
     """
     workpiece, planned = comparison.workpiece, comparison.planned
-    spacing = planned[0][1].plan.contours.spacing
+    first = planned[0][1].plan
+    spacing = first.contours.spacing
     view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = told.path_distances_mm
     robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
@@ -88,13 +89,23 @@ def part_report(
         path_distances=PathDistances(apart.backends, np.array(apart.hausdorff), np.array(apart.mean))
         if len(planned) > 1
         else None,
-        pictures=tuple(
-            picture for name, outcome in planned for picture in _pictures(name, outcome.plan, [*charts[name].values()])
+        pictures=(
+            *_lines(first),
+            *(each for name, outcome in planned for each in _pictures(name, outcome.plan, [*charts[name].values()])),
         ),
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
+
+
+def _lines(plan: Plan) -> list[Picture]:
+    """Return the picture of the lines that paths follow, the same for every backend; none where they follow none."""
+    if plan.followed is None:
+        return []
+    caption = "The lines that paths follow, and the places about which these turn with their index"
+    drawn = lines_picture(plan.workpiece, plan.followed, title="")
+    return [Picture(caption, "png", drawn)]
 
 
 def _pictures(name: str, plan: Plan, charts: Sequence[bytes]) -> list[Picture]:

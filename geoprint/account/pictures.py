@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.backends import distortion, locate
-from geoprint.model import Seed
+from geoprint.model import FollowedLines, Seed
 from geoprint.quality import Uniformity
-from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure
+from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure, lines_figure
 from geoprint.results import Plan, Planned, Workpiece
 from geoprint.surfaces import pieces, positions
 
@@ -64,6 +64,11 @@ def _picture(plan: Plan, index: int) -> bytes:
         spacing=contours.spacing,
         title=f"{plan.workpiece.name}{which}, flattened by {shown.mapped}",
     )
+
+
+def lines_picture(workpiece: Workpiece, followed: FollowedLines, *, title: str) -> bytes:
+    """Return the PNG of the lines that paths follow, with the indices of the places about which they turn."""
+    return lines_figure(workpiece.surface, followed, R_view_work=workpiece.upright, title=title)
 
 
 def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str) -> bytes:

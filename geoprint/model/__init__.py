@@ -54,6 +54,7 @@ from geoprint.model.process import (
 )
 from geoprint.model.surface import (
     Contours as Contours,
+    FollowedLines as FollowedLines,
     ScalarField as ScalarField,
     Seed as Seed,
     Strokes as Strokes,

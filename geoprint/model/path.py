@@ -26,7 +26,8 @@ class Toolpath:
         levels: (c,) contour level of each run.
         layers: (c,) layer of each run.
         spacing: distance between neighbouring levels [mm].
-        dropped_runs: closed contours shorter than one spacing, left out.
+        dropped_runs: how many were too short to be worth a start, left out: closed ones shorter than one spacing, and
+            what the pattern dropped.
         dropped_length: their length [mm].
         fillets: (f, 3) corners of runs that were rounded [mm].
         splits: (g, 3) corners at which a run was split, because no arc can round them at speed [mm].

@@ -200,6 +200,25 @@ class Contours:
 
 @final
 @frozen
+class FollowedLines:
+    """Lines on a surface that strokes follow, and where they turn about a place.
+
+    Attributes:
+        directions: (m, 3) unit vector along the line of each face; its opposite says the same.
+        places: (s, 3) about which lines turn [mm].
+        indices: (s,) how often, counter-clockwise: 1 where they circle, -1/2 where three folds meet.
+    """
+
+    directions: FloatArray
+    places: FloatArray
+    indices: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, directions="float: m 3", places="float: s 3", indices="float: s")
+
+
+@final
+@frozen
 class Strokes:
     """Curves that cover a surface, before anybody orders them: what a pattern draws and a path is made of.
 
@@ -209,12 +228,16 @@ class Strokes:
             spiral and by one along a fibre, the number of the row for guided ones.
         spacing: (k,) distance wanted at each point to the neighbouring row [mm].
         width: (k,) of the strip of surface that each point is to fill, over the spacing.
+        dropped: lengths of those that the pattern left out because they were not worth a start [mm].
+        followed: lines of the surface's faces that they follow; None where it is no field that they follow.
     """
 
     curves: SurfaceCurves
     row: FloatArray
     spacing: FloatArray
     width: FloatArray
+    dropped: tuple[float, ...] = ()
+    followed: FollowedLines | None = None
 
     def __post_init__(self) -> None:
         count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k")["k"]

@@ -44,7 +44,7 @@ def arrange(
     level the next run is the one nearest to where the tool is. A closed run starts at its point nearest to the end of
     the run before, so that seams lie side by side and travel is short; it keeps its direction. An open run starts at
     its nearer end. Closed runs shorter than one spacing would be a blob rather than a bead: they are dropped and
-    counted.
+    counted, as are those that the pattern left out.
 
     A surface in several pieces is printed piece by piece, each in the order that it has alone: first the first one,
     then always the one that starts nearest to the tool.
@@ -79,8 +79,8 @@ def arrange(
         levels=np.array([ordered[run.run].level for run in rounded.pieces]),
         layers=np.full(len(rounded.pieces), 0 if seams is None else seams.layer),
         spacing=spacing,
-        dropped_runs=len(dropped),
-        dropped_length=float(sum(_length(run) for run in dropped)),
+        dropped_runs=len(dropped) + len(strokes.dropped),
+        dropped_length=float(sum(_length(run) for run in dropped) + sum(strokes.dropped)),
         fillets=rounded.fillets,
         splits=rounded.splits,
         rows=_rows(surface, curves, [ordered[run.run] for run in rounded.pieces]),

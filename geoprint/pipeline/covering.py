@@ -28,4 +28,7 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff, seams=seams)
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
-    return Plan(job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings)
+    return Plan(
+        job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
+        followed=strokes.followed,
+    )  # fmt: skip

@@ -9,6 +9,7 @@ from geoprint.report.figures import (
     coverage_figure as coverage_figure,
 )
 from geoprint.report.inspection_figure import inspection_figure as inspection_figure
+from geoprint.report.lines_figure import lines_figure as lines_figure
 from geoprint.report.page import html_report as html_report
 from geoprint.report.stacked.page import stack_report as stack_report
 from geoprint.report.stacked.slice_figure import (

@@ -32,8 +32,8 @@ def views(surface: Surface, upright: FloatArray) -> tuple[FloatArray, ...]:
     areas = face_areas(surface) / face_areas(surface).sum()
     candidates = [_from(upright, azimuth, elevation) for elevation in ELEVATIONS for azimuth in _azimuths()]
     candidates.append(np.diag([1.0, -1.0, -1.0]) @ upright)
-    shown = [_readable(surface, R_view_work) for R_view_work in candidates]
-    chosen, seen = [upright], _readable(surface, upright)
+    shown = [readable(surface, R_view_work) for R_view_work in candidates]
+    chosen, seen = [upright], readable(surface, upright)
     while len(chosen) < MOST_SIDES:
         gains = [float(areas[faces & ~seen].sum()) for faces in shown]
         best = int(np.argmax(gains))
@@ -55,7 +55,7 @@ def _from(upright: FloatArray, azimuth: float, elevation: float) -> FloatArray:
     return np.stack([right, np.cross(towards, right), towards]) @ upright
 
 
-def _readable(surface: Surface, R_view_work: FloatArray) -> BoolArray:
+def readable(surface: Surface, R_view_work: FloatArray) -> BoolArray:
     """Tell which faces turn towards the reader and lie behind no other, to about the size of a cell."""
     seen = surface.vertices @ R_view_work.T
     middles = seen[surface.faces].mean(axis=1)

@@ -14,6 +14,7 @@ from geoprint.model import (
     Contours,
     ControllerPath,
     FloatArray,
+    FollowedLines,
     JointPath,
     Placement,
     PoseStream,
@@ -141,6 +142,7 @@ class Plan:
         middles: what was tried where fronts meet; nothing where plain contours leave nothing, or none was to be found.
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
         printed: the spacing that prints are expected to have; None where none was measured.
+        followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
     """
 
     job: Job
@@ -157,6 +159,7 @@ class Plan:
     middles: tuple[TriedMiddle, ...] = ()
     not_printable: str | None = None
     printed: Printed | None = None
+    followed: FollowedLines | None = None
 
     @property
     def flat_surface(self) -> Surface:

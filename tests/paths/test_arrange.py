@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -108,6 +110,11 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:
     assert toolpath.levels.tolist() == [0]
     assert toolpath.dropped_runs == 1
     assert toolpath.dropped_length == pytest.approx(4 * 0.6, abs=0.4)
+    # With what the pattern left out itself.
+    laid = strokes_of(curves, levels, spacing=3.0)
+    told = arrange(replace(laid, dropped=(2.0, 3.5)), surface, speed=SPEED)
+    assert told.dropped_runs == 3
+    assert told.dropped_length == pytest.approx(toolpath.dropped_length + 5.5)
     inner, _ = isolines(surface, field, levels=np.array([14.7]))
     with pytest.raises(FieldError, match="shorter than one spacing"):
         arrange(strokes_of(inner, np.array([0]), spacing=3.0), surface, speed=SPEED)

@@ -96,6 +96,8 @@ def test_fibres_are_planned_compared_and_planned_again_to_the_same_bytes(tmp_pat
         assert found.sides is not None
         assert (found.mean, found.uncovered) == (pytest.approx(1.0, abs=1e-4), pytest.approx(0.0, abs=0.01))
         assert compared.plan.toolpath.curves.count == 6
+        assert compared.plan.followed is not None
+        np.testing.assert_allclose(np.abs(compared.plan.followed.directions[:, 0]), 1.0, atol=1e-9)
     save_plan(plan(job), tmp_path / "out")
     (tmp_path / "own.toml").unlink()
     save_plan(plan(geoprint.job_from(tmp_path / "out")), tmp_path / "again")

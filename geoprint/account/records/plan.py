@@ -126,7 +126,9 @@ class PathsRecord(Record):
     corners_split: Count = Field(description="too sharp to be rounded at speed")
     corners_split_mm: tuple[Place, ...] = Field(description="where [mm]")
     fragments: Count = Field(description="runs shorter than five spacings, little more than a start and a stop")
-    dropped_runs: Count = Field(description="closed ones shorter than one spacing")
+    dropped_runs: Count = Field(
+        description="too short to be worth a start: closed ones shorter than one spacing, fibres than three"
+    )
     dropped_mm: Rounded = Field(description="their length in all [mm]")
     largest_distance_mm: Rounded = Field(description="from the seed [mm]")
     largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")

@@ -16,7 +16,7 @@ import numpy as np
 from geoprint.model import IntArray
 from geoprint.patterns.fibres.nearest import NOBODY, gaps, nearest, no_segments, rim_segments, window_room, with_room
 from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides
-from geoprint.patterns.fibres.tracing import FULL, RETURNED, Rules, lay_straight, straight, streamline, take_back
+from geoprint.patterns.fibres.tracing import FULL, RETURNED, Rules, lay, lay_straight, straight, streamline, take_back
 
 # A stroke ends nearer to another than this share of the spacing ...
 APART_SHARE = 0.6
@@ -66,11 +66,11 @@ class Weave(NamedTuple):
 
     Attributes:
         strokes: in the order in which they were laid.
-        dropped: how many were too short to be worth a start.
+        dropped: lengths of those that were too short to be worth a start [mm].
     """
 
     strokes: list[LaidStroke]
-    dropped: int
+    dropped: list[float]
 
 
 def laid_strokes(net: LineNet, *, spacing: float, first: tuple[int, complex], spread: IntArray) -> Weave:
@@ -106,7 +106,9 @@ class _Laying:
             clear=CLEAR * spacing, beside=RETURN_SHARE * spacing, lean=1 + 0j,
         )  # fmt: skip
         self.strokes: list[LaidStroke] = []
-        self.dropped = 0
+        self.dropped = list[float]()
+        # What was dropped: a gap with room for a short stroke is met from many places.
+        self._left = no_segments(len(net.corners), room=ROOM)
         self._middles: ComplexArray = net.corners.sum(axis=1) / 3.0
         self._rim, self._spread = rim_segments(net), spread
 
@@ -124,11 +126,24 @@ class _Laying:
         if not closed:
             _, back, _ = self._run(self._rules, face, place, -1.0)
         if ahead + back < SHORTEST * self._spacing:
-            take_back(self._laid, count)
-            self.dropped += 1
+            self._drop(count, face, place, length=ahead + back)
             return None
         self.strokes.append(self._stroke(count, middle, closed=closed, row=row, length=ahead + back))
         return self.strokes[-1]
+
+    def _drop(self, count: int, face: int, place: complex, *, length: float) -> None:
+        """Take back a stroke of the segments from a number on; it counts if none was dropped so near before."""
+        laid, limit = self._laid, APART_SHARE * self._spacing
+        _, found, _ = nearest(self._net, self._left, self._room, face, place, limit, NOBODY, 0.0, 0.0)
+        if found < 0:
+            self.dropped.append(length)
+        rows = range(count, int(laid.filled[0]))
+        if self._left.filled[0] + len(rows) > self._left.before.size:
+            self._left = with_room(self._left, room=self._left.before.size + len(rows))
+        for row in rows:
+            start, end = complex(laid.starts[row]), complex(laid.ends[row])
+            lay(self._left, int(laid.faces[row]), start, end, len(self.dropped), float(laid.arcs[row]))
+        take_back(self._laid, count)
 
     def beside(self, stroke: LaidStroke | None) -> None:
         """Lay strokes beside one, beside these and so on, until there is no place left one spacing away."""

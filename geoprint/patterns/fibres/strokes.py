@@ -1,4 +1,4 @@
-"""The `fibres` pattern: evenly spaced streamlines of a designed field of lines."""
+"""The `fibres` pattern: strokes along a designed field of lines, as stripes or as streamlines."""
 
 from __future__ import annotations
 
@@ -10,15 +10,19 @@ import numpy as np
 from geoprint.backends import Backend
 from geoprint.errors import FieldError, UsageError
 from geoprint.fields import AlongRim, DirectionField, smoothest_field
-from geoprint.model import FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
-from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, first_place, laid_strokes
+from geoprint.model import FloatArray, FollowedLines, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
+from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, Weave, first_place, laid_strokes
 from geoprint.patterns.fibres.net import LineNet, net_of, places_of, surface_points
+from geoprint.patterns.fibres.stripes import stripes
 from geoprint.surfaces import Piece, all_curves, boundary_half_edges, pieces
 
 # Fibres are lines: who prints one may begin at either end.
 LINES = 2
 # Gaps are looked for at places about so many spacings apart.
 SPREAD_SHARE = 0.25
+# How strokes are laid; the first is what a job has that says nothing.
+STRIPES, STREAMLINES = "stripes", "streamlines"
+LAYINGS = (STRIPES, STREAMLINES)
 
 
 def lines_along_rim(surface: Surface) -> DirectionField:
@@ -33,26 +37,35 @@ def lines_along_rim(surface: Surface) -> DirectionField:
 
 @final
 class FibrePattern:
-    """The `fibres` pattern: streamlines of a field, one spacing apart as far as its lines run side by side.
+    """The `fibres` pattern: strokes along the lines of a field, one spacing apart as far as these run side by side.
 
-    Where lines converge a stroke ends, where they diverge another begins; no two cross. The first one starts half a
-    spacing inside of the rim, where the field follows that best, and rows are counted from it; a source that is one
-    point lies on the first stroke, and on a closed piece the source begins it. No distance of the backend is needed:
-    strokes are kept apart by shortest ways over the triangles.
+    Stripes are level curves of a phase that rises by one turn a row [Knöppel2015]: their spacing is as even as a small
+    lean from the lines allows, and rows end or begin where that no longer does. Streamlines follow the lines exactly:
+    where these converge one ends, where they diverge another begins. No two strokes cross.
+
+    Rows are counted from half a spacing inside of the rim, where the field follows that best. A source that is one
+    point lies on the first streamline, and on a stripe where the field has a sense; on a closed piece the source begins
+    the first streamline. No distance of the backend is needed.
 
     Args:
         field: returns the lines on a surface.
+        laying: `stripes` or `streamlines`.
+
+    Raises:
+        UsageError: there is no such laying.
 
     Examples:
         >>> FibrePattern.title
-        'streamlines of a designed field'
+        'strokes along a designed field'
     """
 
-    title: ClassVar[str] = "streamlines of a designed field"
-    summary: ClassVar[str] = "Evenly spaced streamlines of a field designed from singularities and preferences."
+    title: ClassVar[str] = "strokes along a designed field"
+    summary: ClassVar[str] = "Even strokes along a field of lines designed from singularities and preferences."
 
-    def __init__(self, *, field: Callable[[Surface], DirectionField] = lines_along_rim) -> None:
-        self._field = field
+    def __init__(self, *, field: Callable[[Surface], DirectionField] = lines_along_rim, laying: str = STRIPES) -> None:
+        if laying not in LAYINGS:
+            raise UsageError(f"fibres have no laying '{laying[:40]}'; choose one of: {', '.join(LAYINGS)}.")
+        self._field, self._laying = field, laying
 
     def strokes(
         self,
@@ -62,7 +75,7 @@ class FibrePattern:
         backend: Backend,  # noqa: ARG002  (another pattern's strokes are level curves of its distance)
         spacing: float | ScalarField,
     ) -> Strokes:
-        """Return the streamlines; the row at which one starts is how many were laid side by side from the first to it.
+        """Return the strokes; the row at which one starts is how many lie side by side from the first to it.
 
         Raises:
             UsageError: the spacing is not the same everywhere.
@@ -76,34 +89,39 @@ class FibrePattern:
         field = self._field(surface)
         if field.symmetry > LINES:
             raise UsageError("fibres follow a field of lines or vectors, not of crosses: give a field of symmetry 2.")
-        curves, rows = list[SurfaceCurves](), list[FloatArray]()
+        curves, rows, dropped = list[SurfaceCurves](), list[FloatArray](), list[float]()
         for piece in pieces(surface):
             net = net_of(_on_piece(field, piece))
-            first = _first(net, piece.own(seed.curves), spacing=spacing)
-            spread = _spread(piece.surface, step=SPREAD_SHARE * spacing)
-            laid = laid_strokes(net, spacing=spacing, first=first, spread=spread).strokes
-            if not laid:
+            weave = self._laid(piece.surface, net, piece.own(seed.curves), spacing=spacing)
+            if not weave.strokes:
                 raise FieldError(
-                    f"no streamline on {surface.name} is {SHORTEST:g} spacings of {spacing:g} mm long: choose a "
-                    "smaller spacing."
+                    f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {spacing:g} mm long: "
+                    "choose a smaller spacing."
                 )
-            curves += [piece.on_whole(_curve(net, stroke)) for stroke in laid]
-            rows += [_rows(stroke) for stroke in laid]
+            curves += [piece.on_whole(_curve(net, stroke)) for stroke in weave.strokes]
+            rows += [_rows(stroke) for stroke in weave.strokes]
+            dropped += weave.dropped
         every, row = all_curves(curves), np.concatenate(rows)
-        return Strokes(every, row, np.full(row.size, spacing), np.ones(row.size))
+        spacings, widths = np.full(row.size, spacing), np.ones(row.size)
+        return Strokes(every, row, spacings, widths, tuple(dropped), _followed(field))
+
+    def _laid(self, surface: Surface, net: LineNet, source: SurfaceCurves, *, spacing: float) -> Weave:
+        """Return the strokes on a piece."""
+        point = source.count == 1 and source.points.faces.size == 1
+        inside = None if point else first_place(net, spacing=spacing)
+        first = (int(source.points.faces[0]), complex(places_of(net, source.points)[0])) if inside is None else inside
+        if self._laying == STRIPES:
+            return stripes(surface, net, spacing=spacing, first=first, through=inside is None)
+        return laid_strokes(net, spacing=spacing, first=first, spread=_spread(surface, step=SPREAD_SHARE * spacing))
+
+
+def _followed(field: DirectionField) -> FollowedLines:
+    singular = field.singularities()
+    return FollowedLines(field.directions()[:, 0], field.surface.vertices[singular.vertices], singular.indices)
 
 
 def _on_piece(field: DirectionField, piece: Piece) -> DirectionField:
     return DirectionField(piece.surface, field.symmetry, field.angles[piece.faces], field.turning[piece.faces])
-
-
-def _first(net: LineNet, source: SurfaceCurves, *, spacing: float) -> tuple[int, complex]:
-    """Return where the first stroke of a piece begins: its face, and the place there."""
-    point = source.count == 1 and source.points.faces.size == 1
-    inside = None if point else first_place(net, spacing=spacing)
-    if inside is not None:
-        return inside
-    return int(source.points.faces[0]), complex(places_of(net, source.points)[0])
 
 
 def _spread(surface: Surface, *, step: float) -> IntArray:
@@ -115,7 +133,7 @@ def _spread(surface: Surface, *, step: float) -> IntArray:
 def _rows(stroke: LaidStroke) -> FloatArray:
     """Return the row of each point of a stroke, which rises by one from its start, half behind a whole one, to its end.
 
-    Streamlines are no level curves of anything: whoever measures tells those by a row that stays the same.
+    Strokes are no level curves of a distance: whoever measures tells those by a row that stays the same.
     """
     arcs = np.concatenate([[0.0], np.cumsum(np.abs(stroke.ends - stroke.starts))])
     return stroke.row + 0.5 + arcs / arcs[-1]

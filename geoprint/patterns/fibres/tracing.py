@@ -92,7 +92,7 @@ def straight(net: LineNet, face: int, place: complex, ahead: complex, length: fl
 
 
 @njit(cache=True, error_model="numpy")
-def _lay(laid: LaidSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
+def lay(laid: LaidSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
     """Add a segment."""
     at = laid.filled[0]
     laid.before[at], laid.head[face] = laid.head[face], at
@@ -111,10 +111,10 @@ def lay_straight(
         side, reach = side_ahead(net, face, place, ahead, entered)
         beyond: int = -1 if side < 0 else net.twins[3 * face + side]
         if reach >= length or beyond < 0:
-            _lay(laid, face, place, place + min(reach, length) * ahead, stroke, arc)
+            lay(laid, face, place, place + min(reach, length) * ahead, stroke, arc)
             return True
         onward = on_side(net, face, side, place + reach * ahead)
-        _lay(laid, face, place, onward, stroke, arc)
+        lay(laid, face, place, onward, stroke, arc)
         arc, length, half = arc + reach, length - reach, 3 * face + side
         place, ahead = net.turns[half] * onward + net.shifts[half], net.turns[half] * ahead
         face, entered = beyond // 3, beyond % 3
@@ -198,11 +198,11 @@ def streamline(
             looked = gone + reach
             found, back, aside = _seen(net, laid, room, rules, face, onward, ahead, stroke, arc)
             if found == RETURNED:
-                _lay(laid, face, place, onward, stroke, arc - sense * reach)
+                lay(laid, face, place, onward, stroke, arc - sense * reach)
                 return RETURNED, gone + reach, aside
             if found == CROWDED:
                 return CROWDED, gone, 0.0
-        _lay(laid, face, place, onward, stroke, arc - sense * reach)
+        lay(laid, face, place, onward, stroke, arc - sense * reach)
         gone += reach
         if not crossing:
             place = onward

@@ -38,7 +38,7 @@ from tests.shared_data import shared
 def _strokes(field: DirectionField, *, spacing: float) -> Strokes:
     surface = field.surface
     seed = boundary_seed(surface) if boundary_loops(surface) else point_seed(surface, surface.vertices[0], tolerance=1)
-    pattern = FibrePattern(field=lambda _: field)
+    pattern = FibrePattern(field=lambda _: field, laying="streamlines")
     return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
 
 
@@ -172,7 +172,9 @@ def test_moving_the_part_moves_the_strokes_with_it() -> None:
 
 def test_without_a_field_strokes_follow_the_rim_and_where_there_is_none_the_smoothest_lines() -> None:
     ring = annulus(divisions=(96, 16))
-    strokes = FibrePattern().strokes(ring, boundary_seed(ring), backend=BACKENDS["heat"](ring), spacing=1.0)
+    strokes = FibrePattern(laying="streamlines").strokes(
+        ring, boundary_seed(ring), backend=BACKENDS["heat"](ring), spacing=1.0
+    )
     assert strokes.curves.closed.sum() >= 10
     assert lines_along_rim(sphere()).singularities().indices.sum() == pytest.approx(2.0)
 
@@ -191,9 +193,20 @@ def test_a_field_of_crosses_is_refused() -> None:
         _strokes(smoothest_field(surface, symmetry=4), spacing=1.0)
 
 
+def test_a_stroke_that_is_too_short_is_left_out_and_told_once_from_wherever_it_is_met() -> None:
+    # In a corner rows grow shorter and shorter: so many as there are spacings in three, at 45 degrees.
+    surface = plate((20.0, 20.0), (40, 40), jitter_seed=1)
+    strokes = _strokes(_along(surface, 1.0, 1.0, 0.0), spacing=1.0)
+    assert 2 <= len(strokes.dropped) <= 4
+    assert max(strokes.dropped) < 3.0
+    assert min(arc_lengths(line)[-1] for line in lines(surface, strokes)) >= 3.0
+
+
 def test_a_part_too_short_for_any_stroke_is_refused() -> None:
     surface = plate((2.0, 2.0), (4, 4))
-    with pytest.raises(FieldError, match=r"no streamline on plate is 3 spacings of 1 mm long: choose a smaller"):
+    with pytest.raises(
+        FieldError, match=r"no stroke along the field on plate is 3 spacings of 1 mm long: choose a smaller"
+    ):
         _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
 
 
@@ -212,5 +225,5 @@ def test_on_a_real_patch_strokes_cover_it_cross_nowhere_and_follow_the_curvature
 
 
 def _strokes_on(surface: Surface, field: DirectionField, *, seed: Seed) -> Strokes:
-    pattern = FibrePattern(field=lambda _: field)
+    pattern = FibrePattern(field=lambda _: field, laying="streamlines")
     return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=1.0)
