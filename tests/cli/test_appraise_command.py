@@ -135,6 +135,13 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     [
         ("nowhere.png", 3, "there is no file `nowhere.png`"),
         ("lens.toml", 3, "`lens.toml` is no image that is read"),
+        ("a.png --pose marks.csv", 2, "`--pose` is for a scan, and these are photographs"),
+        ("plate.ply", 2, "`plate.ply` is a scan: give `--plan`"),
+        ("plate.ply a.png", 2, "`plate.ply` is a scan: one is appraised at a time"),
+        ("plate.ply --plan plan --lens lens.toml", 2, "`--lens` is not for a scan of a print"),
+        ("plate.ply --before", 2, "`--before` needs `--part`"),
+        ("plate.ply --before --part plate.ply --unit mm --most 0", 2, "`--most 0`: it must be a positive number"),
+        ("plate.ply --before --part plate.ply --scan-unit ell", 2, "the unit `ell` is not known"),
         ("a.png small.png", 3, "`a.png` has 320 x 220 pixels and `small.png` 200 x 220"),
         ("a.png --width 0", 2, "`--width 0`: it must be a positive number"),
         ("a.png --width 100", 3, "a.png: beads of 100 pixels cannot be looked for"),
@@ -144,7 +151,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
         ("a.png --plan plan --fiducials marks.csv --lens lens.toml", 3, "the lens is of photographs of 480 x 400"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png", 2, "need its inner corners"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png --lens lens.toml", 2, "`--lens` takes one lens"),
-        ("", 2, "missing argument 'PHOTOGRAPHS'"),
+        ("", 2, "missing argument 'FILES'"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int, complaint: str) -> None:

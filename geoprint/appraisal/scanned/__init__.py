@@ -3,6 +3,10 @@
 Stages on frozen values: `read_scan`, `registered`, then `measured_print` against a `PlannedDeposit`, or `lying_part`.
 """
 
+from geoprint.appraisal.scanned.appraised import (
+    AppraisedScan as AppraisedScan,
+    LyingScan as LyingScan,
+)
 from geoprint.appraisal.scanned.deposit import (
     Deposited as Deposited,
     PlannedDeposit as PlannedDeposit,

@@ -36,7 +36,7 @@ EXPECTED, PRIOR = np.array([1.0, 0.0, 0.0]), np.array([0.5, 0.3, 0.2])
 # Poses move no point by more than this between the last two steps [mm].
 SETTLED = 1e-5
 # A direction in which the pose is less sure than this, as the farthest point moves [mm], is not fixed.
-LOOSE = 1.0
+LOOSE = 0.3
 # Blocks of surface, over the spacing of the plan; over the size of a bare part. Errors are alike about so many of them.
 BLOCK_SHARE, BARE_BLOCK_SHARE = 1.0, 0.02
 ALIKE_BLOCKS = 2.5
@@ -166,7 +166,7 @@ def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, share
     laid = heights @ shares
     deposit = target.deposit
     block = BARE_BLOCK_SHARE * target.size if deposit is None else BLOCK_SHARE * deposit.spacing
-    turned: FloatArray = np.cross(here - middle, across)
+    turned = np.cross(here - middle, across).astype(np.float64)
     return _Rows(
         rows=np.column_stack([turned, across, -heights]),
         residuals=high - laid,

@@ -38,6 +38,8 @@ CELL_SHARE, MOST_CELLS = 0.8, 4_000
 PLACES_A_CELL = 25
 # A cell is to be covered where the plan has, and is covered where the scan shows, so much of the layer's height.
 COVERED_SHARE = 0.25
+# The part is bare where the plan has less than this of the layer's height.
+BARE_SHARE = 0.02
 
 
 @final
@@ -117,6 +119,7 @@ class MeasuredPrint:
     Attributes:
         registration: where the scan was taken.
         points: that lie on the part.
+        bare: share of these over what the plan leaves bare.
         parts: of the runs.
         cells: of the surface.
         height: of the layer [mm].
@@ -125,6 +128,7 @@ class MeasuredPrint:
 
     registration: Registration
     points: int
+    bare: float
     parts: MeasuredParts
     cells: MeasuredCells
     height: float
@@ -176,7 +180,8 @@ def measured_print(
             f"fewer than {LEAST_POINTS} along every part of a run; scan closer, or check that it is of this print."
         )
     cells = _cells(over, registration, surface, deposit)
-    return MeasuredPrint(registration, len(over.heights), parts, cells, deposit.height, deposit.volume)
+    bare = float((over.planned < BARE_SHARE * deposit.height).mean())
+    return MeasuredPrint(registration, len(over.heights), bare, parts, cells, deposit.height, deposit.volume)
 
 
 def _over(points: FloatArray, found: Registration, surface: Surface, deposit: PlannedDeposit) -> _Points:
