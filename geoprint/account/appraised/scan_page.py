@@ -39,7 +39,7 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
     ratios = np.full(len(cells.planned), np.nan)
     ratios[judged] = cells.thickness[judged] / cells.planned[judged]
     thickness = ratios[np.asarray(KDTree(cells.places).query(drawn.vertices)[1])]
-    sentences = [f"{each[0].upper()}{each[1:]}." for each in scan_sentences(told)]
+    sentences = [_sentence(each, told) for each in scan_sentences(told)]
     cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
     places, offsets = _path(found)
     report = ScanReport(
@@ -69,11 +69,17 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
     return scan_report(report, title=f"geoprint appraise: {told.scan.file} on {told.part}")
 
 
+def _sentence(said: str, told: ScanAppraisalRecord) -> str:
+    """Return what is said as a sentence; the name of a file stays as it is."""
+    begun = said if said.startswith(told.scan.file) else f"{said[0].upper()}{said[1:]}"
+    return f"{begun}."
+
+
 def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, told: ScanAppraisalRecord) -> Picture:
     """Return the map of the thickness as a picture."""
     caption = (
-        f"{told.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too thick, grey: not "
-        "seen by the scan, or nothing is planned there."
+        f"{told.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too thick, grey: "
+        "not seen by the scan, or nothing is planned there."
     )
     content = thickness_figure(drawn, thickness, R_view_work=found.upright, title="", ends=MEASURED_RANGE, label=LABEL)
     return Picture(caption, "png", content)
