@@ -25,14 +25,8 @@ class pipelines:
         class Feature: ...
         class Estimation: ...
 
-        class TukeyLoss:
-            def __init__(self, k: float) -> None: ...
-
         class TransformationEstimationPointToPoint(Estimation):
             def __init__(self, with_scaling: bool = False) -> None: ...
-
-        class TransformationEstimationPointToPlane(Estimation):
-            def __init__(self, kernel: pipelines.registration.TukeyLoss) -> None: ...
 
         class ICPConvergenceCriteria:
             def __init__(
@@ -76,11 +70,4 @@ class pipelines:
             init: NDArray[np.float64],
             estimation_method: pipelines.registration.Estimation,
             criteria: pipelines.registration.ICPConvergenceCriteria,
-        ) -> pipelines.registration.RegistrationResult: ...
-        @staticmethod
-        def evaluate_registration(
-            source: geometry.PointCloud,
-            target: geometry.PointCloud,
-            max_correspondence_distance: float,
-            transformation: NDArray[np.float64],
         ) -> pipelines.registration.RegistrationResult: ...

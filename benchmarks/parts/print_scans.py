@@ -96,7 +96,7 @@ def _thickness(places: FloatArray, surface: Surface, beads: LaidBeads) -> FloatA
     random = np.random.default_rng(0)
     corners = surface.vertices[surface.faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    faces = random.choice(len(areas), 40 * len(places), p=areas / areas.sum())
+    faces = random.choice(len(areas), 500 * len(places), p=areas / areas.sum())
     feet = np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), faces.size), corners[faces])
     feet = closest(surface, feet)[0].xyz(surface)
     owners = np.asarray(KDTree(places).query(feet)[1])

@@ -34,8 +34,8 @@ LEAST_POINTS, LEAST_CELL_POINTS = 8, 3
 ALIKE_POINTS = 2.0
 # Cells of the surface are so large, over the spacing; and no more than these.
 CELL_SHARE, MOST_CELLS = 0.8, 4_000
-# Places by which the area of cells, and what is planned on them, is found: for each cell.
-PLACES_A_CELL = 25
+# Places by which the area of cells, and what is planned on them, is found: for each cell, and in all.
+PLACES_A_CELL, MOST_PLACES = 400, 300_000
 # A cell is to be covered where the plan has, and is covered where the scan shows, so much of the layer's height.
 COVERED_SHARE = 0.25
 # The part is bare where the plan has less than this of the layer's height.
@@ -275,7 +275,7 @@ def _cells(over: _Points, found: Registration, surface: Surface, deposit: Planne
     count = int(np.clip(whole / (CELL_SHARE * deposit.spacing) ** 2, 1, MOST_CELLS))
     middles = spread_over(areas, count).xyz(surface)
     tree = KDTree(middles)
-    many = spread_over(areas, PLACES_A_CELL * count)
+    many = spread_over(areas, min(PLACES_A_CELL * count, MOST_PLACES))
     places = many.xyz(surface)
     owners = np.asarray(tree.query(places)[1])
     material = deposit.at(places, normals(surface, many), spread=found.spread, offset=found.offset)

@@ -27,7 +27,7 @@ from geoprint.surfaces.files.native import run_worker
 # Points of scan and part that open3d lays onto each other, that places around are tried with, and that are adjusted.
 NEAR_POINTS, NEAR_PLACES, TRIED_POINTS, ADJUSTED_POINTS = 6_000, 30_000, 2_500, 40_000
 # From how far points are drawn, step by step [mm]: ten millimetres and five degrees off is what a start may be.
-REACHES = np.array([15.0, 5.0, 2.0])
+REACHES = np.array([15.0, 4.0])
 # Radius of features over the size of the part.
 FEATURE_SHARE = 0.12
 # Places around, over the spacing: a run beside, and between.

@@ -10,9 +10,9 @@ from io import BytesIO
 def work(data: bytes) -> bytes:
     """Return an NPY file of the (s, 4, 4) poses at which a scan lies on its part, one from each start.
 
-    From each start points are drawn to the nearest ones of the part first [Besl1992], so that what lies beside it comes
-    in; then to its planes, by ever shorter reaches, with Tukey's weights. If asked for, features that are found in both
-    clouds (FPFH, RANSAC) give one more start, the first one.
+    From each start points are drawn to the nearest ones of the part [Besl1992], from ever less far, so that what lies
+    beside it comes in; planes would let a flat part slide. If asked for, features that are found in both clouds (FPFH,
+    RANSAC) give one more start, the first one.
 
     Args:
         data: an NPZ file of `scan` (k, 3), `places` and `normals` (n, 3) of the part, `starts` (s, 4, 4), `reaches`
@@ -48,17 +48,12 @@ def work(data: bytes) -> bytes:
         starts.insert(0, fitted.transformation)
     ended: list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]] = []
     for start in starts:
-        pose = registration.registration_icp(
-            scan, part, reaches[0], start, registration.TransformationEstimationPointToPoint(),
-            registration.ICPConvergenceCriteria(max_iteration=80),
-        ).transformation  # fmt: skip
-        for reach in reaches[1:]:
-            estimation = registration.TransformationEstimationPointToPlane(registration.TukeyLoss(k=0.5 * reach))
-            criteria = registration.ICPConvergenceCriteria(max_iteration=40)
-            before = registration.evaluate_registration(scan, part, reach, pose)
-            after = registration.registration_icp(scan, part, reach, pose, estimation, criteria)
-            # On a flat part nothing holds the planes against sliding.
-            pose = after.transformation if after.fitness >= before.fitness else pose
+        pose = start
+        for reach in reaches:
+            pose = registration.registration_icp(
+                scan, part, reach, pose, registration.TransformationEstimationPointToPoint(),
+                registration.ICPConvergenceCriteria(relative_fitness=1e-7, relative_rmse=1e-7, max_iteration=100),
+            ).transformation  # fmt: skip
         ended.append(pose)
     written = BytesIO()
     np.save(written, np.array(ended, dtype=np.float64), allow_pickle=False)

@@ -11,9 +11,8 @@ from geoprint.model import FloatArray
 from tests.meshes import plate
 
 PART = plate((40.0, 30.0), (4, 3))
-STANDS = Registration(
-    np.eye(4), np.array([20.0, 15.0, 0.0]), 1e-8 * np.eye(6), np.zeros((0, 6)), 1.0, 1.0, 0.0, 0.05, 1.0
-)
+MIDDLE = np.array([20.0, 15.0, 0.0])
+STANDS = Registration(np.eye(4), MIDDLE, 1e-8 * np.eye(6), np.zeros((0, 6)), 1.0, 1.0, 0.0, 0.05, 1.0)
 
 
 def warped(x: FloatArray, y: FloatArray) -> FloatArray:
@@ -40,9 +39,11 @@ def test_the_offset_is_found_along_the_normal_and_laid_on_the_part() -> None:
 
 
 def test_what_noise_leaves_is_as_large_as_said() -> None:
-    flat = [np.column_stack([touched(4000, noise=0.0, seed=k)[:, :2], 0.1 * np.random.default_rng(k).standard_normal(4000)])
-            for k in range(8)]  # fmt: skip
-    found = [lying_part(points, STANDS, PART, most=2.0) for points in flat]
+    random = np.random.default_rng(3)
+    clouds = [
+        np.column_stack([touched(4000, noise=0.0, seed=k)[:, :2], 0.1 * random.standard_normal(4000)]) for k in range(8)
+    ]
+    found = [lying_part(points, STANDS, PART, most=2.0) for points in clouds]
     vertices = found[0].nominal.vertices
     inner = (np.abs(vertices[:, :2] - [20.0, 15.0]) < [15.0, 10.0]).all(axis=1)
     spread = float(np.sqrt(np.mean([each.offsets[inner] ** 2 for each in found])))
@@ -59,14 +60,14 @@ def test_points_that_do_not_fit_do_not_count() -> None:
 
 
 def test_a_few_touched_points_tell_the_large_waves() -> None:
-    found = lying_part(touched(60, noise=0.01), STANDS, PART, most=2.0)
+    found = lying_part(touched(200, noise=0.01), STANDS, PART, most=2.0)
     off = found.offsets - warped(found.nominal.vertices[:, 0], found.nominal.vertices[:, 1])
-    assert np.sqrt((off**2).mean()) < 0.12
+    assert np.sqrt((off**2).mean()) < 0.08
 
 
 def test_what_is_too_far_off_or_not_seen_is_refused() -> None:
     points = touched(5000, noise=0.02)
-    with pytest.raises(InputError, match=r"lies [-+]0\.3\d* mm off its file at .* allowed are 0\.2 mm"):
+    with pytest.raises(InputError, match=r"lies [-+]0\.[34]\d* mm off its file at .* allowed are 0\.2 mm"):
         lying_part(points, STANDS, PART, most=0.2)
     with pytest.raises(InputError, match=r"shows \d+% of .*, at least 50% is needed"):
         lying_part(touched(5000, noise=0.02, right=12.0), STANDS, PART, most=2.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.appraisal.scanned import read_scan, registered
+from geoprint.errors import InputError
 from geoprint.surfaces.files import load
 from tests.appraisal.scanned.prints import needs_open3d
 from tests.shared_data import shared
@@ -30,15 +30,24 @@ def test_every_cloud_opens(name: str) -> None:
 @needs_open3d
 @needs_lagrange
 @pytest.mark.dear
-@pytest.mark.parametrize("name", ["cgal_blobby.xyz", "cgal_kitten.xyz", "cgal_oni.pwn"])
-def test_a_cloud_registers_to_itself_moved(name: str, tmp_path: Path) -> None:
-    points = read_scan(shared(f"clouds/{name}"), unit="mm", least=12).points
-    # Their units are nobody's: as large as a part.
-    points = 60.0 * (points - points.mean(axis=0)) / np.ptp(points, axis=0).max()
-    np.savetxt(tmp_path / "part.xyz", points)
-    surface = load(tmp_path / "part.xyz", unit="mm")
-    T_work_scan = transforms.rigid(Rotation.from_rotvec([0.05, -0.04, 0.05]).as_matrix(), np.array([4.0, -5.0, 3.0]))
+@pytest.mark.parametrize("name", ["cgal_fin90_with_PCA_normals.xyz", "cgal_kitten.xyz", "cgal_oni.pwn"])
+def test_a_cloud_registers_to_itself_moved(name: str) -> None:
+    # Their unit is nobody's; in inches they are as large as a part.
+    path = shared(f"clouds/{name}")
+    points, surface = read_scan(path, unit="in", least=12).points, load(path, unit="in")
+    middle = points.mean(axis=0)
+    turn = Rotation.from_rotvec([0.05, -0.04, 0.05]).as_matrix()
+    T_work_scan = transforms.rigid(turn, middle + np.array([1.5, -2.0, 1.0]) - turn @ middle)
     moved = transforms.apply(transforms.inverse(T_work_scan), points)
     found = registered(moved, surface, None, start=np.eye(4))
-    assert np.abs(transforms.apply(found.T_work_scan, moved) - points).max() < 0.2
+    off = np.linalg.norm(transforms.apply(found.T_work_scan, moved) - points, axis=1)
+    # Two planes that meet in an edge are alike along it.
+    assert off.mean() < (0.2 if not len(found.loose) else 2.5)
     assert found.used > 0.8
+
+
+@needs_lagrange
+@pytest.mark.parametrize("name", ["cgal_blobby.xyz", "trimesh_points_cloudcompare.xyz"])
+def test_a_cloud_that_is_no_surface_is_refused_as_a_part(name: str) -> None:
+    with pytest.raises(InputError, match=r"too sparse or no surface|points at different places"):
+        load(shared(f"clouds/{name}"), unit="in")
