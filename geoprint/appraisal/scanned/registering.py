@@ -126,7 +126,7 @@ def registered(
     few = _some(points, TRIED_POINTS)
     ended = _near(points, target, start, features=features, name=name)
     tried = [adjusted(few, target, start=pose, steps=TRIED_STEPS) for near in ended for pose in _around(near, target)]
-    best = min(tried, key=lambda each: each.noise / max(each.used, 1e-3))
+    best = min(tried, key=lambda each: _misfit(each, printed=deposit is not None))
     spread, offset, many = 1.0, 0.0, _some(points, ADJUSTED_POINTS)
     for left in range(0 if deposit is None else PRINT_ROUNDS, -1, -1):
         best = adjusted(many, target, start=best.T_work_scan, steps=ADJUSTED_STEPS)
@@ -161,6 +161,12 @@ def _near(points: FloatArray, target: ScanTarget, start: FloatArray, *, features
     )
     poses: FloatArray = np.load(BytesIO(written), allow_pickle=False)
     return list(poses)
+
+
+def _misfit(tried: Adjusted, *, printed: bool) -> float:
+    """Return how badly a scan fits; of beads that stand where valleys are, as negative material, it does not at all."""
+    upside_down = printed and float(tried.shares[0]) < LEAST_LEVEL
+    return float("inf") if upside_down else tried.noise / max(tried.used, LEAST_USED)
 
 
 def _around(pose: FloatArray, target: ScanTarget) -> list[FloatArray]:
