@@ -23,6 +23,7 @@ from geoprint.account import (
     StackRecord,
 )
 from geoprint.account.records.appraisal import AppraisalRecord
+from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
 
 FOLDER = Path(account.__file__).parent / "schemas"
 
@@ -39,6 +40,8 @@ def schemas() -> dict[str, str]:
         "stack": StackRecord,
         "stacks": StackComparisonRecord,
         "appraisal": AppraisalRecord,
+        "scan": ScanAppraisalRecord,
+        "lying": LyingRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"

@@ -48,6 +48,7 @@ class PlannedRuns:
         arcs: (k,) arc length from the start of the run [mm].
         lengths: (k,) of the stretches [mm].
         radii: (k,) within which the run bends there, at most a metre [mm].
+        flows: (k,) volume that is laid per length [mm2].
         runs: (k,) as poses.csv counts them.
         spacing: between neighbouring runs [mm].
     """
@@ -58,13 +59,14 @@ class PlannedRuns:
     arcs: FloatArray
     lengths: FloatArray
     radii: FloatArray
+    flows: FloatArray
     runs: IntArray
     spacing: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
             self, places="float: k 3", normals="float: k 3", ahead="float: k 3", arcs="float: k", lengths="float: k",
-            radii="float: k", runs="int: k",
+            radii="float: k", flows="float: k", runs="int: k",
         )  # fmt: skip
 
     def finely(self, which: BoolArray) -> FloatArray:
@@ -151,14 +153,14 @@ def planned_runs(poses: PoseStream, *, spacing: float) -> PlannedRuns:
     numbers = np.unique(poses.runs[rows])
     if not numbers.size:
         raise InputError("the plan deposits nothing, so that no print can be held against it.")
-    cut = [_cut(poses.surface_points[own], poses.normals[own], step=STRETCH_SHARE * spacing)
+    cut = [_cut(poses.surface_points[own], poses.normals[own], poses.flow[own], step=STRETCH_SHARE * spacing)
            for own in (rows[poses.runs[rows] == number] for number in numbers)]  # fmt: skip
     runs = np.repeat(numbers, [len(each[0]) for each in cut])
     return PlannedRuns(*(np.concatenate(each) for each in zip(*cut, strict=True)), runs=runs, spacing=spacing)
 
 
-def _cut(points: FloatArray, up: FloatArray, *, step: float) -> tuple[FloatArray, ...]:
-    """Return places, normals, directions, arcs, lengths and radii of the stretches of a run, each about a step long."""
+def _cut(points: FloatArray, up: FloatArray, flow: FloatArray, *, step: float) -> tuple[FloatArray, ...]:
+    """Return places, normals, directions, arcs, lengths, radii and flows of a run's stretches, each about a step."""
     reached: FloatArray = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     whole = float(reached[-1])
     count = max(1, round(whole / step))
@@ -168,7 +170,7 @@ def _cut(points: FloatArray, up: FloatArray, *, step: float) -> tuple[FloatArray
     along = _unit(ahead - before)
     return (
         _at(arcs, reached, points), _unit(_at(arcs, reached, up)), along, arcs, np.full(count, length),
-        _radii(along, length),
+        _radii(along, length), np.interp(arcs, reached, flow),
     )  # fmt: skip
 
 

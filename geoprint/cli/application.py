@@ -43,7 +43,7 @@ COMMANDS = {
         "measure": "Measure how evenly toolpaths of any program cover a part.",
     },
     "appraising": {
-        "appraise": "Judge a print by photographs of it, and against its plan.",
+        "appraise": "Judge a print by photographs or a scan, against its plan.",
     },
     "parts": {
         "inspect": "Say what a mesh is, its defects, and which backends plan it.",

@@ -1,10 +1,11 @@
-"""The command that appraises prints by photographs of them."""
+"""The command that appraises prints by photographs or a scan of them, and parts before they are printed on."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, final
+from typing import TYPE_CHECKING, Annotated, Literal, final
 
 import typer
 
@@ -13,12 +14,16 @@ from geoprint.cli.options import AsJson, MaxMemory, Overwrite
 from geoprint.cli.terminal import say, tell_json
 from geoprint.errors import UsageError
 
-Photographs = Annotated[
+if TYPE_CHECKING:
+    from geoprint.account.records.rounding import Record
+    from geoprint.pipeline.appraised.photographs import PlanAsked
+
+Files = Annotated[
     list[Path],
     typer.Argument(
-        metavar="PHOTOGRAPHS",
+        metavar="FILES",
         help="Photographs of prints: JPEG, PNG, TIFF or BMP; several are of one camera that stood still, and are also "
-        "held against each other.",
+        "held against each other. Or one scan: a cloud (.ply, .xyz, .pwn, .txt, .pts, .csv) or a mesh.",
         show_default=False,
     ),
 ]
@@ -63,6 +68,33 @@ Threshold = Annotated[
         help="Contrast from which on it is a bead, over the spread of the grey values around it.", show_default="Otsu's"
     ),
 ]
+PartFile = Annotated[
+    Path | None,
+    typer.Option("--part", metavar="FILE", help="With --before: the part as its file has it.", show_default=False),
+]
+Before = Annotated[
+    bool, typer.Option("--before", help="The scan, or touched points, are of the part before it is printed on.")
+]
+PoseTable = Annotated[
+    Path | None,
+    typer.Option(
+        "--pose",
+        metavar="FILE",
+        help="Pose of the scan in the part's coordinates: x,y,z,q1,q2,q3,q4, up to 10 mm and 5 degrees off.",
+        show_default="the scan stands in these",
+    ),
+]
+Features = Annotated[
+    bool, typer.Option("--features", help="The scan may lie anywhere: look for features of the part in it.")
+]
+ScanUnit = Annotated[str | None, typer.Option("--scan-unit", help="Of the scan's coordinates.", show_default="mm")]
+PartUnit = Annotated[
+    str | None, typer.Option("--unit", help="Of the file of --part, where it does not say it.", show_default=False)
+]
+MostOffset = Annotated[
+    float | None,
+    typer.Option("--most", metavar="MM", help="Farthest that the part may lie off its file.", show_default="2"),
+]
 OutOrNone = Annotated[
     Path | None,
     typer.Option(metavar="FOLDER", help="Also write pictures, tables and appraisal.json there.", show_default=False),
@@ -78,7 +110,7 @@ class BeadShade(StrEnum):
 
 
 def appraise(
-    photographs: Photographs,
+    files: Files,
     *,
     plan: Bundle = None,
     fiducials: FiducialTables = None,
@@ -88,34 +120,135 @@ def appraise(
     shade: Annotated[BeadShade, typer.Option(help="What beads are, beside what they lie on.")] = BeadShade.LIGHTER,
     width: Width = None,
     threshold: Threshold = None,
+    pose: PoseTable = None,
+    features: Features = False,
+    scan_unit: ScanUnit = None,
+    before: Before = False,
+    part: PartFile = None,
+    unit: PartUnit = None,
+    most: MostOffset = None,
     out: OutOrNone = None,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Appraise prints by photographs of them: lines, widths, breaks, and how they lie beside the plan."""
-    from geoprint.account import as_json as json_of
-    from geoprint.account.appraised.figures import record_appraisal
-    from geoprint.account.texts.appraising import appraisal_text
+    """Appraise prints by photographs or a scan of them: what came out, beside the plan; or a part before its print."""
     from geoprint.export import check_writable
-    from geoprint.pipeline.appraised.photographs import PlanAsked, appraise_photographs, save_appraisal
+    from geoprint.pipeline.appraised.photographs import PlanAsked
 
-    given = {"--fiducials": fiducials, "--lens": lens, "--corners": corners, "--reach": reach}
-    useless = [flag for flag, value in given.items() if value]
-    if plan is None and useless:
-        raise UsageError(f"`{useless[0]}` needs `--plan`: without a plan nothing is placed on a part.")
+    seen = {"--fiducials": fiducials, "--lens": lens, "--corners": corners, "--reach": reach}
+    pictured = {**seen, "--width": width, "--threshold": threshold}
+    scanned = {"--pose": pose, "--features": features, "--scan-unit": scan_unit}
+    lying = {"--before": before, "--part": part, "--unit": unit, "--most": most}
+    kind = _kind(files, before=before)
     limit_memory(max_memory)
     if out is not None:
         check_writable(out, overwrite=overwrite)
-    asked = None if plan is None else PlanAsked(plan, tuple(fiducials or ()), tuple(lens or ()), corners, reach)
+    if kind == "photographs":
+        _refuse({**scanned, **lying}, "is for a scan, and these are photographs")
+        _refuse(seen if plan is None else {}, "needs `--plan`: without a plan nothing is placed on a part")
+        asked = None if plan is None else PlanAsked(plan, tuple(fiducials or ()), tuple(lens or ()), corners, reach)
+        told, text = _of_photographs(files, asked, (shade.value, width, threshold), out=out, overwrite=overwrite)
+    else:
+        _refuse({**pictured, **(lying if kind == "print" else {"--plan": plan})}, f"is not for a scan of a {kind}")
+        how = (scan_unit or "mm", pose, features)
+        if kind == "print":
+            told, text = _of_print(files[0], plan, how, out=out, overwrite=overwrite)
+        else:
+            told, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
+    _tell(told, text, out=out, as_json=as_json)
+
+
+def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:
+    from geoprint.account import as_json as json_of
+
+    if as_json:
+        tell_json(json_of(told))
+    say(text)
+    if out is not None:
+        say(f"written and verified: {out}")
+
+
+def _kind(files: list[Path], *, before: bool) -> Literal["photographs", "print", "part"]:
+    """Return what was given: photographs, a scan of a print, or one of a part before its print."""
+    from geoprint.appraisal.scanned import is_scan
+
+    scans = [path for path in files if is_scan(path)]
+    if scans and len(files) > 1:
+        raise UsageError(f"`{scans[0].name}` is a scan: one is appraised at a time, alone; found {len(files)} files.")
+    if before:
+        return "part"
+    return "print" if scans else "photographs"
+
+
+def _refuse(options: Mapping[str, object], why: str) -> None:
+    """Refuse the first option that was given."""
+    for flag, value in options.items():
+        if value:
+            raise UsageError(f"`{flag}` {why}.")
+
+
+def _of_photographs(
+    files: list[Path],
+    asked: PlanAsked | None,
+    beads: tuple[Literal["lighter", "darker"], float | None, float | None],
+    *,
+    out: Path | None,
+    overwrite: bool,
+) -> tuple[Record, str]:
+    from geoprint.account.appraised.figures import record_appraisal
+    from geoprint.account.texts.appraising import appraisal_text
+    from geoprint.pipeline.appraised.photographs import appraise_photographs, save_appraisal
+
+    shade, width, threshold = beads
     with watch() as observe:
         found = appraise_photographs(
-            photographs, against=asked, shade=shade.value, width=width, threshold=threshold, observe=observe
+            files, against=asked, shade=shade, width=width, threshold=threshold, observe=observe
         )
         observe("writing")
         told = record_appraisal(found) if out is None else save_appraisal(found, out, overwrite=overwrite)
-    if as_json:
-        tell_json(json_of(told))
-    say(appraisal_text(told))
-    if out is not None:
-        say(f"written and verified: {out}")
+    return told, appraisal_text(told)
+
+
+def _of_print(
+    scan: Path, plan: Path | None, how: tuple[str, Path | None, bool], *, out: Path | None, overwrite: bool
+) -> tuple[Record, str]:
+    from geoprint.account.appraised.scans import record_scan
+    from geoprint.account.texts.scanning import scan_text
+    from geoprint.pipeline.appraised.scans import ScanAsked, appraise_scan, save_scan
+
+    if plan is None:
+        raise UsageError(
+            f"`{scan.name}` is a scan: give `--plan`, the bundle of its print, or `--part` with `--before` where "
+            "nothing is printed yet."
+        )
+    with watch() as observe:
+        found = appraise_scan(scan, bundle=plan, asked=ScanAsked(*how), observe=observe)
+        observe("writing")
+        told = record_scan(found) if out is None else save_scan(found, out, overwrite=overwrite)
+    return told, scan_text(told)
+
+
+def _of_part(
+    scan: Path,
+    lying: tuple[Path | None, str | None, float | None],
+    how: tuple[str, Path | None, bool],
+    *,
+    out: Path | None,
+    overwrite: bool,
+) -> tuple[Record, str]:
+    from geoprint.account.appraised.scans import record_lying
+    from geoprint.account.texts.scanning import lying_text
+    from geoprint.pipeline.appraised.scans import MOST_OFFSET, ScanAsked, save_lying, scan_before
+
+    part, unit, most = lying
+    if part is None:
+        raise UsageError("`--before` needs `--part`, the file of the part that lies there.")
+    with watch() as observe:
+        found = scan_before(
+            scan, part=part, part_unit=unit, asked=ScanAsked(*how), most=MOST_OFFSET if most is None else most,
+            observe=observe,
+        )  # fmt: skip
+        observe("writing")
+        told = record_lying(found) if out is None else save_lying(found, out, overwrite=overwrite)
+    return told, lying_text(told)

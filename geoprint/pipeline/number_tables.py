@@ -7,6 +7,8 @@ CSV in UTF-8 with commas; the first row names the columns, lines that start with
     x,y,z,q1,q2,q3,q4           poses of the flange in the base frame: mm and a unit quaternion, its scalar first, as
                                 the pendant shows them for tool0 in the base's coordinates; or
     j1,j2,j3,j4,j5,j6           the joint angles in degrees
+
+A pose of one row, in the second of these forms, is also how a scan is told to stand in the part's coordinates.
 """
 
 from __future__ import annotations
@@ -116,8 +118,33 @@ def read_flange_poses(path: Path | str, *, robot: Robot) -> FloatArray:
     )
     if columns == JOINT_COLUMNS:
         return Arm(robot, T_flange_tool=np.eye(4)).flange_poses(np.radians(values))
+    return _poses(path, [number for number, _ in rows[1:]], values)
+
+
+def read_pose(path: Path | str) -> FloatArray:
+    """Read the (4, 4) pose of a frame from a table of one row: x,y,z,q1,q2,q3,q4 [mm].
+
+    Raises:
+        InputError: it cannot be read, or is not as described; says which.
+    """
+    rows = _rows_of(path := Path(path))
+    _require_columns(path, rows[0][1], [POSE_COLUMNS])
+    if len(rows) != 2:
+        raise InputError(
+            f"{path.name} holds {len(rows) - 1} poses, needed is one: a row below {','.join(POSE_COLUMNS)}."
+        )
+    number, cells = rows[1]
+    return _poses(path, [number], np.array([_numbers_of(path, number, cells, POSE_COLUMNS)]))[0]
+
+
+def _poses(path: Path, numbers: Sequence[int], values: FloatArray) -> FloatArray:
+    """Return the (k, 4, 4) poses of (k, 7) places and quaternions.
+
+    Raises:
+        InputError: a quaternion has another length than 1.
+    """
     lengths = np.linalg.norm(values[:, 3:], axis=1)
-    for (number, _), length in zip(rows[1:], lengths, strict=True):
+    for number, length in zip(numbers, lengths, strict=True):
         if abs(length - 1.0) > UNIT_TOLERANCE:
             raise InputError(
                 f"{path.name}, row {number}, columns q1 to q4: the quaternion has length {length:.4f}, needed is 1 "

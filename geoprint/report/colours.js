@@ -62,6 +62,12 @@ function ticksOf(range, ticks) {
   return ticks.map(([value, words]) => [(value - grey) / (range[1] - grey), words]);
 }
 
+// What is said of thickness where the part has no words of its own.
+const FINISHED = {
+  what: "finished thickness", of: "wanted",
+  legend: "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow is filled before it is so high, or less than a layer is wanted.",
+};
+
 // Colour scale and values of the surface for plotly.js, what is said of a vertex, and the scale: [place from 0 to 1, words].
 const COLOURINGS = {
   distance: (part, backend) => ({
@@ -84,14 +90,15 @@ const COLOURINGS = {
     };
   },
   thickness: (part, backend) => {
-    const [low, high] = part.thicknesses;
+    const [low, high] = part.thicknesses, { what, of, legend } = part.said ?? FINISHED;
+    const between = [(low + 1) / 2, (1 + high) / 2].map((value) => [value, value.toFixed(2)]);
     return {
       ...ofRatios(part, backend.thickness, part.thicknesses, [...SPACING].reverse()),
       said: (at) => Number.isNaN(backend.thickness[at])
-        ? "not judged" : `finished thickness ${backend.thickness[at].toFixed(3)} of the wanted one`,
-      title: "finished thickness / wanted thickness [1]",
-      ticks: ticksOf(part.thicknesses, [[low, `≤ ${low}`], [0.95, "0.95"], [1, "1"], [1.05, "1.05"], [high, `≥ ${high}`]]),
-      legend: "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow is filled before it is so high, or less than a layer is wanted.",
+        ? "not judged" : `${what} ${backend.thickness[at].toFixed(3)} of the ${of} one`,
+      title: `${what} / ${of} thickness [1]`,
+      ticks: ticksOf(part.thicknesses, [[low, `≤ ${low}`], between[0], [1, "1"], between[1], [high, `≥ ${high}`]]),
+      legend,
     };
   },
   coverage: (part, backend) => ({

@@ -1,8 +1,9 @@
-"""A print in silico: what a plan lays with errors put in, and a photograph of it with a known camera and light.
+"""A print in silico: what a plan lays with errors put in, and a photograph or a scan of it, of which all is known.
 
 It shares no code with `appraisal`, so that errors which are put in here are errors that must be found there.
 """
 
+from geoprint.silico.height_field import heights as heights
 from geoprint.silico.laid import (
     Break as Break,
     Faults as Faults,
@@ -13,6 +14,11 @@ from geoprint.silico.pictured import (
     Lighting as Lighting,
     pictured as pictured,
     png as png,
+)
+from geoprint.silico.scanned import (
+    Sensor as Sensor,
+    SilicoScan as SilicoScan,
+    scanned as scanned,
 )
 from geoprint.silico.viewpoint import (
     Viewpoint as Viewpoint,

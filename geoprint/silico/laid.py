@@ -43,12 +43,18 @@ class Faults:
         width_scale: width over what the flow asks for.
         width_noise: standard deviation of the width along a bead, over its mean.
         breaks: stretches without material.
+        flow: volume that is set, over that of the plan.
+        viscosity: of the material, over what the flow was set for: at the same pressure as much less of it flows.
+        lag: length of each run before its material begins [mm].
     """
 
     offset: float = 0.0
     width_scale: float = 1.0
     width_noise: float = 0.0
     breaks: tuple[Break, ...] = ()
+    flow: float = 1.0
+    viscosity: float = 1.0
+    lag: float = 0.0
 
     def __post_init__(self) -> None:
         if self.width_scale <= 0.0 or self.width_noise < 0.0:
@@ -56,6 +62,16 @@ class Faults:
                 f"a print has a positive width and no negative noise, found {self.width_scale:g} times the width and "
                 f"a noise of {self.width_noise:g}."
             )
+        if min(self.flow, self.viscosity) <= 0.0 or self.lag < 0.0:
+            raise InputError(
+                f"a print has a positive flow and viscosity and no negative lag, found {self.flow:g}, "
+                f"{self.viscosity:g} and {self.lag:g} mm."
+            )
+
+    @property
+    def volume(self) -> float:
+        """What is laid over what the plan asks for."""
+        return self.flow / self.viscosity
 
 
 @final
@@ -68,6 +84,7 @@ class LaidBeads:
         normals: (k, 3) outward unit normals there.
         ahead: (k, 3) unit directions of the runs.
         widths: (k,) 0 where there is no material [mm].
+        areas: (k,) of the cross-section: volume laid per length [mm2].
         arcs: (k,) arc length of the plan from the start of the run [mm].
         runs: (k,) of the plan.
         height: of their crest over the surface [mm].
@@ -77,14 +94,15 @@ class LaidBeads:
     normals: FloatArray
     ahead: FloatArray
     widths: FloatArray
+    areas: FloatArray
     arcs: FloatArray
     runs: IntArray
     height: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, places="float: k 3", normals="float: k 3", ahead="float: k 3", widths="float: k", arcs="float: k",
-            runs="int: k",
+            self, places="float: k 3", normals="float: k 3", ahead="float: k 3", widths="float: k", areas="float: k",
+            arcs="float: k", runs="int: k",
         )  # fmt: skip
 
 
@@ -92,6 +110,8 @@ def laid_beads(
     poses: PoseStream, surface: Surface, *, height: float, faults: Faults, random: np.random.Generator
 ) -> LaidBeads:
     """Lay the beads of a plan, each as wide as its flow over the height, with faults.
+
+    More volume makes a bead wider and higher alike; spreading makes it wider and as much lower.
 
     Args:
         poses: of the plan; only deposit counts.
@@ -111,7 +131,7 @@ def laid_beads(
             + (f", from {numbers[0]} to {numbers[-1]}, found run {strange[0]}." if strange else ".")
         )
     runs = [_run(poses, number, height=height, faults=faults, random=random) for number in numbers]
-    places, ahead, widths, arcs = (np.concatenate(parts) for parts in zip(*runs, strict=True))
+    places, ahead, widths, areas, arcs = (np.concatenate(parts) for parts in zip(*runs, strict=True))
     up = normals(surface, closest(surface, places)[0])
     aside = np.cross(up, ahead)
     aside /= np.linalg.norm(aside, axis=1, keepdims=True)
@@ -121,6 +141,7 @@ def laid_beads(
         normals=normals(surface, landed),
         ahead=ahead,
         widths=widths,
+        areas=areas,
         arcs=arcs,
         runs=np.repeat(numbers, [len(run[0]) for run in runs]),
         height=height,
@@ -129,12 +150,12 @@ def laid_beads(
 
 def _run(
     poses: PoseStream, number: int, *, height: float, faults: Faults, random: np.random.Generator
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return finely placed points along one run as planned, directions, widths as printed and arcs."""
+) -> tuple[FloatArray, ...]:
+    """Return finely placed points along one run as planned, directions, widths and areas as printed, and arcs."""
     rows = np.flatnonzero(poses.deposit & (poses.runs == number))
     corners, flow = poses.surface_points[rows], poses.flow[rows]
     reached = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-    wide = faults.width_scale * flow / height
+    wide = faults.width_scale * float(np.sqrt(faults.volume)) * flow / height
     step = STEP_SHARE * float(wide.mean())
     length = float(reached[-1])
     arcs: FloatArray = np.linspace(0.0, length, max(2, int(np.ceil(length / step)) + 1))
@@ -142,11 +163,14 @@ def _run(
     ahead: FloatArray = np.asarray(np.gradient(places, axis=0))
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
     widths: FloatArray = np.interp(arcs, reached, wide)
+    areas: FloatArray = np.interp(arcs, reached, faults.volume * flow)
     if faults.width_noise > 0.0:
         alike = ALIKE_SHARE * float(wide.mean()) / step
         noise: FloatArray = ndimage.gaussian_filter1d(random.standard_normal(arcs.size), alike)
-        widths = widths * np.maximum(1.0 + faults.width_noise * noise / max(float(noise.std()), 1e-12), 0.0)
+        more = np.maximum(1.0 + faults.width_noise * noise / max(float(noise.std()), 1e-12), 0.0)
+        widths, areas = widths * more, areas * more**2
+    bare = arcs < faults.lag
     for each in faults.breaks:
         if each.run == number:
-            widths = np.where((arcs >= each.start) & (arcs <= each.end), 0.0, widths)
-    return places, ahead, widths, arcs
+            bare |= (arcs >= each.start) & (arcs <= each.end)
+    return places, ahead, np.where(bare, 0.0, widths), np.where(bare, 0.0, areas), arcs

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.appraisal import known_answers
+from benchmarks.appraisal import known_answers, scans
+from tests.appraisal.scanned.prints import needs_open3d
 
 
 @pytest.mark.dear
@@ -14,3 +15,14 @@ def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> N
     assert (what, put_in) == ("all beads to the left", "-0.50")
     assert float(found) == pytest.approx(-0.5, abs=0.1)
     assert abs(float(off)) < 0.1
+
+
+@needs_open3d
+@pytest.mark.dear
+def test_the_first_scan_is_registered_and_measured_as_well_as_promised() -> None:
+    *_, line = scans(1, smoke=True)
+    what, seeds, shift, turn, _, thickness, *_ = (cell.strip() for cell in line.split("|")[1:-1])
+    assert (what, seeds) == ("nothing", "1")
+    assert float(shift.split()[-1]) < 0.05
+    assert float(turn.split()[-1]) < 0.1
+    assert float(thickness) < 0.02

@@ -13,11 +13,26 @@ from PIL import Image
 from geoprint import cli
 from geoprint.account import read_record
 from geoprint.account.records.appraisal import AppraisalRecord
+from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
 from geoprint.config import job_of
+from geoprint.model import FloatArray
 from geoprint.pipeline import plan, save_plan
-from geoprint.silico import Break, Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured, png
-from geoprint.surfaces.files import save_ply
+from geoprint.pipeline.appraised.given import read_plan
+from geoprint.silico import (
+    Break,
+    Faults,
+    Lighting,
+    Sensor,
+    Viewpoint,
+    laid_beads,
+    looking_at,
+    pictured,
+    png,
+    scanned,
+)
+from geoprint.surfaces.files import load, save_ply
 from tests.appraisal.drawn import drawn, straight
+from tests.appraisal.scanned.prints import needs_open3d
 from tests.meshes import plate
 
 Run = Callable[..., tuple[int, str, str]]
@@ -135,6 +150,13 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     [
         ("nowhere.png", 3, "there is no file `nowhere.png`"),
         ("lens.toml", 3, "`lens.toml` is no image that is read"),
+        ("a.png --pose marks.csv", 2, "`--pose` is for a scan, and these are photographs"),
+        ("plate.ply", 2, "`plate.ply` is a scan: give `--plan`"),
+        ("plate.ply a.png", 2, "`plate.ply` is a scan: one is appraised at a time"),
+        ("plate.ply --plan plan --lens lens.toml", 2, "`--lens` is not for a scan of a print"),
+        ("plate.ply --before", 2, "`--before` needs `--part`"),
+        ("plate.ply --before --part plate.ply --unit mm --most 0", 2, "`--most 0`: it must be a positive number"),
+        ("plate.ply --before --part plate.ply --scan-unit ell", 2, "the unit `ell` is not known"),
         ("a.png small.png", 3, "`a.png` has 320 x 220 pixels and `small.png` 200 x 220"),
         ("a.png --width 0", 2, "`--width 0`: it must be a positive number"),
         ("a.png --width 100", 3, "a.png: beads of 100 pixels cannot be looked for"),
@@ -144,7 +166,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
         ("a.png --plan plan --fiducials marks.csv --lens lens.toml", 3, "the lens is of photographs of 480 x 400"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png", 2, "need its inner corners"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png --lens lens.toml", 2, "`--lens` takes one lens"),
-        ("", 2, "missing argument 'PHOTOGRAPHS'"),
+        ("", 2, "missing argument 'FILES'"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int, complaint: str) -> None:
@@ -183,3 +205,71 @@ def test_a_wrong_key_of_a_lens_and_a_changed_bundle_are_named(run: Run, printed:
     finally:
         poses.write_bytes(content)
     assert (status, "poses.csv: the file was changed after it was written" in stderr) == (5, True), stderr
+
+
+@needs_open3d
+@pytest.mark.dear
+def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
+    scan = scan_of_plan(printed, Faults(flow=1.1, width_scale=0.5, breaks=(Break(0, 40.0, 60.0),)))
+    np.savetxt(printed / "print.xyz", scan)
+    status, stdout, stderr = run("print.xyz --plan plan --out scanned --json")
+    assert status == 0, stderr
+    written = printed / "scanned"
+    assert sorted(path.name for path in written.iterdir()) == [
+        "appraisal.json", "appraisal.txt", "manifest.json", "parts.csv", "report.html",
+    ]  # fmt: skip
+    told = read_record(written / "appraisal.json", ScanAppraisalRecord)
+    assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
+    assert (told.kind, told.plan, told.part, told.registration.loose) == ("scan", "plan", "plate.ply", 0)
+    assert told.registration.shift_deviation_mm < 0.05
+    assert told.registration.bead_width == pytest.approx(0.5 * 1.1**0.5, abs=0.05)
+    whole = [part.ratio for part in told.parts if part.run > 0 and part.ratio is not None]
+    assert np.mean(whole) == pytest.approx(1.1, abs=0.03)
+    gone = [part.ratio for part in told.parts if part.run == 0 and part.start_mm > 41.0 and part.end_mm < 59.0]
+    assert max(ratio for ratio in gone if ratio is not None) < 0.1
+    assert told.runs[0].missing_mm == pytest.approx(20.0, abs=8.0)
+    assert "warning: " in stderr
+    assert "more material than planned" in stderr
+    page = (written / "report.html").read_text(encoding="utf-8")
+    assert "measured thickness" in page
+    assert "print.xyz: the print has" in page
+    before = {path.name: path.read_bytes() for path in written.iterdir()}
+    assert run("print.xyz --plan plan --out scanned --overwrite")[0] == 0
+    assert {path.name: path.read_bytes() for path in written.iterdir()} == before
+
+
+@needs_open3d
+@pytest.mark.dear
+def test_a_part_that_lies_otherwise_is_told_and_its_mesh_can_be_planned_on(run: Run, printed: Path) -> None:
+    random = np.random.default_rng(1)
+    x, y = random.uniform(0.0, 40.0, 20_000), random.uniform(0.0, 30.0, 20_000)
+    high = 0.3 * np.cos(np.pi * x / 20.0) + 0.02 * random.standard_normal(x.size)
+    np.savetxt(printed / "lies.xyz", np.column_stack([x, y, high]))
+    (printed / "pose.csv").write_text("x,y,z,q1,q2,q3,q4\n0,0,0,1,0,0,0\n", encoding="utf-8")
+    asked = "lies.xyz --before --part plate.ply --unit mm --pose pose.csv"
+    status, _, stderr = run(f"{asked} --out lying")
+    assert status == 0, stderr
+    told = read_record(printed / "lying" / "lying.json", LyingRecord)
+    assert told.registration.given
+    assert told.registration.loose == 3
+    assert told.offset_most_mm == pytest.approx(0.3, abs=0.08)
+    assert told.residual_mm == pytest.approx(0.02, abs=0.01)
+    mesh = load(printed / "lying" / "lying.ply", unit="mm")
+    lies = printed / "lying" / "lying.ply"
+    planned = plan(job_of(surface=lies, unit="mm", spacing=5.0, backend="fast-marching", robot=False))
+    assert planned.poses.deposit.any()
+    assert np.ptp(mesh.vertices[:, 2]) == pytest.approx(0.6, abs=0.15)
+    status, _, stderr = run(f"{asked} --most 0.1")
+    assert (status, "allowed are 0.1 mm" in stderr) == (3, True), stderr
+
+
+def scan_of_plan(folder: Path, faults: Faults) -> FloatArray:
+    """Return the points of a scan of the print of a bundle, 3 mm off."""
+    held = read_plan(folder / "plan")
+    random = np.random.default_rng(4)
+    beads = laid_beads(held.poses, held.surface, height=held.height, faults=faults, random=random)
+    above = looking_at(np.array([20.0, 15.0, 0.0]), place=np.array([20.0, 15.0, 300.0]), focal=1900.0, size=(280, 220))
+    T_work_scan = np.eye(4)
+    T_work_scan[:3, 3] = [2.0, -2.0, 1.0]
+    sensor = Sensor(above, noise=0.03, missing=0.2)
+    return scanned(held.surface, beads, sensor, T_work_scan=T_work_scan, random=random).points

@@ -25,7 +25,7 @@ def appraisal_text(told: AppraisalRecord) -> str:
     """Return tables and sentences."""
     choices = (("width", told.width_chosen), ("threshold", told.threshold_chosen))
     chosen = [name for name, is_chosen in choices if is_chosen]
-    lines = _grid(
+    lines = grid(
         ("photograph", "lines", "length px", "width px", "CV", "breaks"),
         [_photograph(each) for each in told.photographs],
     )
@@ -62,7 +62,7 @@ def _looked_for(told: AppraisalRecord, each: PhotographRecord, chosen: Sequence[
 def _on_plan(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     """Return the runs of a plan, as a photograph shows them."""
     camera = found.camera
-    lines = _grid(
+    lines = grid(
         ("run", "length mm", "judged", "missing mm", "width mm", "CV", "offset mm", "rms", "gaps at mm"),
         [_run(run) for run in found.runs],
     )
@@ -115,7 +115,7 @@ def _matrix(told: AppraisalRecord) -> list[str]:
         (one, *(_cell(between, one, other) for other in names))
         for one in names
     ]  # fmt: skip
-    lines = ["Hausdorff distances of the lines [pixels]", *_grid(("", *names), rows), ""]
+    lines = ["Hausdorff distances of the lines [pixels]", *grid(("", *names), rows), ""]
     return lines + [f"{pair.first} to {pair.second} and back: {_said(pair.apart_px)} pixels" for pair in told.pairs]
 
 
@@ -132,7 +132,7 @@ def _said(apart: ApartRecord) -> str:
     )
 
 
-def _grid(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+def grid(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Return a heading, a line below it, and the rows; the first column to the left."""
     widths = [max(len(row[column]) for row in (header, *rows)) for column in range(len(header))]
 

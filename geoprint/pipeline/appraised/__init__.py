@@ -1,1 +1,1 @@
-"""Photographs of a print, read, appraised, held against a bundle, and written."""
+"""Photographs and scans of a print, read, appraised, held against a bundle, and written."""

@@ -56,6 +56,7 @@ class PlannedPrint:
         surface: that was planned on.
         poses: of the path.
         spacing: wanted between neighbouring runs [mm].
+        height: of the layer [mm].
     """
 
     name: str
@@ -63,6 +64,7 @@ class PlannedPrint:
     surface: Surface
     poses: PoseStream
     spacing: float
+    height: float
 
 
 def read_plan(folder: Path) -> PlannedPrint:
@@ -78,7 +80,10 @@ def read_plan(folder: Path) -> PlannedPrint:
             raise VerificationError(f"{folder / name}: {reason}; restore it, or plan again.")
     told = read_record(folder / PLAN, PlanRecord)
     surface = load(folder / "surface.ply", unit="mm")
-    return PlannedPrint(folder.name, told.input.name, surface, stream_of(folder, told), told.settings.spacing_mm)
+    settings = told.settings
+    return PlannedPrint(
+        folder.name, told.input.name, surface, stream_of(folder, told), settings.spacing_mm, settings.layer_height_mm
+    )
 
 
 def read_fiducials(path: Path) -> Fiducials:

@@ -48,6 +48,7 @@ WIDTH_INCHES, FRAME_SHARE = 9.0, 0.04
 BELOW_SHARE = 0.12
 # Colours of the map of thickness: blue is too thin, as on the page.
 THICKNESS_COLOURS, SEAM_COLOURS = "RdBu_r", "viridis"
+FINISHED_LABEL = "finished thickness / wanted thickness\n(blue: too thin, red: too thick, grey: not judged)"
 SEAM_SIZE = 10.0
 
 
@@ -112,7 +113,15 @@ def sliced_figure(view: SlicedView, *, title: str) -> bytes:
     return png_bytes(figure)
 
 
-def thickness_figure(surface: Surface, thickness: FloatArray, *, R_view_work: FloatArray, title: str) -> bytes:
+def thickness_figure(
+    surface: Surface,
+    thickness: FloatArray,
+    *,
+    R_view_work: FloatArray,
+    title: str,
+    ends: tuple[float, float] = THICKNESS_RANGE,
+    label: str = FINISHED_LABEL,
+) -> bytes:
     """Draw the finished thickness over a part, from enough sides.
 
     Args:
@@ -120,6 +129,8 @@ def thickness_figure(surface: Surface, thickness: FloatArray, *, R_view_work: Fl
         thickness: (n,) over the wanted one; NaN where it is not judged, drawn grey.
         R_view_work: (3, 3) rotation to the first side.
         title: above everything.
+        ends: of the colour scale.
+        label: of it.
 
     Returns:
         The PNG's bytes; the same for the same input.
@@ -130,7 +141,7 @@ def thickness_figure(surface: Surface, thickness: FloatArray, *, R_view_work: Fl
     from matplotlib.colors import Normalize
 
     figure, axes, sides = _panels(surface, R_view_work)
-    scale = Normalize(*THICKNESS_RANGE)
+    scale = Normalize(*ends)
     shades = colormaps[THICKNESS_COLOURS].with_extremes(bad=UNMEASURED)
     colours = shades(scale(np.ma.masked_invalid(thickness[surface.faces].mean(axis=1))))
     for axis, R_side_work in zip(axes, sides, strict=True):
@@ -142,9 +153,7 @@ def thickness_figure(surface: Surface, thickness: FloatArray, *, R_view_work: Fl
             PolyCollection(list(corners[order, :, :2]), facecolors=painted, edgecolors=painted, linewidths=0.4)
         )
     bar = figure.colorbar(ScalarMappable(scale, THICKNESS_COLOURS), ax=axes, shrink=0.8, pad=0.01, extend="both")
-    bar.set_label(
-        "finished thickness / wanted thickness\n(blue: too thin, red: too thick, grey: not judged)", fontsize=9
-    )
+    bar.set_label(label, fontsize=9)
     add_title(figure, title)
     return png_bytes(figure)
 

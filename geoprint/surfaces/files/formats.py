@@ -96,7 +96,7 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
     # A mesh that geoprint stored may be of a label.
     if suffix not in VOLUMES and (thin or (label is not None and suffix != ".ply")):
         raise _without_labels(path.name, option="--thin" if label is None else "--label")
-    data = _content(path)
+    data = content_of(path)
     digest = sha256(data).hexdigest()
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
@@ -121,20 +121,12 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
     return file
 
 
-def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
-    """Refuse another label than the one that a mesh was made of."""
-    if label not in {None, file.label}:
-        if file.label is None:
-            raise _without_labels(name, option="--label")
-        raise UsageError(f"`{name}` holds label {file.label} of {file.name}, not {label}; leave `--label` out.")
+def content_of(path: Path) -> bytes:
+    """Return the bytes of a file, or say why there are none.
 
-
-def _without_labels(name: str, *, option: str) -> UsageError:
-    return UsageError(f"`{name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
-
-
-def _content(path: Path) -> bytes:
-    """Return the bytes of a file, or say why there are none."""
+    Raises:
+        InputError: it is missing, cannot be read, is no plain file, is empty or too large, or only points to the mesh.
+    """
     if path.is_dir():
         raise InputError(f"`{path}` is a directory; give the mesh file in it.")
     try:
@@ -160,3 +152,15 @@ def _content(path: Path) -> bytes:
     if data[:4] in {b"ply\n", b"ply\r"} and path.suffix.lower() != ".ply":
         raise InputError(f"`{path.name}` is a PLY file by its content; rename it to `{path.stem}.ply`.")
     return data
+
+
+def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
+    """Refuse another label than the one that a mesh was made of."""
+    if label not in {None, file.label}:
+        if file.label is None:
+            raise _without_labels(name, option="--label")
+        raise UsageError(f"`{name}` holds label {file.label} of {file.name}, not {label}; leave `--label` out.")
+
+
+def _without_labels(name: str, *, option: str) -> UsageError:
+    return UsageError(f"`{name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")

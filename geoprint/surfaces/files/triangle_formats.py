@@ -93,7 +93,7 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
     Raises:
         InputError: the header is not one, or promises more than the file holds.
     """
-    if _without_faces(data):
+    if holds_points_alone(data):
         return read_cloud_ply(data, name=name)
     header, end, body = data.partition(b"end_header")
     header, origin = origin_of(header, body)
@@ -131,6 +131,13 @@ def read_ply(data: bytes, /, *, name: str) -> MeshFile:
     return replace(mesh, regions=labelled_faces(mesh.faces, of_faces=of_faces, of_vertices=of_vertices))
 
 
+def holds_points_alone(data: bytes) -> bool:
+    """Return whether a PLY file holds vertices alone."""
+    header = data[: data.find(b"end_header")].split(b"\n")
+    counts = {words[1]: words[2] for words in map(bytes.split, header) if len(words) == 3 and words[0] == b"element"}
+    return counts.get(b"vertex", b"0") != b"0" and counts.get(b"face", b"0") == b"0"
+
+
 def _read_elements(header: bytes, body: bytes, *, counts: Mapping[str, int], name: str) -> tuple[MeshFile, _Elements]:
     """Return mesh and elements of a PLY file; text that single precision would blur is read as it is written."""
     content = b"end_header" + body
@@ -152,13 +159,6 @@ def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, Int
     # What trimesh reads from text stands in columns.
     flat = {name: array[:, 0] if array.shape == (count, 1) else array for name, array in arrays.items()}
     return {name: a.astype(np.int64) for name, a in flat.items() if a.dtype.kind in "iu" and a.shape == (count,)}
-
-
-def _without_faces(data: bytes) -> bool:
-    """Return whether a PLY file holds vertices alone."""
-    header = data[: data.find(b"end_header")].split(b"\n")
-    counts = {words[1]: words[2] for words in map(bytes.split, header) if len(words) == 3 and words[0] == b"element"}
-    return counts.get(b"vertex", b"0") != b"0" and counts.get(b"face", b"0") == b"0"
 
 
 def _least_bytes(words: list[str]) -> int:

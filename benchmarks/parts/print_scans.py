@@ -1,0 +1,114 @@
+"""Scans in silico of a print on a patch of a heart, and how far from their truth they are registered and measured."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from geoprint import transforms
+from geoprint.appraisal.scanned import PlannedDeposit, Registration, measured_print, registered
+from geoprint.config import job_of
+from geoprint.model import FloatArray, PoseStream, Surface
+from geoprint.pipeline import plan
+from geoprint.silico import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
+from geoprint.surfaces import closest, mean_normal
+
+PART = Path(__file__).parents[2] / "data" / "heart_flat_patch.ply"
+SPACING, HEIGHT = 2.5, 0.5
+# How far from where it is thought to be a scan is taken [mm, degrees].
+OFF_MM, OFF_DEG = 10.0, 5.0
+NOISE, MISSING = 0.05, 0.3
+# Lines of sight to either side, and how far the sensor is away [mm].
+RAYS, AWAY, FOCAL = 260, 300.0, 1200.0
+LEVEL = 0.95
+
+
+class Registered(NamedTuple):
+    """How far a scan is from its truth.
+
+    Attributes:
+        shift: of the middle of the scan [mm].
+        turn: [degrees].
+        within: whether the true pose lies in the region that the covariance gives 95 %.
+        thickness: mean error over the cells of the surface [mm].
+        ratio: volume over the planned one, as found.
+        cells: share of the cells whose truth is within 1.96 of their standard deviations.
+    """
+
+    shift: float
+    turn: float
+    within: bool
+    thickness: float
+    ratio: float
+    cells: float
+
+
+@cache
+def planned_patch() -> tuple[Surface, PoseStream]:
+    """Return a patch of a heart and the plan of a layer on it, without a robot."""
+    job = job_of(surface=PART, unit="mm", spacing=SPACING, backend="fast-marching", robot=False)
+    planned = plan(job)
+    return planned.workpiece.surface, planned.poses
+
+
+def registered_scan(faults: Faults, *, seed: int) -> Registered:
+    """Print on the patch with faults, scan it from a place that is badly known, and return what is found.
+
+    Args:
+        faults: that are put in.
+        seed: of pose, noise and holes.
+    """
+    surface, poses = planned_patch()
+    random = np.random.default_rng(seed)
+    beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
+    up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
+    up = up / np.linalg.norm(up)
+    view = looking_at(middle, place=middle + AWAY * up, focal=FOCAL, size=(RAYS, RAYS))
+    T_work_scan = _away(middle, random)
+    scan = scanned(surface, beads, Sensor(view, NOISE, MISSING), T_work_scan=T_work_scan, random=random)
+    deposit = PlannedDeposit(poses, spacing=SPACING, height=HEIGHT)
+    found = registered(scan.points, surface, deposit, start=np.eye(4))
+    held = measured_print(scan.points, found, surface, deposit)
+    cells = held.cells
+    off = (cells.thickness - _thickness(cells.places, surface, beads))[cells.seen]
+    shift, turn, within = _error(found, T_work_scan)
+    seen = held.parts.seen
+    ratio = float(np.average(held.parts.ratios[seen], weights=(held.parts.ends - held.parts.starts)[seen]))
+    sure = float((np.abs(off) < 1.96 * cells.deviations[cells.seen]).mean())
+    return Registered(shift, turn, within, float(np.abs(off).mean()), ratio, sure)
+
+
+def _away(middle: FloatArray, random: np.random.Generator) -> FloatArray:
+    """Return a pose that is off by a turn and a shift in some direction."""
+    axis, direction = (each / np.linalg.norm(each) for each in random.standard_normal((2, 3)))
+    turn: FloatArray = Rotation.from_rotvec(np.radians(OFF_DEG) * axis).as_matrix()
+    return transforms.rigid(turn, middle + OFF_MM * direction - turn @ middle)
+
+
+def _thickness(places: FloatArray, surface: Surface, beads: LaidBeads) -> FloatArray:
+    """Return the true mean thickness of the cells of the surface that are nearest to places."""
+    random = np.random.default_rng(0)
+    corners = surface.vertices[surface.faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    faces = random.choice(len(areas), 500 * len(places), p=areas / areas.sum())
+    feet = np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), faces.size), corners[faces])
+    feet = closest(surface, feet)[0].xyz(surface)
+    owners = np.asarray(KDTree(places).query(feet)[1])
+    counts = np.maximum(np.bincount(owners, minlength=len(places)), 1)
+    return np.asarray(np.bincount(owners, heights(beads, feet), minlength=len(places)) / counts)
+
+
+def _error(found: Registration, T_work_scan: FloatArray) -> tuple[float, float, bool]:
+    """Return shift [mm] and turn [degrees] from the truth, and whether that is within the stated uncertainty."""
+    left = found.T_work_scan @ transforms.inverse(T_work_scan)
+    turn = Rotation.from_matrix(left[:3, :3]).as_rotvec()
+    shift = transforms.apply(left, found.middle[None])[0] - found.middle
+    off = np.concatenate([turn, shift])
+    within = bool(off @ np.linalg.solve(found.covariance, off) < chi2.ppf(LEVEL, 6))
+    return float(np.linalg.norm(shift)), float(np.degrees(np.linalg.norm(turn))), within

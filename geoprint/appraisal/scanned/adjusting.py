@@ -1,0 +1,250 @@
+"""The last step of a registration: pose and spread of the material together, by robust least squares.
+
+A point of the scan should lie as high over its foot as material lies there: with h its height along the normal,
+
+    h - level * H - wider * W - left * O = 0,
+
+H the height of the planned material, W and O by how much it is more for wider beads and for beads that lie more to the
+left. How much is laid, how wide and how far beside its path is unknown until it is measured, so it is estimated beside
+the pose [Chen1992]; else a print that is too thick would lift the scan off its part. So is how much more or less lies
+on each part of a run, with a standard deviation that is estimated, too: else a run that is thick on one side would tilt
+it. What is left is weighted as [Beaton1974] says. The covariance of what is found is that of least squares with errors
+that are the more alike the nearer they are [Conley1999]: noise of neighbouring points is not, but what the plan does
+not know of a bead is.
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from scipy.spatial.distance import cdist
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.appraisal.scanned.target import ScanTarget
+from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
+
+# Beyond so many standard deviations a residual counts nothing; so 95 % of the precision is left for normal ones.
+TUKEY = 4.685
+# Standard deviation of normal numbers over the median of their sizes.
+MAD_FACTOR = 1.4826
+# A foot is on the part where it lies within so many distances of its places; else the point is beside it.
+BESIDE = 4.0
+# What is known of level, width and offset [mm] without a scan, and how well (standard deviations).
+EXPECTED, PRIOR = np.array([1.0, 0.0, 0.0]), np.array([0.5, 0.3, 0.2])
+# Poses move no point by more than this between the last two steps [mm].
+SETTLED = 1e-5
+# A direction in which the pose is less sure than this, as the farthest point moves [mm], is not fixed.
+LOOSE = 0.3
+# Blocks of surface, over the spacing of the plan; over the size of a bare part. Errors are alike about so many of them.
+BLOCK_SHARE, BARE_BLOCK_SHARE = 1.0, 0.02
+ALIKE_BLOCKS = 2.5
+# What is laid on a part of a run differs from that of the others at least and at most so much (standard deviation).
+LEAST_DEVIATION, MOST_DEVIATION = 0.01, 0.3
+# Parameters: turn and shift, then level, wider and left.
+POSE, ALL = 6, 9
+# Nobody measures better than this [mm].
+LEAST_NOISE = 1e-4
+
+
+@final
+@frozen
+class Adjusted:
+    """A pose with its covariance.
+
+    Attributes:
+        T_work_scan: (4, 4) turns coordinates of the scan into those of the part [mm].
+        middle: (3,) about which turns are meant, in the part's coordinates [mm].
+        covariance: (9, 9) of turn about the middle [rad], shift [mm] and shares.
+        loose: (j, 6) unit directions of turn (times the radius of the scan) and shift that the scan does not fix.
+        shares: (3,) level, wider and left.
+        noise: standard deviation of a point about the model, along the normal [mm].
+        used: share of the points that count.
+    """
+
+    T_work_scan: FloatArray
+    middle: FloatArray
+    covariance: FloatArray
+    loose: FloatArray
+    shares: FloatArray
+    noise: float
+    used: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, T_work_scan="float: 4 4", middle="float: 3", covariance="float: 9 9", loose="float: j 6",
+            shares="float: 3",
+        )  # fmt: skip
+
+
+@final
+@frozen
+class _PointRows:
+    """What a scan says at a pose: a row for each point that is on the part.
+
+    Attributes:
+        rows: (k, 9) how residuals change with the parameters.
+        residuals: (k,) heights above the model [mm].
+        sizes: (k,) how much longer a residual is than the distance from the sloping surface.
+        laid: (k,) height of the model [mm].
+        parts: (k,) part of a run that each is over.
+        blocks: (k, 3) block of surface.
+        middle: (3,) of all points [mm].
+        points: how many there are, beside the part too.
+    """
+
+    rows: FloatArray
+    residuals: FloatArray
+    sizes: FloatArray
+    laid: FloatArray
+    parts: IntArray
+    blocks: IntArray
+    middle: FloatArray
+    points: int
+
+
+@final
+@frozen
+class _NormalEquations:
+    """Normal equations, in which turns are lengths at the radius of the scan.
+
+    Attributes:
+        matrix: (9, 9).
+        gradient: (9,).
+        pulled: (9, 9) covariance of the gradient.
+        noise: standard deviation of a point [mm].
+        used: share of the points that count.
+    """
+
+    matrix: FloatArray
+    gradient: FloatArray
+    pulled: FloatArray
+    noise: float
+    used: float
+
+
+def adjusted(points: FloatArray, target: ScanTarget, *, start: FloatArray, steps: int) -> Adjusted:
+    """Return the pose nearest to a start at which a scan fits its part.
+
+    Args:
+        points: (k, 3) of the scan, in its own coordinates [mm].
+        target: that it is laid onto.
+        start: (4, 4) T_work_scan [mm].
+        steps: at most.
+    """
+    pose, shares = start, EXPECTED
+    radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+    scale: FloatArray = np.array([1.0 / radius] * 3 + [1.0] * (ALL - 3))
+    for _ in range(steps):
+        found = _rows(points, target, pose, shares)
+        change = scale * _step(_equations(found, shares, scale))[0]
+        turn: FloatArray = Rotation.from_rotvec(change[:3]).as_matrix()
+        pose = transforms.rigid(turn, found.middle + change[3:POSE] - turn @ found.middle) @ pose
+        shares = shares + change[POSE:]
+        if np.abs(change[3:POSE]).max() + radius * np.abs(change[:3]).max() < SETTLED:
+            break
+    found = _rows(points, target, pose, shares)
+    final_ones = _equations(found, shares, scale)
+    covariance = _covariance(final_ones) * scale[:, None] * scale
+    return Adjusted(pose, found.middle, covariance, _step(final_ones)[1], shares, final_ones.noise, final_ones.used)
+
+
+def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, shares: FloatArray) -> _PointRows:
+    """Return what a scan says at a pose."""
+    here = transforms.apply(T_work_scan, points)
+    middle: FloatArray = here.mean(axis=0)
+    _, which = target.nearest(here)
+    off, up = here - target.places[which], target.normals[which]
+    high = (off * up).sum(axis=1)
+    aside = off - high[:, None] * up
+    on = np.linalg.norm(aside, axis=1) < BESIDE * target.apart
+    here, up, high, aside, which = here[on], up[on], high[on], aside[on], which[on]
+    slopes = target.material.slopes[which]
+    heights = target.material.heights[which] + np.einsum("ksx,kx->ks", slopes, aside)
+    across = up - np.einsum("s,ksx->kx", shares, slopes)
+    laid = heights @ shares
+    deposit = target.deposit
+    block = BARE_BLOCK_SHARE * target.size if deposit is None else BLOCK_SHARE * deposit.spacing
+    turned = np.cross(here - middle, across).astype(np.float64)
+    return _PointRows(
+        rows=np.column_stack([turned, across, -heights]),
+        residuals=high - laid,
+        sizes=np.linalg.norm(across, axis=1),
+        laid=laid,
+        parts=target.parts[which],
+        blocks=np.floor(here / block).astype(np.int64),
+        middle=middle,
+        points=len(points),
+    )
+
+
+def _equations(found: _PointRows, shares: FloatArray, scale: FloatArray) -> _NormalEquations:
+    """Return the normal equations; what lies on each part of a run is eliminated from them."""
+    rows, residuals = found.rows * scale, found.residuals
+    ratios = np.abs(residuals / found.sizes)
+    noise = max(MAD_FACTOR * float(np.median(ratios)) if ratios.size else 0.0, LEAST_NOISE)
+    u = np.minimum(ratios / (TUKEY * noise), 1.0)
+    weights = (1.0 - u**2) ** 2 / (found.sizes * noise) ** 2
+    count = int(found.parts.max(initial=0)) + 1
+
+    def summed(values: FloatArray) -> FloatArray:
+        return np.bincount(found.parts, values, minlength=count).astype(np.float64)
+
+    stiff = summed(weights * found.laid**2)
+    stiff = stiff + _deviation(summed(weights * found.laid * residuals), stiff) ** -2.0
+    taken = np.column_stack([summed(weights * found.laid * row) / stiff for row in rows.T])
+    inner = rows - found.laid[:, None] * taken[found.parts]
+    pulls = inner * (weights * residuals)[:, None]
+    known = np.zeros(ALL)
+    known[POSE:] = PRIOR**-2.0
+    gradient: FloatArray = pulls.sum(axis=0)
+    gradient[POSE:] += known[POSE:] * (shares - EXPECTED)
+    matrix = (inner * weights[:, None]).T @ rows
+    matrix[np.diag_indices(ALL)] += known
+    pulled = _spread_of(pulls, found.blocks)
+    pulled[np.diag_indices(ALL)] += known
+    return _NormalEquations(matrix, gradient, pulled, noise, float((u < 1.0).sum()) / found.points)
+
+
+def _spread_of(pulls: FloatArray, blocks: IntArray) -> FloatArray:
+    """Return the (9, 9) covariance of the sum of (k, 9) pulls that are alike where their blocks are near."""
+    _, firsts, members = np.unique(blocks, axis=0, return_index=True, return_inverse=True)
+    sums: FloatArray = np.column_stack(
+        [np.bincount(members.ravel(), column, minlength=len(firsts)) for column in pulls.T]
+    ).astype(np.float64)
+    places = blocks[firsts].astype(np.float64)
+    alike = np.exp(-0.5 * cdist(places, places, "sqeuclidean") / ALIKE_BLOCKS**2)
+    return sums.T @ alike @ sums
+
+
+def _deviation(pulls: FloatArray, stiff: FloatArray) -> float:
+    """Return the standard deviation of what lies on parts of runs, beyond what noise makes of it."""
+    known = stiff > LEAST_DEVIATION * stiff.max(initial=0.0)
+    if not known.any():
+        return LEAST_DEVIATION
+    found = pulls[known] / stiff[known]
+    variance = float((found**2 - 1.0 / stiff[known]).mean())
+    return float(np.clip(np.sqrt(max(variance, 0.0)), LEAST_DEVIATION, MOST_DEVIATION))
+
+
+def _step(equations: _NormalEquations) -> tuple[FloatArray, FloatArray]:
+    """Return the (9,) step to the minimum, and the (j, 6) directions that are not fixed and stay as they are."""
+    matrix = equations.matrix
+    # The pose alone: what the shares cannot take up.
+    rest = np.linalg.solve(matrix[POSE:, POSE:], matrix[POSE:, :POSE])
+    sure, axes = np.linalg.eigh(matrix[:POSE, :POSE] - matrix[:POSE, POSE:] @ rest)
+    fixed = sure > LOOSE**-2.0
+    free = np.zeros((ALL, int(fixed.sum()) + ALL - POSE))
+    free[:POSE, : POSE - ALL] = axes[:, fixed]
+    free[POSE:, POSE - ALL :] = np.eye(ALL - POSE)
+    step: FloatArray = -free @ np.linalg.solve(free.T @ matrix @ free, free.T @ equations.gradient)
+    return step, np.asarray(axes[:, ~fixed].T)
+
+
+def _covariance(equations: _NormalEquations) -> FloatArray:
+    """Return the (9, 9) covariance; in directions that are not fixed that of `LOOSE`."""
+    sure, axes = np.linalg.eigh(0.5 * (equations.matrix + equations.matrix.T))
+    inverse = (axes / np.maximum(sure, LOOSE**-2.0)) @ axes.T
+    lost = axes[:, sure <= LOOSE**-2.0]
+    return inverse @ equations.pulled @ inverse + LOOSE**2 * lost @ lost.T

@@ -1,0 +1,155 @@
+"""What a plan is to leave on its part: the height of the material over every place, and how it slopes.
+
+A bead is a parabola across, whose area is the flow; it ends in half a cap, and where beads meet they add up. So each
+stretch of a run lays its volume along a straight line, and sqrt(R^2 - r^2) about every point of that, with R half the
+width: integrated along the line this has a closed form, and across a long one it is the parabola.
+
+How far material spreads, and whether all of it lies beside its path, nobody knows before it is printed: both are asked
+for, and what a little more of each makes of the height comes along, so that a scan can tell.
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from geoprint.appraisal.against_plan import PlannedRuns, planned_runs
+from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
+
+# Beads are asked for as much wider and narrower as this (logarithm of the width): the height is straight between them.
+SPREAD_STEP = 0.06
+# Widths that are known: narrower beads would fall apart, wider ones are level (over the flow over the layer's height).
+NARROWEST, WIDEST = 0.4, 2.5
+# Parts of a run that are judged, over the spacing, and how many at most.
+PART_SHARE, MOST_PARTS = 2.0, 2000
+# Places that are asked for at once; each meets a hundred stretches, so this takes 0.2 GB.
+BATCH = 20_000
+
+
+@final
+@frozen
+class Deposited:
+    """Material over k places of a part.
+
+    Attributes:
+        heights: (k, 3) height [mm], and by how much more it is for a width that is e times as large [mm], and for beads
+            that lie farther to the left.
+        slopes: (k, 3, 3) gradient of these along the surface; 0 for the last, which hardly changes over a place.
+    """
+
+    heights: FloatArray
+    slopes: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, heights="float: k 3", slopes="float: k 3 3")
+
+
+@final
+class PlannedDeposit:
+    """What a plan deposits, asked place by place.
+
+    Args:
+        poses: of the plan.
+        spacing: between neighbouring runs [mm].
+        height: of the layer [mm].
+
+    Attributes:
+        runs: of the plan, in stretches.
+        spacing: as given [mm].
+        height: as given [mm].
+        width: of a bead: its flow over the height, at most the spacing [mm].
+        lefts: (k, 3) directions to the left of the stretches, as seen from outside.
+        parts: (k,) of which part of its run each stretch is, about two spacings long, counted over all runs.
+
+    Raises:
+        InputError: nothing is deposited.
+    """
+
+    def __init__(self, poses: PoseStream, *, spacing: float, height: float) -> None:
+        flow = poses.flow[poses.deposit]
+        wide = float(np.median(flow)) / height if flow.size else spacing
+        self.spacing, self.height, self.width = spacing, height, min(wide, spacing)
+        self.runs: PlannedRuns = planned_runs(poses, spacing=self.width)
+        self.parts: IntArray = _parts(self.runs, long=PART_SHARE * spacing)
+        self.lefts: FloatArray = np.cross(self.runs.normals, self.runs.ahead)
+        self._tree = KDTree(self.runs.places)
+
+    @property
+    def volume(self) -> float:
+        """All that is laid [mm3]."""
+        return float((self.runs.flows * self.runs.lengths).sum())
+
+    def at(self, places: FloatArray, normals: FloatArray, *, spread: float = 1.0, offset: float = 0.0) -> Deposited:
+        """Return the material over places of the part.
+
+        Args:
+            places: (k, 3) [mm].
+            normals: (k, 3) outward unit normals there.
+            spread: width of the beads, over the flow over the height of the layer.
+            offset: by which all lie to the left of their paths, as seen from outside [mm].
+        """
+        laid = self.runs.places + offset * self.lefts
+        parts = [
+            self._batch(places[start : start + BATCH], normals[start : start + BATCH], laid, spread * self.width)
+            for start in range(0, max(len(places), 1), BATCH)
+        ]
+        return Deposited(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+    def nearest(self, places: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the (k,) distance [mm] and number of the stretch nearest to each of (k, 3) places."""
+        away, which = self._tree.query(places)
+        return np.asarray(away), np.asarray(which)
+
+    def _batch(
+        self, places: FloatArray, normals: FloatArray, laid: FloatArray, width: float
+    ) -> tuple[FloatArray, FloatArray]:
+        runs, count = self.runs, len(places)
+        radii = 0.5 * width * np.exp([SPREAD_STEP, -SPREAD_STEP])
+        longest = 0.5 * float(runs.lengths.max())
+        near = KDTree(places).sparse_distance_matrix(KDTree(laid), float(radii.max()) + longest, output_type="ndarray")
+        place, stretch = near["i"], near["j"]
+        off, flows = places[place] - laid[stretch], runs.flows[stretch]
+        both: list[FloatArray] = []
+        for radius in radii.tolist():
+            high, slope = _laid(off, runs.ahead[stretch], runs.lengths[stretch], radius)
+            columns = [high, *slope.T]
+            sums = [np.bincount(place, flows * each, minlength=count) for each in columns]
+            both.append(np.column_stack(sums).astype(np.float64))
+        wide, narrow = both
+        mean, more = 0.5 * (wide + narrow), (wide - narrow) / (2.0 * SPREAD_STEP)
+        lefts = self.lefts[self.nearest(places)[1]]
+        heights = np.column_stack([mean[:, 0], more[:, 0], -(mean[:, 1:] * lefts).sum(axis=1)])
+        slopes = np.stack([mean[:, 1:], more[:, 1:], np.zeros((count, 3))], axis=1)
+        across = np.einsum("ksx,kx->ks", slopes, normals)
+        return heights, slopes - across[:, :, None] * normals[:, None, :]
+
+
+def _parts(runs: PlannedRuns, *, long: float) -> IntArray:
+    """Return the (k,) number of the part of its run that each stretch lies in; parts of one run are equally long."""
+    longer = max(long, float(runs.lengths.sum()) / MOST_PARTS)
+    _, run = np.unique(runs.runs, return_inverse=True)
+    whole = np.bincount(run, runs.lengths)
+    counts = np.maximum(np.floor(whole / longer), 1.0).astype(np.int64)
+    within = np.minimum((runs.arcs / whole[run] * counts[run]).astype(np.int64), counts[run] - 1)
+    return (np.cumsum(counts) - counts)[run] + within
+
+
+def _laid(
+    off: FloatArray, ahead: FloatArray, lengths: FloatArray, radius: float
+) -> tuple[FloatArray, NDArray[np.float64]]:
+    """Return (j,) height over (j, 3) places about straight stretches of flow 1, and its (j, 3) gradient."""
+    along = (off * ahead).sum(axis=1)
+    aside = off - along[:, None] * ahead
+    room = radius**2 - (aside * aside).sum(axis=1)
+    reach = np.sqrt(np.maximum(room, 0.0))
+    scale = np.where(room > 0.0, 1.5 / (np.pi * radius**3), 0.0)
+    ends = [np.clip(sign * 0.5 * lengths - along, -reach, reach) for sign in (-1.0, 1.0)]
+    caps = [np.sqrt(np.maximum(reach**2 - end**2, 0.0)) for end in ends]
+    angles = [np.arctan2(end, cap) for end, cap in zip(ends, caps, strict=True)]
+    turned = angles[1] - angles[0]
+    height = 0.5 * scale * (ends[1] * caps[1] - ends[0] * caps[0] + reach**2 * turned)
+    slope = (scale * (caps[0] - caps[1]))[:, None] * ahead - (scale * turned)[:, None] * aside
+    return height, slope

@@ -1,0 +1,139 @@
+"""Scans as files: clouds of points, or the meshes that a scanner's program made of them."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.appraisal.scanned.target import spread_over
+from geoprint.errors import GeoprintError, InputError, UsageError
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
+from geoprint.surfaces import face_areas
+from geoprint.surfaces.files.formats import MESHES, content_of, read_mesh
+from geoprint.surfaces.files.mesh_file import UNITS
+from geoprint.surfaces.files.point_clouds import read_point_ply, read_point_text
+from geoprint.surfaces.files.triangle_formats import holds_points_alone
+
+CLOUDS = (".xyz", ".pwn", ".txt", ".pts", ".csv")
+SUFFIXES = (*MESHES, *CLOUDS)
+# Larger files take more memory to read than a usual machine has [bytes]; points in binary are 12 to 24.
+LARGEST_SCAN = 1 << 28
+# Of text, which takes ten times its size to read.
+LARGEST_TEXT = 1 << 27
+# Points that are kept: more tell nothing that noise and shape leave unsure.
+MOST_POINTS = 400_000
+# Of a mesh, whose points lie between vertices, too.
+LEAST_OF_MESH = 50_000
+SEED = 24
+
+
+@final
+@frozen
+class Scan:
+    """A scan as read.
+
+    Attributes:
+        name: of the file.
+        digest: SHA-256 of it.
+        points: (k, 3) in the scan's own coordinates [mm].
+        held: how many points the file holds; of a mesh its vertices.
+        of_mesh: whether the points lie on a mesh that the file holds.
+    """
+
+    name: str
+    digest: str
+    points: FloatArray
+    held: int
+    of_mesh: bool
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, points="float: k 3")
+
+
+def is_scan(path: Path | str) -> bool:
+    """Return whether a file is a scan by its suffix."""
+    return Path(path).suffix.lower() in SUFFIXES
+
+
+def read_scan(path: Path | str, *, unit: str, least: int) -> Scan:
+    """Read a scan.
+
+    Args:
+        path: of a cloud of points, as lines or PLY, or of a mesh.
+        unit: of its coordinates, a key of UNITS.
+        least: points that it needs.
+
+    Raises:
+        UsageError: the unit is not known.
+        InputError: it cannot be read, holds too few points, is too large, or has a coordinate that is not finite.
+    """
+    path = Path(path)
+    if unit not in UNITS:
+        raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(
+            f"`{path.name}` has the suffix `{path.suffix}`, scans are read from {', '.join(SUFFIXES)}; export it so."
+        )
+    _check_size(path)
+    data = content_of(path)
+    try:
+        points, held, of_mesh = _points(path, data)
+    except (GeoprintError, MemoryError):
+        raise
+    except Exception as error:  # a reader may raise anything on a damaged file
+        raise InputError(
+            f"`{path.name}` cannot be read as points ({str(error)[:200]!r}); it is damaged or not what its suffix "
+            "says, so export it again."
+        ) from error
+    wrong = ~np.isfinite(points).all(axis=1)
+    if wrong.any():
+        raise InputError(
+            f"`{path.name}` has {int(wrong.sum())} points with NaN or infinite coordinates, the first is point "
+            f"{int(np.argmax(wrong))}; leave out what the scanner did not see.",
+            points=int(wrong.sum()),
+        )
+    if held < least:
+        raise InputError(
+            f"`{path.name}` holds {held} points, at least {least} are needed; scan more of it.", points=held
+        )
+    return Scan(path.name, sha256(data).hexdigest(), points * UNITS[unit], held, of_mesh)
+
+
+def _check_size(path: Path) -> None:
+    """Refuse files that would take too much memory, before they are read."""
+    size = path.stat().st_size if path.is_file() else 0
+    most = LARGEST_TEXT if path.suffix.lower() in CLOUDS else LARGEST_SCAN
+    if size > most:
+        raise InputError(
+            f"`{path.name}` is {size} bytes large, scans of up to {most} are read; thin it out to {MOST_POINTS} points "
+            "in the scanner's program, more tell nothing.",
+            bytes=size,
+        )
+
+
+def _points(path: Path, data: bytes) -> tuple[FloatArray, int, bool]:
+    """Return points of a file in its unit, how many it holds, and whether they lie on a mesh."""
+    suffix = path.suffix.lower()
+    if suffix in CLOUDS:
+        text = data.replace(b",", b" ") if suffix == ".csv" else data
+        found = read_point_text(text, name=path.name).points
+    elif suffix == ".ply" and holds_points_alone(data):
+        found = read_point_ply(data, name=path.name).points
+    else:
+        mesh = read_mesh(path)
+        corners = mesh.surface.vertices if mesh.unit else mesh.vertices
+        return _on_mesh(corners, mesh.faces), len(corners), True
+    if len(found) <= MOST_POINTS:
+        return found, len(found), False
+    kept = np.sort(np.random.default_rng(SEED).permutation(len(found))[:MOST_POINTS])
+    return found[kept], len(found), False
+
+
+def _on_mesh(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Return points spread evenly over a mesh, about as many as it has vertices."""
+    surface = Surface(vertices=vertices, faces=faces)
+    count = int(np.clip(len(vertices), LEAST_OF_MESH, MOST_POINTS))
+    return spread_over(face_areas(surface), count).xyz(surface)

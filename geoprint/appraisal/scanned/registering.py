@@ -1,0 +1,209 @@
+"""Where a scan was taken: laid onto its part from far to near, with what the pose is worth.
+
+From a start, the calibrated pose or the scan as it stands, open3d brings it near (`registration_worker`). A print
+repeats itself from run to run, so what is found may be a run beside: places around it are tried as well. From the best
+of them pose, volume and width of the beads are adjusted together (`adjusting`).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from io import BytesIO
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.appraisal.scanned import registration_worker
+from geoprint.appraisal.scanned.adjusting import POSE, Adjusted, adjusted
+from geoprint.appraisal.scanned.deposit import NARROWEST, WIDEST, PlannedDeposit
+from geoprint.appraisal.scanned.target import ScanTarget
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
+from geoprint.surfaces import mean_normal
+from geoprint.surfaces.conversion import missing
+from geoprint.surfaces.files.native import run_worker
+
+# Points of scan and part that open3d lays onto each other, that places around are tried with, and that are adjusted.
+NEAR_POINTS, NEAR_PLACES, TRIED_POINTS, ADJUSTED_POINTS = 6_000, 30_000, 2_500, 40_000
+# From how far points are drawn, step by step [mm]: ten millimetres and five degrees off is what a start may be.
+REACHES = np.array([15.0, 4.0])
+# Radius of features over the size of the part.
+FEATURE_SHARE = 0.12
+# Places around, over the spacing: a run beside, and between.
+AROUND = (-1.0, -0.5, 0.0, 0.5, 1.0)
+TRIED_STEPS, ADJUSTED_STEPS, PRINT_ROUNDS = 6, 40, 3
+# Width (logarithm) and offset [mm] of the beads change by no more from round to round, and are found within the other.
+MOST_CHANGE, SETTLED_CHANGE = 0.3, 0.003
+# Less volume than this, over the planned one, tells nothing of width and offset.
+LEAST_LEVEL = 0.1
+# What the shape of a bead, curvature and places in between leave of a pose that noise alone would know better [mm].
+SYSTEMATIC = 0.006
+# A scan lies on its part where at least so many of its points do.
+LEAST_USED = 0.2
+# Noise beyond this share of the layer's height, or of the part's size where nothing is planned, is no fit.
+MOST_NOISE_SHARE, MOST_BARE_NOISE_SHARE = 0.5, 0.02
+SEED = 24
+
+
+@final
+@frozen
+class Registration:
+    """Where a scan was taken, and what that is worth.
+
+    Attributes:
+        T_work_scan: (4, 4) turns coordinates of the scan into those of the part [mm].
+        middle: (3,) of the scan, in the part's coordinates; turns are about it [mm].
+        covariance: (6, 6) of turn [rad] and shift [mm].
+        loose: (j, 6) unit directions of turn, times the radius of the scan, and shift that nothing fixes.
+        level: volume that is laid over the planned one, as far as the pose tells.
+        spread: width of the beads over that which their flow asks for.
+        offset: by which all beads lie to the left of their paths, as seen from outside [mm].
+        noise: standard deviation of a point [mm].
+        used: share of the points that lie on the part.
+    """
+
+    T_work_scan: FloatArray
+    middle: FloatArray
+    covariance: FloatArray
+    loose: FloatArray
+    level: float
+    spread: float
+    offset: float
+    noise: float
+    used: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, T_work_scan="float: 4 4", middle="float: 3", covariance="float: 6 6", loose="float: j 6")
+
+    @property
+    def shift_deviation(self) -> float:
+        """Standard deviation of where the middle of the scan is, along the worst direction [mm]."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
+
+    @property
+    def turn_deviation(self) -> float:
+        """Standard deviation of the turn about the worst axis [rad]."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
+
+    def along(self, places: FloatArray, directions: FloatArray) -> FloatArray:
+        """Return the (k, 6) by which places move along directions as the pose turns and shifts.
+
+        Args:
+            places: (k, 3) in the part's coordinates [mm].
+            directions: (k, 3) unit vectors.
+        """
+        return np.column_stack([np.cross(places - self.middle, directions), directions])
+
+
+def registered(
+    points: FloatArray,
+    surface: Surface,
+    deposit: PlannedDeposit | None,
+    *,
+    start: FloatArray,
+    features: bool = False,
+    name: str = "scan",
+) -> Registration:
+    """Lay a scan onto its part.
+
+    Args:
+        points: (k, 3) of the scan, in its own coordinates [mm].
+        surface: of the part.
+        deposit: that is planned on it; None where nothing is.
+        start: (4, 4) T_work_scan about where it was taken: up to ten millimetres and five degrees off [mm].
+        features: whether features of both are looked for as well, for parts that have some.
+        name: of the scan, for messages.
+
+    Raises:
+        InputError: the scan does not lie on the part from there.
+        UsageError: open3d is not installed.
+        ResourceError: it takes too long or too much memory.
+    """
+    if importlib.util.find_spec("open3d") is None:
+        raise missing("open3d", extra="scan", work="laying scans onto parts")
+    target = ScanTarget(surface, deposit)
+    few = _some(points, TRIED_POINTS)
+    ended = _near(points, target, start, features=features, name=name)
+    tried = [adjusted(few, target, start=pose, steps=TRIED_STEPS) for near in ended for pose in _around(near, target)]
+    best = min(tried, key=lambda each: _misfit(each, printed=deposit is not None))
+    spread, offset, many = 1.0, 0.0, _some(points, ADJUSTED_POINTS)
+    for left in range(0 if deposit is None else PRINT_ROUNDS, -1, -1):
+        best = adjusted(many, target, start=best.T_work_scan, steps=ADJUSTED_STEPS)
+        level = max(float(best.shares[0]), LEAST_LEVEL)
+        wider = float(np.clip(best.shares[1] / level, -MOST_CHANGE, MOST_CHANGE))
+        beside = float(np.clip(best.shares[2] / level, -MOST_CHANGE, MOST_CHANGE))
+        if left == 0 or max(abs(wider), abs(beside)) < SETTLED_CHANGE:
+            break
+        spread, offset = float(np.clip(spread * np.exp(wider), NARROWEST, WIDEST)), offset + beside
+        target = ScanTarget(surface, deposit, spread=spread, offset=offset)
+    _check(best, target, name=name)
+    radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+    left = SYSTEMATIC**2 * np.array([radius**-2.0] * 3 + [1.0] * 3)
+    covariance = best.covariance[:POSE, :POSE] + left * np.eye(POSE)
+    return Registration(
+        best.T_work_scan, best.middle, covariance, best.loose, float(best.shares[0]), spread, offset, best.noise,
+        best.used,
+    )  # fmt: skip
+
+
+def _near(points: FloatArray, target: ScanTarget, start: FloatArray, *, features: bool, name: str) -> list[FloatArray]:
+    """Return the poses that open3d finds, from the start and from features."""
+    raised = target.places + target.material.heights[:, :1] * target.normals
+    few = np.random.default_rng(SEED).permutation(len(raised))[:NEAR_PLACES]
+    given = BytesIO()
+    np.savez(
+        given, scan=_some(points, NEAR_POINTS), places=raised[few], normals=target.normals[few], starts=start[None],
+        reaches=REACHES, feature=FEATURE_SHARE * target.size if features else 0.0,
+    )  # fmt: skip
+    written = run_worker(
+        Path(registration_worker.__file__), [], data=given.getvalue(), work="laid onto its part", name=name
+    )
+    poses: FloatArray = np.load(BytesIO(written), allow_pickle=False)
+    return list(poses)
+
+
+def _misfit(tried: Adjusted, *, printed: bool) -> float:
+    """Return how badly a scan fits; of beads that stand where valleys are, as negative material, it does not at all."""
+    upside_down = printed and float(tried.shares[0]) < LEAST_LEVEL
+    return float("inf") if upside_down else tried.noise / max(tried.used, LEAST_USED)
+
+
+def _around(pose: FloatArray, target: ScanTarget) -> list[FloatArray]:
+    """Return poses beside one, shifted along the part by shares of the spacing."""
+    if target.deposit is None:
+        return [pose]
+    up = mean_normal(target.surface)
+    axes = np.linalg.svd(up[None] / max(float(np.linalg.norm(up)), 1e-12))[2][1:]
+    found: list[FloatArray] = []
+    for first in AROUND:
+        for second in AROUND:
+            moved = pose.copy()
+            moved[:3, 3] += target.deposit.spacing * (first * axes[0] + second * axes[1])
+            found.append(moved)
+    return found
+
+
+def _some(points: FloatArray, count: int) -> FloatArray:
+    """Return at most so many points, the same ones each time."""
+    if len(points) <= count:
+        return points
+    return points[np.sort(np.random.default_rng(SEED).permutation(len(points))[:count])]
+
+
+def _check(found: Adjusted, target: ScanTarget, *, name: str) -> None:
+    """Refuse a pose at which the scan does not lie on its part."""
+    deposit = target.deposit
+    most = MOST_BARE_NOISE_SHARE * target.size if deposit is None else MOST_NOISE_SHARE * deposit.height
+    if found.used < LEAST_USED:
+        raise InputError(
+            f"`{name}` does not lie on {target.surface.name}: of its points {found.used:.0%} do, at least "
+            f"{LEAST_USED:.0%} must; cut away what is not the part, check the unit, or give its pose with `--pose`.",
+            used=found.used,
+        )
+    if found.noise > most:
+        raise InputError(
+            f"`{name}` lies {found.noise:.3g} mm off {target.surface.name} where it fits best, at most {most:.3g} mm "
+            "is a fit; check that it is of this part and print, its unit, or give its pose with `--pose`.",
+            noise_mm=found.noise,
+        )

@@ -1,0 +1,211 @@
+"""Scans of prints held against the plan of them, scans of parts before they are printed on, and what is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.account import as_json, read_record
+from geoprint.account.appraised.scan_page import scan_page
+from geoprint.account.appraised.scans import parts_table, record_lying, record_scan
+from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
+from geoprint.account.texts.scanning import lying_text, scan_text
+from geoprint.appraisal.scanned import (
+    AppraisedScan,
+    LyingScan,
+    PlannedDeposit,
+    Registration,
+    Scan,
+    lying_part,
+    measured_print,
+    read_scan,
+    registered,
+)
+from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.export import json_bytes, write_bundle
+from geoprint.model import FloatArray, Surface
+from geoprint.pipeline.appraised.given import read_plan
+from geoprint.pipeline.number_tables import read_pose
+from geoprint.surfaces import mean_normal
+from geoprint.surfaces.files import load_file, ply_bytes
+from geoprint.surfaces.repair import prepare
+from geoprint.transforms import smallest_rotation
+
+RECORD, LYING_RECORD, LYING_MESH = "appraisal.json", "lying.json", "lying.ply"
+# Points of a scan; touched points are fewer.
+LEAST_POINTS, LEAST_TOUCHED = 200, 12
+# Farthest that a part may lie off its file where nobody says more [mm]: a needle's stand-off and more.
+MOST_OFFSET = 2.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class ScanAsked:
+    """How a scan is laid onto its part.
+
+    Attributes:
+        unit: of its coordinates.
+        pose: table of the pose it was taken from, in the part's coordinates; None where it is about in these already.
+        features: whether it may lie anywhere, and features of the part tell where.
+    """
+
+    unit: str = "mm"
+    pose: Path | None = None
+    features: bool = False
+
+
+def appraise_scan(
+    path: Path | str, *, bundle: Path, asked: ScanAsked, observe: Callable[[str], None] = lambda _: None
+) -> AppraisedScan:
+    """Appraise a scan of a print against its plan.
+
+    Args:
+        path: of the scan.
+        bundle: folder of the plan.
+        asked: how it is laid onto the part.
+        observe: told the name of each stage as it starts.
+
+    Raises:
+        UsageError: an option has no meaning, or a package is missing.
+        InputError: a file cannot be read, the scan does not lie on the part, or nothing fixes where it was taken.
+        ResourceError: it takes too long or too much memory.
+        VerificationError: the bundle was changed.
+    """
+    observe("scan")
+    scan = read_scan(path, unit=asked.unit, least=LEAST_POINTS)
+    plan = read_plan(bundle)
+    deposit = PlannedDeposit(plan.poses, spacing=plan.spacing, height=plan.height)
+    observe("registration")
+    found = _registered(scan, plan.surface, deposit, asked)
+    if len(found.loose) and asked.pose is None:
+        raise InputError(
+            f"`{scan.name}`: {len(found.loose)} of six directions of its pose are fixed by nothing in the scan, "
+            f"because {plan.part} and its print are alike there, so that nobody knows which run is which; give the "
+            "pose from a calibration with `--pose`.",
+            loose=len(found.loose),
+        )
+    observe("thickness")
+    held = measured_print(scan.points, found, plan.surface, deposit, name=scan.name)
+    return AppraisedScan(
+        scan, asked.unit, plan.name, plan.part, asked.pose is not None, plan.surface, _upright(plan.surface),
+        plan.spacing, held,
+    )  # fmt: skip
+
+
+def scan_before(
+    path: Path | str,
+    *,
+    part: Path,
+    part_unit: str | None,
+    asked: ScanAsked,
+    most: float = MOST_OFFSET,
+    observe: Callable[[str], None] = lambda _: None,
+) -> LyingScan:
+    """Tell how a part lies there before anything is printed on it.
+
+    Args:
+        path: of the scan, or of touched points.
+        part: file of the part.
+        part_unit: of that file; None where it says it.
+        asked: how the scan is laid onto the part.
+        most: largest offset that is allowed [mm].
+        observe: told the name of each stage as it starts.
+
+    Raises:
+        UsageError: an option has no meaning, or a package is missing.
+        InputError: a file cannot be read, or the surface is not seen or too far off.
+        ResourceError: it takes too long or too much memory.
+    """
+    if not 0.0 < most < float("inf"):
+        raise UsageError(f"`--most {most:g}`: it must be a positive number of mm.")
+    observe("scan")
+    scan = read_scan(path, unit=asked.unit, least=LEAST_TOUCHED)
+    surface, _ = prepare(load_file(part, unit=part_unit).surface)
+    observe("registration")
+    found = _registered(scan, surface, None, asked)
+    observe("surface")
+    lying = lying_part(scan.points, found, surface, most=most, name=scan.name)
+    return LyingScan(scan, asked.unit, Path(part).name, asked.pose is not None, most, LYING_MESH, lying)
+
+
+def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = False) -> ScanAppraisalRecord:
+    """Write appraisal.json, the text, the table of parts of runs and report.html: all or nothing.
+
+    Args:
+        found: what was appraised.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What appraisal.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written reads back otherwise.
+    """
+    told = record_scan(found)
+    files = {
+        RECORD: json_bytes(as_json(told)),
+        "appraisal.txt": f"{scan_text(told)}\n".encode(),
+        "parts.csv": parts_table(found.held.parts),
+        "report.html": scan_page(found, told),
+    }
+
+    def verify(written: Path) -> None:
+        if read_record(written / RECORD, ScanAppraisalRecord) != told:
+            raise VerificationError(f"{RECORD} does not read back as it was told; the disk may be faulty: write again.")
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = False) -> LyingRecord:
+    """Write lying.json, the text, and the mesh of the surface that is there: all or nothing.
+
+    Args:
+        found: how the part lies.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What lying.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        MeshError: the surface that is there passes through itself.
+        VerificationError: what was written reads back otherwise.
+    """
+    told = record_lying(found)
+    # What no plan could be made on is refused here already.
+    surface, _ = prepare(found.lying.surface)
+    files = {
+        LYING_RECORD: json_bytes(as_json(told)),
+        "lying.txt": f"{lying_text(told)}\n".encode(),
+        LYING_MESH: ply_bytes(surface),
+    }
+
+    def verify(written: Path) -> None:
+        if read_record(written / LYING_RECORD, LyingRecord) != told:
+            raise VerificationError(f"{LYING_RECORD} does not read back as it was told; write again.")
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def _registered(scan: Scan, surface: Surface, deposit: PlannedDeposit | None, asked: ScanAsked) -> Registration:
+    start: FloatArray = np.eye(4) if asked.pose is None else read_pose(asked.pose)
+    return registered(scan.points, surface, deposit, start=start, features=asked.features, name=scan.name)
+
+
+def _upright(surface: Surface) -> FloatArray:
+    mean = mean_normal(surface)
+    length = float(np.linalg.norm(mean))
+    if length < np.finfo(np.float64).eps:
+        return np.eye(3)
+    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
