@@ -24,6 +24,7 @@ import pytest
 import geoprint
 from geoprint import account, appraisal, config, export, pipeline
 from geoprint.account.records.plan import PlanRecord
+from geoprint.appraisal.scanned import read_scan
 from geoprint.deposition.fitting import read_measured_flow
 from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.model.values import WIDTH
@@ -188,6 +189,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
         "read_paths": lambda: geoprint.read_paths(gone),
         "read_photograph": lambda: appraisal.read_photograph(gone),
+        "read_scan": lambda: read_scan(gone, unit="mm", least=1),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "field_text": lambda: config.field_text(gone),

@@ -1,25 +1,23 @@
-"""A comparison as the report page shows it, with its table: one row a quantity, one column a backend."""
+"""A comparison as the report page shows it."""
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account.cautions import patch_evenness, said_once
-from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
+from geoprint.account.cautions import said_once
+from geoprint.account.compared.table import report_table
 from geoprint.account.pictures import coverage_panel, coverage_picture, lines_picture, spread_of
-from geoprint.account.prints.expected import expected_rows
-from geoprint.account.prints.sides import of_spacing, side_rows
-from geoprint.account.records.comparison import PartRecord, PlannedRecord
-from geoprint.account.records.evidence import STAGES
+from geoprint.account.prints.sides import of_spacing
+from geoprint.account.records.comparison import PartRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.replaying import machine, motion_shades, replay
-from geoprint.backends import backend, predicted_spacing
+from geoprint.backends import backend
 from geoprint.config import Source
 from geoprint.model import IntArray
 from geoprint.report import (
@@ -30,20 +28,14 @@ from geoprint.report import (
     PartReport,
     PathDistances,
     Picture,
-    Row,
     ViewSurface,
     switching_figure,
     view_surface,
 )
 from geoprint.results import Comparison, Plan, Planned
-from geoprint.surfaces import in_words
 
 # Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
-# What the rows on what people see mean in a page that is written before anybody can have seen it.
-SEEN_LATER = "as this page was written; `geoprint check` tells what people recorded since"
-# What the report leaves out, because it is the same in every column and too long for one.
-SAID_ELSEWHERE = "the run sheet says what no simulation knows"
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
@@ -200,162 +192,3 @@ def _with_unit(key: str) -> str:
     """Return a key of plan.json in words, with its unit in brackets."""
     end = next((end for end in UNITS if key.endswith(end)), None)
     return key.replace("_", " ") if end is None else f"{key.removesuffix(end).replace('_', ' ')} [{UNITS[end]}]"
-
-
-def report_table(
-    rows: Sequence[PlannedRecord], told: Mapping[str, PlanRecord], plans: Sequence[Plan]
-) -> tuple[Row, ...]:
-    """Return the rows; the best values of a row are marked where backends differ in what is printed.
-
-    Args:
-        rows: of compare.json, a column each.
-        told: what is said of their plans, by backend.
-        plans: in the order of the columns.
-    """
-    planned, *others = _evenness(rows)
-    table = [planned, *side_rows(rows), *expected_rows(rows), *others, *_path(rows), *_patches(rows)]
-    if any(plan.flattenings for plan in plans):
-        table += _chart([told[row.backend] for row in rows], plans)
-    if rows[0].printable is not None:
-        table += [*_robot(rows), *evidence_table([told[row.backend] for row in rows])]
-    return tuple(table)
-
-
-def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
-    group = "Evenness"
-    return [
-        _row(
-            group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
-            badness=lambda r: of_spacing(r, lambda s: s.cv, 0.0), decides=True,
-        ),
-        _row(group, "spacing, mean", "1 is as wanted", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
-        ),
-        _row(
-            group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.p5:.3f} - {s.p95:.3f}", "-"),
-            badness=lambda r: of_spacing(r, lambda s: s.p95 - s.p5, 0.0),
-        ),
-        _row(
-            group, "within 5% of the wanted", "share of the path", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.within_5_percent:.1%}", "-"),
-            badness=lambda r: of_spacing(r, lambda s: -s.within_5_percent, 0.0),
-        ),
-        _row(
-            group, "area uncovered", "farther than 0.55 spacings from every path", rows,
-            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap, decides=True,
-        ),
-        _row(
-            group, "area overlapped", "within 0.45 spacings of two stretches of path", rows,
-            lambda r: f"{r.uniformity.overlap:.2%}", badness=lambda r: r.uniformity.overlap,
-        ),
-        _row(
-            group, "strip width, variation (CV)", "thickness error of a constant flow", rows,
-            lambda r: f"{r.uniformity.width_cv:.2%}", badness=lambda r: r.uniformity.width_cv,
-        ),
-        _row(
-            group, "layer thickness, variation (CV)", "constant flow / flow that follows the width, fronts apart", rows,
-            _layer,
-        ),
-        _row(group, "measured by", "", rows, lambda r: r.uniformity.method),
-    ]  # fmt: skip
-
-
-def _patches(rows: Sequence[PlannedRecord]) -> list[Row]:
-    """Return a row for each of several patches."""
-    if len(rows[0].patches) < 2:
-        return []
-    return [
-        Row(
-            f"Patch {number}", "spacing, variation (CV)",
-            f"{same[0].area_mm2:.4g} mm2 about {in_words(np.array(same[0].place_mm, dtype=np.float64))}; runs "
-            + " / ".join(f"{patch.runs[0] + 1} to {patch.runs[1] + 1}" for patch in same),
-            tuple(patch_evenness(patch) for patch in same),
-        )
-        for number, same in enumerate(zip(*(row.patches for row in rows), strict=True), start=1)
-    ]  # fmt: skip
-
-
-def _layer(row: PlannedRecord) -> str:
-    told = row.deposition
-    cvs = () if told is None else (told.constant_flow.cv, told.following_flow.cv)
-    return " / ".join("-" if cv is None else f"{cv:.2%}" for cv in cvs) or "-"
-
-
-def _path(rows: Sequence[PlannedRecord]) -> list[Row]:
-    group = "Path"
-    return [
-        _row(group, "runs", "each starts and stops the dispenser", rows, lambda r: str(r.paths.runs)),
-        _row(group, "length [mm]", "", rows, lambda r: f"{r.paths.deposit_mm:.0f}"),
-        _row(
-            group, "stops while laying", "at sharp corners, with the valve open", rows,
-            lambda r: str(r.paths.stops_while_laying), badness=lambda r: r.paths.stops_while_laying,
-        ),
-    ]  # fmt: skip
-
-
-def _chart(told: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:
-    def predicted(plan: Plan) -> str:
-        if not plan.flattenings:
-            return "-"
-        found = predicted_spacing(plan.workpiece.surface, plan.flat_surface, plan.contours.curves.points)
-        low, high = np.percentile(found, [5, 95]).tolist()
-        return f"{low:.3f} - {high:.3f}"
-
-    scales = [None if plan.chart is None else plan.chart.area_scale for plan in told]
-    between = tuple("-" if scale is None else f"{scale.p1:.2f} - {scale.p99:.2f}" for scale in scales)
-    spacings = tuple(predicted(plan) for plan in plans)
-    group, one_over = "Flattening", "one over its scale of length"
-    return [
-        Row(group, "area scale of the chart, 1st and 99th percentile", "1 everywhere on a plane", between),
-        Row(group, "spacing that the chart predicts, 5th and 95th percentile", one_over, spacings),
-    ]
-
-
-def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
-    group = "Robot"
-    return [
-        _row(group, "printable", "", rows, lambda r: "yes" if r.printable else "no"),
-        _row(
-            group, "print time [s]", "", rows,
-            lambda r: "-" if r.print_time_s is None else f"{r.print_time_s:.0f}", decides=True,
-        ),
-        _row(
-            group, "smallest clearance [mm]", "tool to part and body, above the tip", rows,
-            lambda r: "-" if r.smallest_clearance_mm is None else f"{r.smallest_clearance_mm:.2f}",
-        ),
-    ]  # fmt: skip
-
-
-def evidence_table(told: Sequence[PlanRecord]) -> list[Row]:
-    """Return how far each program was proven when the page was written; what people see later `geoprint check` says."""
-    each = [dict(evidence_rows(plan.robot[0].evidence, (), program_sha256="")) if plan.robot else {} for plan in told]
-    names = dict.fromkeys(name for one in each for name in one if name != NOT_SIMULATED)
-    meanings = {WORDS[STAGES[0]]: SEEN_LATER, "executed": SAID_ELSEWHERE}
-    return [
-        Row(
-            "Evidence", name, meanings.get(name, ""),
-            tuple(one.get(name, "no program") for one in each),
-        )
-        for name in names
-    ]  # fmt: skip
-
-
-def _row(
-    group: str,
-    quantity: str,
-    meaning: str,
-    rows: Sequence[PlannedRecord],
-    text: Callable[[PlannedRecord], str],
-    *,
-    badness: Callable[[PlannedRecord], float] | None = None,
-    decides: bool = False,
-) -> Row:
-    values = tuple(text(row) for row in rows)
-    if badness is None or len(set(values)) == 1:
-        return Row(group, quantity, meaning, values, decides=decides)
-    leading = values[int(np.argmin([badness(row) for row in rows]))]
-    return Row(
-        group, quantity, meaning, values, tuple(i for i, value in enumerate(values) if value == leading), decides
-    )

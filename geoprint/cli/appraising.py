@@ -173,7 +173,7 @@ def _kind(files: list[Path], *, before: bool) -> Literal["photographs", "print",
     """Return what was given: photographs, a scan of a print, or one of a part before its print."""
     from geoprint.appraisal.scanned import is_scan
 
-    scans = [path for path in files if is_scan(path)]
+    scans = [path for path in files if is_scan(path.name)]
     if scans and len(files) > 1:
         raise UsageError(f"`{scans[0].name}` is a scan: one is appraised at a time, alone; found {len(files)} files.")
     if before:

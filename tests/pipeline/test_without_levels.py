@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geoprint.account import comparison_table, summary, tell_comparison
-from geoprint.account.part_report import report_table
+from geoprint.account.compared.table import report_table
 from geoprint.account.records.comparison import PartRecord
 from geoprint.account.summary import record_plan
 from geoprint.account.texts.plan import outcome_text

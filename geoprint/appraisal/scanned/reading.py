@@ -53,9 +53,9 @@ class Scan:
         freeze_arrays(self, points="float: k 3")
 
 
-def is_scan(path: Path | str) -> bool:
-    """Return whether a file is a scan by its suffix."""
-    return Path(path).suffix.lower() in SUFFIXES
+def is_scan(name: str) -> bool:
+    """Return whether a file of that name is a scan by its suffix."""
+    return Path(name).suffix.lower() in SUFFIXES
 
 
 def read_scan(path: Path | str, *, unit: str, least: int) -> Scan:

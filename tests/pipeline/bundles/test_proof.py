@@ -12,8 +12,8 @@ import pytest
 import geoprint
 from geoprint import cli
 from geoprint.account import PlanRecord, check_summary, read_record
+from geoprint.account.compared.table import evidence_table
 from geoprint.account.evidence import evidence_rows
-from geoprint.account.part_report import evidence_table
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord
 from geoprint.account.records.robot import BendRecord
 from geoprint.account.texts.checking import check_text

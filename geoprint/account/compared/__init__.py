@@ -1,0 +1,1 @@
+"""What a comparison of plans shows of them, quantity by quantity."""
