@@ -133,7 +133,6 @@ def appraise(
     as_json: AsJson = False,
 ) -> None:
     """Appraise prints by photographs or a scan of them: what came out, beside the plan; or a part before its print."""
-    from geoprint.account import as_json as json_of
     from geoprint.export import check_writable
     from geoprint.pipeline.appraised.photographs import PlanAsked
 
@@ -147,18 +146,22 @@ def appraise(
         check_writable(out, overwrite=overwrite)
     if kind == "photographs":
         _refuse({**scanned, **lying}, "is for a scan, and these are photographs")
-        if plan is None:
-            _refuse(seen, "needs `--plan`: without a plan nothing is placed on a part")
+        _refuse(seen if plan is None else {}, "needs `--plan`: without a plan nothing is placed on a part")
         asked = None if plan is None else PlanAsked(plan, tuple(fiducials or ()), tuple(lens or ()), corners, reach)
         told, text = _of_photographs(files, asked, (shade.value, width, threshold), out=out, overwrite=overwrite)
     else:
         _refuse({**pictured, **(lying if kind == "print" else {"--plan": plan})}, f"is not for a scan of a {kind}")
         how = (scan_unit or "mm", pose, features)
-        told, text = (
-            _of_print(files[0], plan, how, out=out, overwrite=overwrite)
-            if kind == "print"
-            else _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
-        )
+        if kind == "print":
+            told, text = _of_print(files[0], plan, how, out=out, overwrite=overwrite)
+        else:
+            told, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
+    _tell(told, text, out=out, as_json=as_json)
+
+
+def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:
+    from geoprint.account import as_json as json_of
+
     if as_json:
         tell_json(json_of(told))
     say(text)

@@ -10,8 +10,8 @@ import numpy as np
 
 from geoprint.account.records.rounding import place_of
 from geoprint.account.records.scan import (
-    DeviationRecord,
     EstimateRecord,
+    FromPlanRecord,
     LyingRecord,
     PartOfRunRecord,
     RegistrationRecord,
@@ -164,13 +164,13 @@ def _covered(held: MeasuredPrint, seen: BoolArray) -> EstimateRecord:
     return EstimateRecord(value=float((areas * surely).sum()) / whole, deviation=float(np.sqrt(variance)) / whole)
 
 
-def _from_plan(held: MeasuredPrint, seen: BoolArray, *, mean_deviation: float) -> DeviationRecord:
+def _from_plan(held: MeasuredPrint, seen: BoolArray, *, mean_deviation: float) -> FromPlanRecord:
     cells = held.cells
     areas, off = cells.areas[seen], (cells.thickness - cells.planned)[seen]
     order = np.argsort(off)
     shares = (np.cumsum(areas[order]) - 0.5 * areas[order]) / areas.sum()
     low, high = np.interp([0.05, 0.95], shares, off[order]).tolist()
-    return DeviationRecord(
+    return FromPlanRecord(
         mean=EstimateRecord(value=float((areas * off).sum() / areas.sum()), deviation=mean_deviation),
         rms_mm=float(np.sqrt((areas * off**2).sum() / areas.sum())),
         p5_mm=low,

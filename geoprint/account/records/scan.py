@@ -51,7 +51,7 @@ class EstimateRecord(Record):
     deviation: Rounded = Field(description="standard deviation of that")
 
 
-class DeviationRecord(Record):
+class FromPlanRecord(Record):
     """How the thickness differs from the planned one, cell by cell of the surface, by area."""
 
     mean: EstimateRecord = Field(description="of all that is seen [mm]")
@@ -103,7 +103,7 @@ class ScanAppraisalRecord(Record):
     volume_ratio: EstimateRecord = Field(description="of that over the planned one there")
     volume_planned_mm3: Rounded = Field(description="of the whole plan [mm3]")
     thickness_mm: EstimateRecord = Field(description="mean over what is to be covered and seen [mm]")
-    from_plan: DeviationRecord = Field(description="how the thickness differs from the planned one")
+    from_plan: FromPlanRecord = Field(description="how the thickness differs from the planned one")
     runs: tuple[ScannedRunRecord, ...] = Field(description="in their order")
     parts: tuple[PartOfRunRecord, ...] = Field(description="of the runs, in their order; at most 2000 and one a run")
 

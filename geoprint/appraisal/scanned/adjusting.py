@@ -80,7 +80,7 @@ class Adjusted:
 
 @final
 @frozen
-class _Rows:
+class _PointRows:
     """What a scan says at a pose: a row for each point that is on the part.
 
     Attributes:
@@ -106,7 +106,7 @@ class _Rows:
 
 @final
 @frozen
-class _Equations:
+class _NormalEquations:
     """Normal equations, in which turns are lengths at the radius of the scan.
 
     Attributes:
@@ -150,7 +150,7 @@ def adjusted(points: FloatArray, target: ScanTarget, *, start: FloatArray, steps
     return Adjusted(pose, found.middle, covariance, _step(final_ones)[1], shares, final_ones.noise, final_ones.used)
 
 
-def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, shares: FloatArray) -> _Rows:
+def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, shares: FloatArray) -> _PointRows:
     """Return what a scan says at a pose."""
     here = transforms.apply(T_work_scan, points)
     middle: FloatArray = here.mean(axis=0)
@@ -167,7 +167,7 @@ def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, share
     deposit = target.deposit
     block = BARE_BLOCK_SHARE * target.size if deposit is None else BLOCK_SHARE * deposit.spacing
     turned = np.cross(here - middle, across).astype(np.float64)
-    return _Rows(
+    return _PointRows(
         rows=np.column_stack([turned, across, -heights]),
         residuals=high - laid,
         sizes=np.linalg.norm(across, axis=1),
@@ -179,7 +179,7 @@ def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, share
     )
 
 
-def _equations(found: _Rows, shares: FloatArray, scale: FloatArray) -> _Equations:
+def _equations(found: _PointRows, shares: FloatArray, scale: FloatArray) -> _NormalEquations:
     """Return the normal equations; what lies on each part of a run is eliminated from them."""
     rows, residuals = found.rows * scale, found.residuals
     ratios = np.abs(residuals / found.sizes)
@@ -204,7 +204,7 @@ def _equations(found: _Rows, shares: FloatArray, scale: FloatArray) -> _Equation
     matrix[np.diag_indices(ALL)] += known
     pulled = _spread_of(pulls, found.blocks)
     pulled[np.diag_indices(ALL)] += known
-    return _Equations(matrix, gradient, pulled, noise, float((u < 1.0).sum()) / found.points)
+    return _NormalEquations(matrix, gradient, pulled, noise, float((u < 1.0).sum()) / found.points)
 
 
 def _spread_of(pulls: FloatArray, blocks: IntArray) -> FloatArray:
@@ -228,7 +228,7 @@ def _deviation(pulls: FloatArray, stiff: FloatArray) -> float:
     return float(np.clip(np.sqrt(max(variance, 0.0)), LEAST_DEVIATION, MOST_DEVIATION))
 
 
-def _step(equations: _Equations) -> tuple[FloatArray, FloatArray]:
+def _step(equations: _NormalEquations) -> tuple[FloatArray, FloatArray]:
     """Return the (9,) step to the minimum, and the (j, 6) directions that are not fixed and stay as they are."""
     matrix = equations.matrix
     # The pose alone: what the shares cannot take up.
@@ -242,7 +242,7 @@ def _step(equations: _Equations) -> tuple[FloatArray, FloatArray]:
     return step, np.asarray(axes[:, ~fixed].T)
 
 
-def _covariance(equations: _Equations) -> FloatArray:
+def _covariance(equations: _NormalEquations) -> FloatArray:
     """Return the (9, 9) covariance; in directions that are not fixed that of `LOOSE`."""
     sure, axes = np.linalg.eigh(0.5 * (equations.matrix + equations.matrix.T))
     inverse = (axes / np.maximum(sure, LOOSE**-2.0)) @ axes.T

@@ -19,8 +19,7 @@ def work(data: bytes) -> bytes:
             (r,), `feature`, the radius of features or 0 for none.
     """
     if sys.platform == "linux":
-        # Several threads give another pose each time, by the last digits.
-        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # several threads give other last digits each time
     import numpy as np
     import open3d as o3d
 

@@ -59,7 +59,7 @@ def test_parts_of_runs_are_about_two_spacings_long_and_of_one_run_each() -> None
     assert lengths.min() >= 2.0 * SPACING - runs.lengths.max()
     assert lengths.max() < 4.0 * SPACING
     assert all(np.unique(runs.runs[parts == part]).size == 1 for part in np.unique(parts))
-    assert np.array_equal(np.unique(parts), np.arange(parts.max() + 1))
+    assert np.array_equal(np.unique(parts), np.arange(int(parts.max()) + 1))
 
 
 def test_however_long_a_plan_is_its_parts_are_bounded() -> None:

@@ -45,6 +45,9 @@ def test_a_scan_of_something_else_is_refused() -> None:
 
 
 def test_without_open3d_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
+    def nothing(name: str) -> None:
+        assert name == "open3d"
+
+    monkeypatch.setattr(importlib.util, "find_spec", nothing)
     with pytest.raises(UsageError, match=r"laying scans onto parts needs the package open3d.*geoprint\[scan\]"):
         registered(np.zeros((300, 3)), PLATE, None, start=np.eye(4))
