@@ -181,6 +181,7 @@ class Workpiece:
         tried: sources of patches whose best one was sought, in the order of the patches.
         place: of the layer in its stack, whose middle the part then is; None of a single skin.
         field_text: of the file that says which lines fibres follow, or None.
+        feedback_text: of the appraisal of the last print, or None.
     """
 
     cell: Cell
@@ -202,6 +203,7 @@ class Workpiece:
     tried: tuple[TriedSource, ...] = ()
     place: StackPlace | None = None
     field_text: str | None = None
+    feedback_text: str | None = None
 
     @property
     def base(self) -> Surface:

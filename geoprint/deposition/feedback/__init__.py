@@ -11,6 +11,7 @@ from geoprint.deposition.feedback.correcting import (
 )
 from geoprint.deposition.feedback.evidence import (
     SIGNIFICANT as SIGNIFICANT,
+    VALVE_CAUSES as VALVE_CAUSES,
 )
 from geoprint.deposition.feedback.measured import (
     FlowBounds as FlowBounds,

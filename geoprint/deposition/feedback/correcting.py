@@ -11,9 +11,7 @@ from typing import final
 import numpy as np
 
 from geoprint.deposition.feedback.evidence import (
-    ALONG,
-    CONSTANT,
-    DRIFT,
+    FLOW_CAUSES,
     OPENING,
     SHUTTING,
     Evidence,
@@ -22,8 +20,6 @@ from geoprint.deposition.feedback.evidence import (
 )
 from geoprint.deposition.feedback.measured import FlowBounds, MeasuredRuns
 from geoprint.model import FloatArray, IntArray, comparable, freeze_arrays, frozen
-
-FLOW_CAUSES = (CONSTANT, DRIFT, ALONG)
 
 
 @final

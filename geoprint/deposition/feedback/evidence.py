@@ -24,7 +24,9 @@ KNOWN = 0.005
 ALIKE_PARTS, ALIKE_SHARE = 3.0, 0.25
 # Sizes that are tried (standard deviation): of a flow (logarithm), and of a lag [mm].
 FLOWS, LAGS = (0.03, 0.1, 0.3), (0.1, 0.3, 1.0)
-CONSTANT, OPENING, SHUTTING, DRIFT, ALONG = "constant", "opening", "shutting", "drift", "along runs"
+CONSTANT, DRIFT, ALONG, OPENING, SHUTTING = "constant", "drift", "along runs", "opening", "shutting"
+# What a flow mends, and what the times of a valve do.
+FLOW_CAUSES, VALVE_CAUSES = (CONSTANT, DRIFT, ALONG), (OPENING, SHUTTING)
 
 
 @final

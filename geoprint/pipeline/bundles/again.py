@@ -1,4 +1,4 @@
-"""What a bundle carries to be planned again: the job, and part, body, target, field and cell as they were read."""
+"""What a bundle carries to be planned again: the job, and part, body, target, field, feedback and cell as read."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ JOB, PART, BODY = "job.toml", "part.ply", "body.ply"
 TARGET, TARGET_FOLDER = "target.ply", "target"
 # Which lines fibres follow.
 FIELD = "field.toml"
+# What the last print taught.
+FEEDBACK = "feedback.json"
 # Where the cell's file stands, if the job names one, and an arm of one's own beside it.
 CELL_FOLDER = "cell"
 
@@ -36,17 +38,19 @@ def input_files(plan: Plan) -> dict[str, bytes]:
     cell = _cell_files(workpiece)
     target = _target_files(workpiece)
     field = {} if workpiece.field_text is None else {FIELD: workpiece.field_text.encode("utf-8")}
+    fed = {} if workpiece.feedback_text is None else {FEEDBACK: workpiece.feedback_text.encode("utf-8")}
     job = plan.job.model_copy(
         update={
             "surface": Path(PART),
             "body": Path(BODY) if BODY in meshes else None,
             "target": next(map(Path, target), None),
             "field": next(map(Path, field), None),
+            "feedback": next(map(Path, fed), None),
             "cell": Path(CELL_FOLDER, workpiece.cell.name) if cell else None,
         }
     )
     stored = {name: stored_mesh(file) for name, file in meshes.items()}
-    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **field, **cell}
+    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **field, **fed, **cell}
 
 
 @final
@@ -122,7 +126,10 @@ def job_file_of(folder: Path | str) -> Path:
 
 def is_input(name: str) -> bool:
     """Return whether a file of a bundle is one that it is planned from."""
-    return name in {JOB, PART, BODY, TARGET, FIELD} or PurePosixPath(name).parts[0] in {CELL_FOLDER, TARGET_FOLDER}
+    return name in {JOB, PART, BODY, TARGET, FIELD, FEEDBACK} or PurePosixPath(name).parts[0] in {
+        CELL_FOLDER,
+        TARGET_FOLDER,
+    }
 
 
 def _version(folder: Path) -> str:

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.backends import BackendFactory, Piecewise, backend
+from geoprint.backends import Piecewise, backend
 from geoprint.config import Job, cell_text, field_text, load_cell
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
@@ -28,6 +28,7 @@ from geoprint.motion.placing import (
     refuse_uncertain,
 )
 from geoprint.pipeline.choice import backend_of
+from geoprint.pipeline.feeding import feedback_text
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece.best_source import with_best_sources
 from geoprint.pipeline.workpiece.layering import Stack, even_stack, layer_of, stack_cell, stack_of
@@ -80,8 +81,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
     with stage("refining"):
-        factories = [backend(name).factory for name in backends]
-        surface, edge_length = _refined(sided.part, factories, spacing=_wanted_spacing(job, sided.part))
+        surface, edge_length = _refined(sided.part, backends, spacing=_wanted_spacing(job, sided.part))
         workpiece = Workpiece(
             cell=stack_cell(cell, sided.place),
             part=sided.part,
@@ -100,6 +100,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             turnable=turnable,
             place=sided.place,
             field_text=None if job.field is None else field_text(job.field),
+            feedback_text=None if job.feedback is None else feedback_text(job.feedback),
         )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
@@ -243,11 +244,12 @@ def surface_uncertainty(calibration: FixtureCalibration, part: Surface) -> Uncer
     return normal_uncertainty(calibration, apply(T_base_work, part.vertices), normals=normals)
 
 
-def _refined(part: Surface, factories: Sequence[BackendFactory], *, spacing: float) -> tuple[Surface, float]:
+def _refined(part: Surface, backends: Sequence[str], *, spacing: float) -> tuple[Surface, float]:
     """Return the part, each piece as finely as it needs alone, so that its paths do not depend on the others.
 
     The number is the shortest edge length [mm] that a backend wants of a piece.
     """
+    factories = [backend(name).factory for name in backends]
     alone = [piece.surface for piece in pieces(part)]
     wanted = [min(factory.edge_length(piece, spacing=spacing) for factory in factories) for piece in alone]
     refined = [refine(piece, edge_length=edge_length) for piece, edge_length in zip(alone, wanted, strict=True)]
