@@ -76,7 +76,7 @@ def registered_scan(faults: Faults, *, seed: int) -> Registered:
     found = registered(scan.points, surface, deposit, start=np.eye(4))
     held = measured_print(scan.points, found, surface, deposit)
     cells = held.cells
-    off = (cells.thickness - _thickness(cells.places, surface, beads))[cells.seen]
+    off = (cells.thickness - true_thickness(cells.places, surface, beads))[cells.seen]
     shift, turn, within = _error(found, T_work_scan)
     seen = held.parts.seen
     ratio = float(np.average(held.parts.ratios[seen], weights=(held.parts.ends - held.parts.starts)[seen]))
@@ -91,7 +91,7 @@ def _away(middle: FloatArray, random: np.random.Generator) -> FloatArray:
     return transforms.rigid(turn, middle + OFF_MM * direction - turn @ middle)
 
 
-def _thickness(places: FloatArray, surface: Surface, beads: LaidBeads) -> FloatArray:
+def true_thickness(places: FloatArray, surface: Surface, beads: LaidBeads) -> FloatArray:
     """Return the true mean thickness of the cells of the surface that are nearest to places."""
     random = np.random.default_rng(0)
     corners = surface.vertices[surface.faces]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from geoprint.account.prints.feedback import feedback_notes
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.verdict import coverage_advice, covers, middle_sentences
@@ -60,6 +61,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
         *_inside(told.patches),
         *_repairs(plan.workpiece),
+        *feedback_notes(told.feedback),
         *_sources(told),
         *middle_sentences(told.middles),
         *_paths(told),

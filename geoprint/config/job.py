@@ -101,12 +101,7 @@ class Job(Table):
     ] = None
     contours: Annotated[
         NonNegativeInt | None,
-        Key(
-            "Contours around guided rows, so many.",
-            "2 # contours around guided rows",
-            group="paths",
-            always=False,
-        ),
+        Key("Contours around guided rows, so many.", "2 # contours around guided rows", group="paths", always=False),
     ] = None
     field: Annotated[
         Path | None,
@@ -164,11 +159,7 @@ class Job(Table):
     ] = False
     label: Annotated[
         PositiveInt | None,
-        Key(
-            "Which label of a label volume (.nii, .nii.gz, .nrrd, .dcm).",
-            "1 # of a label volume, which one",
-            group="part",
-        ),
+        Key("Which label of a label volume (.nii, .nii.gz, .nrrd, .dcm).", "1 # of a label volume", group="part"),
     ] = None
     patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES), Key("", "[[patches]]", group="patches")] = (
         Field(default=[])
@@ -260,13 +251,19 @@ class Job(Table):
             group="robot",
         ),
     ] = "lower"
+    feedback: Annotated[
+        Path | None,
+        Key(
+            "The appraisal.json of a scan of this plan's last print: flow and valve are corrected by it.",
+            '"appraisal.json" # of a scan of the last print of this plan: corrects flow and valve',
+            group="robot",
+            told="",
+            always=False,
+        ),
+    ] = None
     robot: Annotated[
         bool,
-        Key(
-            "Plan the robot too, or leave it out: paths only.",
-            "# false leaves the robot out: paths only",
-            group="robot",
-        ),
+        Key("Plan the robot too, or leave it out: paths only.", "# false leaves the robot out", group="robot"),
     ] = True
 
     @model_validator(mode="after")

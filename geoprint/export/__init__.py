@@ -12,6 +12,11 @@ from geoprint.export.bundle import (
     json_bytes as json_bytes,
     write_bundle as write_bundle,
 )
+from geoprint.export.feedback_table import (
+    FEEDBACK_TABLE as FEEDBACK_TABLE,
+    feedback_table as feedback_table,
+    read_wanted_flow as read_wanted_flow,
+)
 from geoprint.export.orders import (
     Orders as Orders,
     orders_of as orders_of,

@@ -8,6 +8,7 @@ from geoprint.backends import compared_backends
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError
 from geoprint.pipeline.choice import check_part, with_backend
+from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.planning import compared_workpiece, plan_compared
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import with_rounds
@@ -37,6 +38,7 @@ def compare(
     """
     backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
     check_part(job)
+    check_single(job)
     workpiece, unplaced = compared_workpiece(job, Stages(observe), backends=backends)
     job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
     outcomes = tuple(

@@ -44,6 +44,7 @@ from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.expecting import with_print
+from geoprint.pipeline.feeding import with_feedback
 from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
@@ -129,7 +130,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     paths, measured = measured_cover(job, workpiece, stage)
     with stage("layer"):
         stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
-    return replace(paths, poses=stream, laid=laid, timings=tuple(stage.timings))
+    return with_feedback(replace(paths, poses=stream, laid=laid, timings=tuple(stage.timings)))
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:

@@ -20,8 +20,10 @@ from geoprint.account.spacing_table import spacing_table
 from geoprint.account.summary import record_plan, record_timings
 from geoprint.errors import VerificationError
 from geoprint.export import (
+    FEEDBACK_TABLE,
     TIMINGS,
     Setup,
+    feedback_table,
     json_bytes,
     poses_table,
     setup_file,
@@ -156,6 +158,8 @@ def plan_files(plan: Plan, told: PlanRecord, *, charts: Mapping[str, bytes]) -> 
         **input_files(plan),
         **charts,
     }
+    if plan.fed is not None:
+        files[FEEDBACK_TABLE] = feedback_table(plan.poses, plan.fed.wanted)
     for robot, folder in zip(plan.robot, robot_folders(plan), strict=True):
         files |= {f"{folder}{name}": content for name, content in _robot_files(plan.workpiece, robot).items()}
     return files

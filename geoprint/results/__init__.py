@@ -21,6 +21,7 @@ from geoprint.results.mesh_files import (
     Remeshed as Remeshed,
 )
 from geoprint.results.plan import (
+    Fed as Fed,
     Laid as Laid,
     Layer as Layer,
     Plan as Plan,

@@ -7,6 +7,7 @@ from typing import final
 from geoprint.backends import Shown
 from geoprint.config import Job
 from geoprint.deposition import Exposure
+from geoprint.deposition.feedback import Correction
 from geoprint.export import Orders
 from geoprint.export.rapid import Executed, Timeline
 from geoprint.model import (
@@ -25,6 +26,7 @@ from geoprint.model import (
     Toolpath,
     Trajectory,
     comparable,
+    freeze_arrays,
     frozen,
 )
 from geoprint.quality import Printed, Thickness, Uniformity
@@ -50,6 +52,31 @@ class Laid:
     constant: Thickness
     following: Thickness
     following_flow: FloatArray
+
+
+@final
+@frozen
+class Fed:
+    """What the last print taught.
+
+    Attributes:
+        digest: SHA-256 of the file of its appraisal.
+        plan: name of the bundle that was printed.
+        scan: name of the file of the scan.
+        correction: of flow and valve.
+        wanted: (q,) flow at the poses that deposit, without it [mm3/mm].
+        held: share of these poses at which the cell's bounds hold the flow.
+    """
+
+    digest: str
+    plan: str
+    scan: str
+    correction: Correction
+    wanted: FloatArray
+    held: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, wanted="float: q")
 
 
 @final
@@ -143,6 +170,7 @@ class Plan:
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
         printed: the spacing that prints are expected to have; None where none was measured.
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
+        fed: what the last print taught, or None where the job names none.
     """
 
     job: Job
@@ -160,6 +188,7 @@ class Plan:
     not_printable: str | None = None
     printed: Printed | None = None
     followed: FollowedLines | None = None
+    fed: Fed | None = None
 
     @property
     def flat_surface(self) -> Surface:

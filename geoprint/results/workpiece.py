@@ -182,6 +182,7 @@ class Workpiece:
         place: of the layer in its stack, whose middle the part then is; None of a single skin.
         field_text: of the file that says which lines fibres follow, or None.
         field_volume: name and bytes of the label volume that this names, or None.
+        feedback_text: of the appraisal of the last print, or None.
     """
 
     cell: Cell
@@ -204,6 +205,7 @@ class Workpiece:
     place: StackPlace | None = None
     field_text: str | None = None
     field_volume: tuple[str, bytes] | None = None
+    feedback_text: str | None = None
 
     @property
     def base(self) -> Surface:

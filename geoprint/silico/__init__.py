@@ -15,6 +15,11 @@ from geoprint.silico.pictured import (
     pictured as pictured,
     png as png,
 )
+from geoprint.silico.plant import (
+    Plant as Plant,
+    ValveTimes as ValveTimes,
+    plant_beads as plant_beads,
+)
 from geoprint.silico.scanned import (
     Sensor as Sensor,
     SilicoScan as SilicoScan,

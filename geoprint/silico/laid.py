@@ -167,6 +167,8 @@ def _run(
     if faults.width_noise > 0.0:
         alike = ALIKE_SHARE * float(wide.mean()) / step
         noise: FloatArray = ndimage.gaussian_filter1d(random.standard_normal(arcs.size), alike)
+        # About the mean of the bead: on a run of few widths what is alike would be the mean itself.
+        noise -= noise.mean()
         more = np.maximum(1.0 + faults.width_noise * noise / max(float(noise.std()), 1e-12), 0.0)
         widths, areas = widths * more, areas * more**2
     bare = arcs < faults.lag

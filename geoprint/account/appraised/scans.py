@@ -55,6 +55,9 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
         kind="scan",
         plan=found.plan,
         part=found.part,
+        part_sha256=found.digest,
+        opened_mm=found.opened,
+        shut_mm=found.shut,
         scan=ScanFileRecord(
             file=found.scan.name, sha256=found.scan.digest, unit=found.unit, points=found.scan.held, used=held.points
         ),
@@ -69,7 +72,7 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
         thickness_mm=EstimateRecord(value=volume.value / area, deviation=volume.deviation / area),
         from_plan=_from_plan(held, seen, mean_deviation=volume.deviation / area),
         runs=tuple(_run(held.parts, number, found) for number in np.unique(held.parts.runs).tolist()),
-        parts=tuple(_part(held.parts, k) for k in range(np.size(held.parts.runs))),
+        parts=tuple(_part(held.parts, k, factor=float(found.factors[k])) for k in range(np.size(held.parts.runs))),
     )
 
 
@@ -206,7 +209,7 @@ def _run(parts: MeasuredParts, number: int, found: AppraisedScan) -> ScannedRunR
     )
 
 
-def _part(parts: MeasuredParts, k: int) -> PartOfRunRecord:
+def _part(parts: MeasuredParts, k: int, *, factor: float) -> PartOfRunRecord:
     seen = bool(parts.seen[k])
     bead = seen and bool(parts.ratios[k] >= MISSING)
     return PartOfRunRecord(
@@ -217,4 +220,5 @@ def _part(parts: MeasuredParts, k: int) -> PartOfRunRecord:
         deviation=float(parts.ratio_deviations[k]) if seen else None,
         offset_mm=float(parts.offsets[k]) if bead else None,
         offset_deviation_mm=float(parts.offset_deviations[k]) if bead else None,
+        factor=factor,
     )

@@ -83,6 +83,7 @@ class PartOfRunRecord(Record):
     deviation: Rounded | None = Field(description="standard deviation of that")
     offset_mm: Rounded | None = Field(description="of the bead's middle to the left, as seen from outside [mm]")
     offset_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
+    factor: Rounded = Field(default=1.0, description="flow that was commanded over the planned one, by feedback")
 
 
 class ScanAppraisalRecord(Record):
@@ -93,6 +94,9 @@ class ScanAppraisalRecord(Record):
     kind: Literal["scan"] = Field(description="what was appraised")
     plan: str = Field(description="name of the bundle")
     part: str = Field(description="name of the part's file")
+    part_sha256: str = Field(description="of that file", pattern="^[0-9a-f]{64}$")
+    opened_mm: Rounded = Field(default=0.0, description="by which the valve was opened earlier, by feedback [mm]")
+    shut_mm: Rounded = Field(default=0.0, description="by which the valve was shut earlier, by feedback [mm]")
     scan: ScanFileRecord = Field(description="the file")
     registration: RegistrationRecord = Field(description="where it was taken")
     layer_height_mm: Rounded = Field(description="of the plan [mm]")

@@ -6,6 +6,7 @@ import csv
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, final
 
@@ -16,15 +17,15 @@ from geoprint.account import PlanRecord, read_record
 from geoprint.appraisal import Fiducials, Lens, lens_of, read_photograph
 from geoprint.config.strict import Table, describe, line_of, parsed_toml, text_of
 from geoprint.errors import InputError, UsageError, VerificationError
-from geoprint.export import PLAN
-from geoprint.model import PoseStream, Surface, frozen
+from geoprint.export import FEEDBACK_TABLE, PLAN, read_wanted_flow
+from geoprint.model import FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
 from geoprint.pipeline.bundles.contents import changes, listed_bundle
 from geoprint.pipeline.bundles.paths import stream_of
 from geoprint.surfaces.files import load
 
 COLUMNS = ("name", "u", "v", "x", "y", "z")
 # What a print is held against, of a bundle.
-NEEDED = (PLAN, "poses.csv", "surface.ply")
+NEEDED = (PLAN, "poses.csv", "surface.ply", FEEDBACK_TABLE)
 # Nobody marks more on a part.
 MOST_FIDUCIALS = 1000
 LENS_SUFFIX = ".toml"
@@ -53,18 +54,42 @@ class PlannedPrint:
     Attributes:
         name: of the bundle's folder.
         part: name of the part's file.
+        digest: SHA-256 of that file.
         surface: that was planned on.
-        poses: of the path.
+        poses: of the path, with the flow that it asks for.
+        factors: (p,) flow that was commanded over that, by what was fed back; 1 on travel.
+        opened: by how much the valve was opened earlier than the cell says, likewise [mm].
+        shut: by how much it was shut earlier [mm].
         spacing: wanted between neighbouring runs [mm].
         height: of the layer [mm].
     """
 
     name: str
     part: str
+    digest: str
     surface: Surface
     poses: PoseStream
+    factors: FloatArray
+    opened: float
+    shut: float
     spacing: float
     height: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, factors="float: p")
+
+    def factors_at(self, runs: IntArray, arcs: FloatArray) -> FloatArray:
+        """Return the (k,) factor of the flow at places of runs, straight between poses.
+
+        Args:
+            runs: (k,) that each place is of.
+            arcs: (k,) arc length from its start [mm].
+        """
+        result = np.ones(runs.size)
+        for number in np.unique(runs).tolist():
+            own, there = runs == number, self.poses.deposit & (self.poses.runs == number)
+            result[own] = np.interp(arcs[own], self.poses.arcs[there], self.factors[there])
+        return result
 
 
 def read_plan(folder: Path) -> PlannedPrint:
@@ -80,9 +105,20 @@ def read_plan(folder: Path) -> PlannedPrint:
             raise VerificationError(f"{folder / name}: {reason}; restore it, or plan again.")
     told = read_record(folder / PLAN, PlanRecord)
     surface = load(folder / "surface.ply", unit="mm")
-    settings = told.settings
+    settings, fed = told.settings, told.feedback
+    commanded = stream_of(folder, told)
+    flow = commanded.flow if fed is None else read_wanted_flow(folder / FEEDBACK_TABLE, commanded)
     return PlannedPrint(
-        folder.name, told.input.name, surface, stream_of(folder, told), settings.spacing_mm, settings.layer_height_mm
+        name=folder.name,
+        part=told.input.name,
+        digest=told.input.sha256,
+        surface=surface,
+        poses=replace(commanded, flow=flow),
+        factors=np.divide(commanded.flow, flow, out=np.ones_like(flow), where=flow > 0.0),
+        opened=0.0 if fed is None else fed.valve_opens_earlier_mm,
+        shut=0.0 if fed is None else fed.valve_shuts_earlier_mm,
+        spacing=settings.spacing_mm,
+        height=settings.layer_height_mm,
     )
 
 

@@ -90,9 +90,11 @@ def appraise_scan(
         )
     observe("thickness")
     held = measured_print(scan.points, found, plan.surface, deposit, name=scan.name)
+    parts = held.parts
     return AppraisedScan(
-        scan, asked.unit, plan.name, plan.part, asked.pose is not None, plan.surface, _upright(plan.surface),
-        plan.spacing, held,
+        scan, asked.unit, plan.name, plan.part, plan.digest, asked.pose is not None, plan.surface,
+        _upright(plan.surface), plan.spacing, held, plan.factors_at(parts.runs, 0.5 * (parts.starts + parts.ends)),
+        plan.opened, plan.shut,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""What a bundle carries to be planned again: the job, and part, body, target, field and cell as they were read."""
+"""What a bundle carries to be planned again: the job, and part, body, target, field, feedback and cell as read."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ JOB, PART, BODY = "job.toml", "part.ply", "body.ply"
 TARGET, TARGET_FOLDER = "target.ply", "target"
 # Which lines fibres follow, and where the volume lies that this names.
 FIELD, FIELD_FOLDER = "field.toml", "field"
+# What the last print taught.
+FEEDBACK = "feedback.json"
 # Where the cell's file stands, if the job names one, and an arm of one's own beside it.
 CELL_FOLDER = "cell"
 
@@ -36,17 +38,19 @@ def input_files(plan: Plan) -> dict[str, bytes]:
     cell = _cell_files(workpiece)
     target = _target_files(workpiece)
     field = _field_files(workpiece)
+    fed = {} if workpiece.feedback_text is None else {FEEDBACK: workpiece.feedback_text.encode("utf-8")}
     job = plan.job.model_copy(
         update={
             "surface": Path(PART),
             "body": Path(BODY) if BODY in meshes else None,
             "target": next(map(Path, target), None),
             "field": Path(FIELD) if field else None,
+            "feedback": next(map(Path, fed), None),
             "cell": Path(CELL_FOLDER, workpiece.cell.name) if cell else None,
         }
     )
     stored = {name: stored_mesh(file) for name, file in meshes.items()}
-    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **field, **cell}
+    return {JOB: job_text(job).encode("utf-8"), **stored, **target, **field, **fed, **cell}
 
 
 @final
@@ -123,7 +127,7 @@ def job_file_of(folder: Path | str) -> Path:
 def is_input(name: str) -> bool:
     """Return whether a file of a bundle is one that it is planned from."""
     folders = {CELL_FOLDER, TARGET_FOLDER, FIELD_FOLDER}
-    return name in {JOB, PART, BODY, TARGET, FIELD} or PurePosixPath(name).parts[0] in folders
+    return name in {JOB, PART, BODY, TARGET, FIELD, FEEDBACK} or PurePosixPath(name).parts[0] in folders
 
 
 def _version(folder: Path) -> str:

@@ -29,6 +29,7 @@ from geoprint.errors import FieldError, ResourceError, UsageError, VerificationE
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
 from geoprint.pipeline.choice import check_options
+from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
@@ -78,10 +79,11 @@ def check_stacked(job: Job) -> None:
     """Check that a job is of all layers.
 
     Raises:
-        UsageError: it is not.
+        UsageError: it is not, or names feedback, which is of one plan.
     """
     if not job.layered or job.layer is not None:
         raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
+    check_single(job)
 
 
 def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> StackRecord:

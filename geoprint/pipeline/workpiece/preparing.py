@@ -28,6 +28,7 @@ from geoprint.motion.placing import (
     refuse_uncertain,
 )
 from geoprint.pipeline.choice import backend_of
+from geoprint.pipeline.feeding import feedback_text
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece.best_source import with_best_sources
 from geoprint.pipeline.workpiece.layering import Stack, even_stack, layer_of, stack_cell, stack_of
@@ -100,6 +101,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             place=sided.place,
             field_text=None if job.field is None else field_text(job.field),
             field_volume=None if job.field is None else field_volume(job.field),
+            feedback_text=None if job.feedback is None else feedback_text(job.feedback),
         )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)

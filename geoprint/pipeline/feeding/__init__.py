@@ -1,0 +1,7 @@
+"""Feedback in a plan: what a scan of the last print taught is held against the paths, and corrects flow and valve."""
+
+from geoprint.pipeline.feeding.commanded import with_feedback as with_feedback
+from geoprint.pipeline.feeding.printed import (
+    check_single as check_single,
+    feedback_text as feedback_text,
+)

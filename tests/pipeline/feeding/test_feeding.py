@@ -1,0 +1,253 @@
+"""A plan with feedback: flow and valve as the last print of these paths teaches them, or a sentence why not."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint import cli
+from geoprint.account import as_json, read_record
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.scan import (
+    EstimateRecord,
+    FromPlanRecord,
+    PartOfRunRecord,
+    RegistrationRecord,
+    ScanAppraisalRecord,
+    ScanFileRecord,
+    ScannedRunRecord,
+)
+from geoprint.appraisal.scanned import PlannedDeposit
+from geoprint.config import job_of, packaged_cell_text
+from geoprint.errors import GeoprintError, InputError, UsageError, VerificationError
+from geoprint.export import json_bytes
+from geoprint.model import FloatArray
+from geoprint.pipeline import compare, job_from, plan, save_plan
+from geoprint.pipeline.appraised.given import read_plan
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
+
+ANALOG = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+NOTHING = EstimateRecord(value=1.0, deviation=0.01)
+
+
+@pytest.fixture(scope="module", params=["heat", "lscm"])
+def bundle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the bundle of a plate whose cell sets the flow along the path."""
+    folder = tmp_path_factory.mktemp("fed")
+    save_ply(plate((40.0, 30.0), (20, 15)), folder / "plate.ply")
+    text = packaged_cell_text("irb120-bent45").replace('mode = "io"', ANALOG)
+    (folder / "analog.toml").write_text(text, encoding="utf-8")
+    job = job_of(
+        surface=folder / "plate.ply", unit="mm", spacing=4.0, backend=request.param, robot=False,
+        cell=folder / "analog.toml",
+    )  # fmt: skip
+    save_plan(plan(job), folder / "plan")
+    return folder / "plan"
+
+
+def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray]) -> ScanAppraisalRecord:
+    """Return the appraisal of a print of a bundle: each part of a run has a share of its volume, by where it lies."""
+    printed = read_plan(bundle)
+    deposit = PlannedDeposit(printed.poses, spacing=printed.spacing, height=printed.height)
+    runs, parts = deposit.runs, deposit.parts
+    firsts = np.unique(parts, return_index=True)[1]
+    lasts = np.append(firsts[1:], parts.size) - 1
+    starts, ends = runs.arcs[firsts] - 0.5 * runs.lengths[firsts], runs.arcs[lasts] + 0.5 * runs.lengths[lasts]
+    numbers, shares = runs.runs[firsts], share(starts, ends)
+    factors = printed.factors_at(numbers, 0.5 * (starts + ends))
+    row = (1.0, 0.0, 0.0, 0.0)
+    return ScanAppraisalRecord(
+        schema=1,
+        version="1",
+        kind="scan",
+        plan=printed.name,
+        part=printed.part,
+        part_sha256=printed.digest,
+        opened_mm=printed.opened,
+        shut_mm=printed.shut,
+        scan=ScanFileRecord(file="print.ply", sha256="0" * 64, unit="mm", points=1000, used=900),
+        registration=RegistrationRecord(
+            pose=(row, row, row, row), middle_mm=(0.0, 0.0, 0.0), covariance=(), shift_deviation_mm=0.003,
+            turn_deviation_deg=0.01, given=False, loose=0, noise_mm=0.05, on_part=1.0, bead_width=1.0, offset_mm=0.0,
+        ),
+        layer_height_mm=printed.height,
+        seen=1.0,
+        covered=NOTHING,
+        bare=0.0,
+        volume_seen_mm3=NOTHING,
+        volume_ratio=NOTHING,
+        volume_planned_mm3=deposit.volume,
+        thickness_mm=NOTHING,
+        from_plan=FromPlanRecord(mean=NOTHING, rms_mm=0.1, p5_mm=0.0, p95_mm=0.1, noise_mm=0.01),
+        runs=tuple(
+            ScannedRunRecord(
+                run=run, length_mm=float(runs.lengths[runs.runs == run].sum()), seen_mm=0.0, missing_mm=0.0,
+                ratio=None, crest_mm=None, offset_mm=None,
+            )
+            for run in np.unique(runs.runs).tolist()
+        ),
+        parts=tuple(
+            PartOfRunRecord(
+                run=int(numbers[k]), start_mm=float(starts[k]), end_mm=float(ends[k]), ratio=float(shares[k]),
+                deviation=0.01, offset_mm=None, offset_deviation_mm=None, factor=float(factors[k]),
+            )
+            for k in range(numbers.size)
+        ),
+    )  # fmt: skip
+
+
+def written(folder: Path, told: ScanAppraisalRecord) -> Path:
+    path = folder / "appraisal.json"
+    path.write_bytes(json_bytes(as_json(told)))
+    return path
+
+
+def fed(bundle: Path, told: ScanAppraisalRecord, folder: Path) -> PlanRecord:
+    return save_plan(plan(job_from(bundle, feedback=written(folder, told))), folder / "fed")
+
+
+def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, tmp_path: Path) -> None:
+    told = fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)), tmp_path)
+    assert told.feedback is not None
+    assert [change.cause for change in told.feedback.changes] == ["constant"]
+    before, after = read_plan(bundle), read_plan(tmp_path / "fed")
+    assert after.poses.flow == pytest.approx(before.poses.flow)
+    nominal = before.spacing * before.height
+    commanded = (after.factors * after.poses.flow)[after.poses.deposit]
+    assert commanded == pytest.approx(
+        np.minimum(1.25 * before.poses.flow[before.poses.deposit], 1.5 * nominal), rel=0.01
+    )
+    (note,) = (note for note in told.notes if note.startswith("feedback: volume was"))
+    assert "20.0% off (RMS) by print.ply: 0.80 of it everywhere" in note
+
+
+def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: Path) -> None:
+    told = fed(bundle, appraisal(bundle, lambda starts, _: np.ones(starts.size)), tmp_path)
+    assert (tmp_path / "fed" / "poses.csv").read_bytes() == (bundle / "poses.csv").read_bytes()
+    assert any("nothing is significant" in note for note in told.notes)
+
+
+def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(bundle: Path, tmp_path: Path) -> None:
+    fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.9)), tmp_path)
+    again = appraisal(tmp_path / "fed", lambda starts, _: np.full(starts.size, 0.96))
+    assert min(part.factor for part in again.parts) == pytest.approx(1.0 / 0.9, rel=0.01)
+    (tmp_path / "more").mkdir()
+    told = fed(bundle, again, tmp_path / "more").feedback
+    assert told is not None
+    assert told.least_factor == pytest.approx(1.0 / 0.9 / 0.96, rel=0.01)
+
+
+def test_a_late_valve_is_commanded_earlier(bundle: Path, tmp_path: Path) -> None:
+    def late(starts: FloatArray, ends: FloatArray) -> FloatArray:
+        return 1.0 - np.where(starts == 0.0, 0.8 / (ends - starts), 0.0)
+
+    path = written(tmp_path, appraisal(bundle, late))
+    planned = plan(job_from(bundle, feedback=path))
+    assert planned.fed is not None
+    assert planned.fed.correction.opening == pytest.approx(0.8, abs=0.1)
+    cell = plan(job_from(bundle)).workpiece.cell
+    found = planned.workpiece.cell.signals.valve_open - cell.signals.valve_open
+    assert found == pytest.approx(planned.fed.correction.opening / cell.process.speed)
+
+
+def test_a_bundle_with_feedback_is_planned_again_to_the_same_bytes(bundle: Path, tmp_path: Path) -> None:
+    fed(bundle, appraisal(bundle, lambda starts, _: np.linspace(0.7, 0.9, starts.size)), tmp_path)
+    (tmp_path / "appraisal.json").unlink()
+    save_plan(plan(job_from(tmp_path / "fed")), tmp_path / "again")
+    names = {path.name for path in (tmp_path / "fed").iterdir()}
+    assert {"feedback.json", "feedback.csv"} < names
+    differ = [
+        name
+        for name in names - {"timings.json"}
+        if (tmp_path / "fed" / name).is_file()
+        and (tmp_path / "fed" / name).read_bytes() != (tmp_path / "again" / name).read_bytes()
+    ]
+    assert differ == []
+    (tmp_path / "fed" / "feedback.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(VerificationError, match=r"feedback\.json"):
+        job_from(tmp_path / "fed")
+
+
+def test_a_table_of_flow_that_was_changed_is_refused(bundle: Path, tmp_path: Path) -> None:
+    fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)), tmp_path)
+    table = tmp_path / "fed" / "feedback.csv"
+    table.write_bytes(table.read_bytes()[:-40])
+    with pytest.raises(VerificationError, match=r"feedback\.csv"):
+        read_plan(tmp_path / "fed")
+
+
+def test_feedback_on_other_paths_or_another_part_is_refused(bundle: Path, tmp_path: Path) -> None:
+    told = appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8))
+    path = written(tmp_path, told)
+    with pytest.raises(
+        InputError, match=r"the feedback: it is of \d+ runs, but \d+ are planned: plan with the settings"
+    ):
+        plan(job_from(bundle, feedback=path, spacing=3.0))
+    longer = told.runs[0].model_copy(update={"length_mm": told.runs[0].length_mm + 0.5})
+    path = written(tmp_path, told.model_copy(update={"runs": (longer, *told.runs[1:])}))
+    with pytest.raises(InputError, match=r"run 0 was .* mm long in print, but .* mm are planned"):
+        plan(job_from(bundle, feedback=path))
+    path = written(tmp_path, told.model_copy(update={"part_sha256": "f" * 64}))
+    with pytest.raises(InputError, match=r"whose file is not that of plate\.ply: plan the part that was printed"):
+        plan(job_from(bundle, feedback=path))
+
+
+def test_a_cell_that_only_opens_its_valve_is_told_the_speed_that_lays_the_mean(bundle: Path, tmp_path: Path) -> None:
+    path = written(tmp_path, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)))
+    cell = tmp_path / "io.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45"), encoding="utf-8")
+    with pytest.raises(UsageError, match=r"can only open and shut its valve .* at a speed_mm_s of 16 instead of 20"):
+        plan(job_from(bundle, feedback=path, cell=cell))
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "said"),
+    [
+        ("", InputError, "it is no appraisal of a scan"),
+        ("[1, 2", InputError, "it is no appraisal of a scan"),
+        ('{"photographs": []}', InputError, "photographs tell no thickness"),
+        ("[" * 100_000, InputError, "it is no appraisal of a scan"),
+        (None, UsageError, "cannot be read"),
+    ],
+)
+def test_what_is_no_appraisal_of_a_scan_is_refused(
+    bundle: Path, tmp_path: Path, text: str | None, error: type[GeoprintError], said: str
+) -> None:
+    path = tmp_path / "appraisal.json"
+    if text is not None:
+        path.write_text(text, encoding="utf-8")
+    with pytest.raises(error, match=f"`--feedback .*{said}"):
+        plan(job_from(bundle, feedback=path))
+
+
+@pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"deviation": -1.0}, {"end_mm": 0.0}])
+def test_figures_that_cannot_be_are_refused(bundle: Path, tmp_path: Path, wrong: dict[str, float]) -> None:
+    told = appraisal(bundle, lambda starts, _: np.ones(starts.size))
+    parts = (told.parts[0].model_copy(update=wrong), *told.parts[1:])
+    with pytest.raises(InputError, match=r"^the feedback: "):
+        plan(job_from(bundle, feedback=written(tmp_path, told.model_copy(update={"parts": parts}))))
+
+
+def test_feedback_is_of_one_plan_and_no_comparison(bundle: Path, tmp_path: Path) -> None:
+    path = written(tmp_path, appraisal(bundle, lambda starts, _: np.ones(starts.size)))
+    with pytest.raises(UsageError, match="is of the paths of one plan, but several are made here"):
+        compare(job_from(bundle, feedback=path))
+
+
+def test_the_option_of_the_command_plans_with_it(
+    bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)))
+    asked = ["plan", "--from", str(bundle), "--feedback", str(path), "--out", str(tmp_path / "out"), "--json"]
+    monkeypatch.setattr("sys.argv", ["geoprint", *asked])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code in {0, None}
+    assert json.loads(capsys.readouterr().out)["feedback"]["changes"][0]["cause"] == "constant"
+    told = read_record(tmp_path / "out" / "plan.json", PlanRecord)
+    assert told.feedback is not None
