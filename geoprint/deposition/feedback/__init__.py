@@ -5,7 +5,7 @@ in `silico`, on which it is tried, is known here.
 """
 
 from geoprint.deposition.feedback.correcting import (
-    Change as Change,
+    FlowChange as FlowChange,
     Correction as Correction,
     corrected as corrected,
 )
