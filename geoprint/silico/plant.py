@@ -1,6 +1,6 @@
 """A dispenser in silico that errs as dispensers do: what it lays of the flow that it is commanded along its runs.
 
-Air above the material gives way, the more of it the emptier the syringe is: the flow reaches its value over a length of
+Air above the material yields, the more of it the emptier the syringe is: the flow reaches its value over a length of
 the run. Rest makes the material thick, and flowing thins it again. It is more viscous than thought. The valve follows
 late. And what lies there slumps, downhill and apart.
 """

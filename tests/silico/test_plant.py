@@ -53,7 +53,7 @@ def test_a_valve_that_opens_too_early_lays_too_much_on_beginnings() -> None:
     assert shares(laid(Plant(), valve=ValveTimes(opening=1.5))) == pytest.approx(1.0 + 1.5 / LENGTH, abs=0.01)
 
 
-def test_air_gives_way_the_more_the_emptier_the_syringe_is() -> None:
+def test_air_yields_the_more_the_emptier_the_syringe_is() -> None:
     even = shares(laid(Plant(air_lag=2.0)))
     assert even == pytest.approx(1.0 - 2.0 / LENGTH, abs=0.005)
     growing = shares(laid(Plant(air_lag=2.0, air_growth=4.0)))

@@ -5,8 +5,8 @@ in `silico`, on which it is tried, is known here.
 """
 
 from geoprint.deposition.feedback.correcting import (
-    Change as Change,
     Correction as Correction,
+    FlowChange as FlowChange,
     corrected as corrected,
 )
 from geoprint.deposition.feedback.evidence import (

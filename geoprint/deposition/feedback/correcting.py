@@ -24,7 +24,7 @@ from geoprint.model import FloatArray, IntArray, comparable, freeze_arrays, froz
 
 @final
 @comparable
-class Change:
+class FlowChange:
     """A cause of errors that is taken out.
 
     Attributes:
@@ -63,7 +63,7 @@ class Correction:
     factors: FloatArray
     opening: float
     shutting: float
-    changes: tuple[Change, ...]
+    changes: tuple[FlowChange, ...]
     gaps: int
     bounded: int
     found: float
@@ -123,12 +123,12 @@ def _lag(evidence: Evidence, measured: MeasuredRuns, name: str) -> float:
     return float(sum(size**2 * float(side @ evidence.weights) for size in sizes))
 
 
-def _change(evidence: Evidence, measured: MeasuredRuns, name: str, gain: float) -> Change:
+def _change(evidence: Evidence, measured: MeasuredRuns, name: str, gain: float) -> FlowChange:
     if name in FLOW_CAUSES:
         made = np.exp(evidence.mean(name))
-        return Change(name, float(made.min()), float(made.max()), gain)
+        return FlowChange(name, float(made.min()), float(made.max()), gain)
     lag = _lag(evidence, measured, name)
-    return Change(name, lag, lag, gain)
+    return FlowChange(name, lag, lag, gain)
 
 
 def _expected(evidence: Evidence, measured: MeasuredRuns, held: FloatArray) -> float:
