@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import pairwise
 from types import MappingProxyType
 from typing import final
@@ -10,12 +10,12 @@ from typing import final
 import numpy as np
 from scipy import ndimage
 
-from benchmarks.paper.prints import GOOD, Print, Studio, prints_of, thickness, unevenness
 from benchmarks.paper.printing import Printing
+from benchmarks.paper.prints import Print, Studio, over_area, prints_of, thickness, unevenness
 from geoprint.appraisal import SetDistances, apart, edges
 from geoprint.model import BoolArray, FloatArray, frozen
 
-# Table II of the paper [pixels], in the order of its sizes from here on: A-C, A-B, B-C.
+# Table II of the paper [pixels].
 PAPER: Mapping[tuple[str, str], float] = MappingProxyType(
     {("A", "B"): 62.2254, ("A", "C"): 72.8354, ("B", "C"): 47.3814}
 )
@@ -76,7 +76,7 @@ def compared(studio: Studio, printing: Printing, *, seed: int) -> Compared:
         InputError: a photograph is of one colour.
     """
     prints = prints_of(studio, printing, seed=seed)
-    width = studio.scale * prints[0].case.cell.tool.inner_diameter
+    width = printing.scale * prints[0].case.cell.tool.inner_diameter
     shown = tuple(edge_image(each.grey, width=width) for each in prints)
     named = {each.case.name: picture for each, picture in zip(prints, shown, strict=True)}
     angle = np.radians(printing.angle_deg)
@@ -86,8 +86,8 @@ def compared(studio: Studio, printing: Printing, *, seed: int) -> Compared:
         prints=prints,
         edges=shown,
         distances={(one, other): apart(_pixels(named[one]), _pixels(named[other])) for one, other in PAPER},
-        thickness=tuple(float(each.mean() / layer) for each, layer in zip(laid, layers, strict=True)),
-        bare=tuple(float((each == 0.0).mean()) for each in laid),
+        thickness=tuple(over_area(studio.patch, each) / layer for each, layer in zip(laid, layers, strict=True)),
+        bare=tuple(over_area(studio.patch, (each == 0.0).astype(np.float64)) for each in laid),
         unevenness=tuple(unevenness(studio.patch, each, layer=layer) for each, layer in zip(laid, layers, strict=True)),
     )
 
@@ -106,11 +106,6 @@ def edge_image(grey: FloatArray, *, width: float) -> BoolArray:
     labels, count = ndimage.label(found, structure=_ROUND)
     sizes = ndimage.sum_labels(found, labels, np.arange(count + 1))
     return np.asarray(found & (sizes >= _WHOLE_OUTLINE * width)[labels])
-
-
-def best_cases(several: Sequence[Compared]) -> int:
-    """Return in how many case C is best."""
-    return sum(each.best == GOOD for each in several)
 
 
 def _pixels(shown: BoolArray) -> FloatArray:

@@ -38,6 +38,7 @@ class Printing:
         bead: share of light that a bead gives back.
         grain: standard deviation of the noise of each pixel.
         blur: standard deviation of the unsharpness [pixels].
+        scale: pixels of the photograph for each mm in the middle of the part.
     """
 
     fill: float
@@ -53,6 +54,7 @@ class Printing:
     bead: float
     grain: float
     blur: float
+    scale: float
 
 
 @final
@@ -96,8 +98,8 @@ PLAUSIBLE: Mapping[str, Plausible] = MappingProxyType(
             "ASSUMED",
         ),
         "angle_deg": Plausible(
-            55.0, 22.0, 90.0, "a bead of case C is then as high as the cell's layer, 0.5 mm; 22: pressed wholly to the "
-            "stand-off of 0.3 mm; 90: cured as a half round",
+            55.0, 22.0, 90.0, "a bead of case C is then about as high as the cell's layer, 0.5 mm; 22: pressed wholly "
+            "to the stand-off of 0.3 mm; 90: cured as a half round",
         ),
         "valve_open": Plausible(0.05, 0.0, 0.1, "the packaged cell's example; up to twice that: ASSUMED"),
         "valve_close": Plausible(0.08, 0.0, 0.16, "the packaged cell's example; up to twice that: ASSUMED"),
@@ -110,6 +112,10 @@ PLAUSIBLE: Mapping[str, Plausible] = MappingProxyType(
             0.01, 0.003, 0.03, "of `geoprint.silico`; bright light to a dim room: ASSUMED", "by factors"
         ),
         "blur": Plausible(0.7, 0.5, 2.0, "of `geoprint.silico`; sharp to slightly out of focus: ASSUMED"),
+        "scale": Plausible(
+            8.0, 4.0, 12.0, "either patch then fills 480 pixels; a needle 3 to 10 pixels wide, as nobody knows the "
+            "paper's camera: ASSUMED", "by factors",
+        ),
     }
 )  # fmt: skip
 

@@ -20,7 +20,7 @@ from scipy.spatial import KDTree
 from benchmarks.paper.printing import Printing
 from geoprint.config import job_of
 from geoprint.deposition import bore_of, flow_through, starting_pressure
-from geoprint.model import Cell, Fluid, FloatArray, PoseStream, PrintErrors, Surface, frozen
+from geoprint.model import Cell, FloatArray, Fluid, PoseStream, PrintErrors, Surface, freeze_arrays, frozen
 from geoprint.pipeline import plan
 from geoprint.silico import (
     Break,
@@ -41,8 +41,8 @@ CASES = ("A", "B", "C")
 GOOD = "C"
 # The paper flattens its patch, so its own way of planning counts here.
 BACKEND = "lscm"
-# The camera: how far from the part [mm], pixels for each mm there, and across the picture, which holds either patch.
-FAR, SCALE, ACROSS = 300.0, 8.0, 480
+# The camera: how far from the part [mm], and how much of it the picture shows, which holds either patch [mm].
+FAR, ACROSS = 300.0, 60.0
 # Any consistency does: flows count only beside each other, and it cancels out [Pa s^n].
 CONSISTENCY = 100.0
 
@@ -72,21 +72,31 @@ class Case:
 @final
 @frozen
 class Studio:
-    """The three cases on one part, and the camera that stands still.
+    """The three cases on one part, and where the camera stands still.
 
     Attributes:
+        name: of the part.
         patch: that is printed on, as it was planned on.
         body: that the camera sees: the patch is a part of it.
         cases: A, B and C.
-        view: the camera.
-        scale: pixels for each mm in the middle of the patch.
+        middle: (3,) of the patch, which the camera looks at [mm].
+        place: (3,) where it stands [mm].
     """
 
+    name: str
     patch: Surface
     body: Surface
     cases: tuple[Case, ...]
-    view: Viewpoint
-    scale: float
+    middle: FloatArray
+    place: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, middle="float: 3", place="float: 3")
+
+    def view(self, scale: float) -> Viewpoint:
+        """Return the camera, with so many pixels for each mm in the middle of the patch."""
+        across = round(scale * ACROSS)
+        return looking_at(self.middle, place=self.place, focal=scale * FAR, size=(across, across))
 
 
 @final
@@ -107,13 +117,12 @@ class Print:
     grey: FloatArray
 
 
-def studio_of(part: Path, *, body: Path, zoom: float = 1.0) -> Studio:
+def studio_of(part: Path, *, body: Path) -> Studio:
     """Plan the three cases on a part, and put a camera before it.
 
     Args:
         part: file of a patch [mm].
         body: file of what the camera sees [mm], in the patch's coordinates.
-        zoom: of the picture, over 480 pixels across.
 
     Raises:
         GeoprintError: the part cannot be planned on.
@@ -135,9 +144,7 @@ def studio_of(part: Path, *, body: Path, zoom: float = 1.0) -> Studio:
     patch = plans[CASES[0]].workpiece.surface
     middle = 0.5 * (patch.vertices.min(axis=0) + patch.vertices.max(axis=0))
     place = middle + FAR * mean_normal(patch)
-    size = (round(zoom * ACROSS), round(zoom * ACROSS))
-    view = looking_at(middle, place=place, focal=zoom * SCALE * FAR, size=size)
-    return Studio(patch, load(body, unit="mm"), tuple(cases), view, zoom * SCALE)
+    return Studio(part.stem, patch, load(body, unit="mm"), tuple(cases), middle, place)
 
 
 def prints_of(studio: Studio, printing: Printing, *, seed: int) -> tuple[Print, ...]:
@@ -149,12 +156,13 @@ def prints_of(studio: Studio, printing: Printing, *, seed: int) -> tuple[Print, 
         seed: of every noise; each case has its own.
     """
     sections = bead_sections(studio.cases, printing)
-    light = _lighting(studio.view, printing)
+    view = studio.view(printing.scale)
+    light = _lighting(view, printing)
     found: list[Print] = []
     for number, (case, area) in enumerate(zip(studio.cases, sections, strict=True)):
         random = np.random.default_rng([seed, number])
         beads = _laid(case, studio.patch, printing, area=area, random=random)
-        found.append(Print(case, beads, area, pictured(studio.body, beads, studio.view, light, random=random)))
+        found.append(Print(case, beads, area, pictured(studio.body, beads, view, light, random=random)))
     return tuple(found)
 
 
@@ -193,8 +201,9 @@ def thickness(surface: Surface, beads: LaidBeads, *, angle: float) -> FloatArray
     for run in np.unique(beads.runs).tolist():
         own = beads.runs == run
         widths = beads.widths[own]
-        away, nearest = KDTree(beads.places[own]).query(middles)
-        half = 0.5 * widths[nearest]
+        # Nothing lies farther from a bead than half of its largest width; what does is told as place len(widths).
+        away, nearest = KDTree(beads.places[own]).query(middles, distance_upper_bound=0.5 * float(widths.max()))
+        half = 0.5 * np.append(widths, 0.0)[nearest]
         share = np.divide(away, half, out=np.full(len(middles), np.inf), where=half > 0.0)
         # A parabola of this height has the section of the segment: two thirds of width times height.
         crest = 1.5 * (2.0 * half) * _section(angle) / 4.0
@@ -203,8 +212,13 @@ def thickness(surface: Surface, beads: LaidBeads, *, angle: float) -> FloatArray
 
 
 def unevenness(surface: Surface, laid: FloatArray, *, layer: float) -> float:
-    """Return how far a thickness lies from the layer that was wanted, on average over the area, over that layer."""
-    return float(np.average(np.abs(laid - layer), weights=face_areas(surface)) / layer)
+    """Return how far (m,) thicknesses of faces lie from the wanted layer, on average over the area, over that layer."""
+    return over_area(surface, np.abs(laid - layer)) / layer
+
+
+def over_area(surface: Surface, values: FloatArray) -> float:
+    """Return the mean over the area of a surface of (m,) values of its faces."""
+    return float(np.average(values, weights=face_areas(surface)))
 
 
 def _section(angle: float) -> float:
@@ -219,7 +233,7 @@ def _laid(case: Case, patch: Surface, printing: Printing, *, area: float, random
     errors = case.cell.errors or PrintErrors()
     runs = np.unique(poses.runs[poses.deposit]).tolist()
     print_flow = 1.0 + errors.flow * random.standard_normal()
-    run_flow = 1.0 + errors.run_flow * random.standard_normal(poses.runs.max() + 1)
+    run_flow: FloatArray = 1.0 + errors.run_flow * random.standard_normal(int(poses.runs.max()) + 1)
     width, height = bead_size(area, angle=angle)
     # A bead is as wide as the root of its section; `laid_beads` takes it as flow over height.
     wide = width * np.sqrt(np.maximum(print_flow * run_flow[np.maximum(poses.runs, 0)], 0.0))
