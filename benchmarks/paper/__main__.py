@@ -9,8 +9,8 @@ fixed, the second our distances beside the paper's 62.2254, 72.8354 and 47.3814 
 camera, so sizes count only beside each other. The third tells what each print truly is: best is the case whose layer is
 nearest to the wanted one, 0.5 mm everywhere. The last ones print the fixed printing `--repeats` times with other noise,
 and draw `--samples` printings from all that is plausible, on the heart patches in turn, and tell in which share of them
-the paper's order comes out and C is best, with an exact interval.
-`--parts` are photographed alone, with no body below. `python -m benchmarks.guide --draw paper.png` draws the figure.
+the paper's order comes out and C is best, with an exact interval. Other parts are photographed with no body below, and
+no printings are drawn on them. `python -m benchmarks.guide --draw paper.png` draws the figure.
 """
 
 from __future__ import annotations

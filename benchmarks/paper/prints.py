@@ -41,8 +41,9 @@ CASES = ("A", "B", "C")
 GOOD = "C"
 # The paper flattens its patch, so its own way of planning counts here.
 BACKEND = "lscm"
-# The camera: how far from the part [mm], and how much of it the picture shows, which holds either patch [mm].
-FAR, ACROSS = 300.0, 60.0
+# The camera: how far from the part [mm], how much of it the picture shows, which holds either patch of data/ [mm], and
+# how much more than a larger patch.
+FAR, ACROSS, MARGIN = 300.0, 60.0, 1.1
 # Any consistency does: flows count only beside each other, and it cancels out [Pa s^n].
 CONSISTENCY = 100.0
 
@@ -81,6 +82,7 @@ class Studio:
         cases: A, B and C.
         middle: (3,) of the patch, which the camera looks at [mm].
         place: (3,) where it stands [mm].
+        across: what the picture shows of a plane through that middle [mm].
     """
 
     name: str
@@ -89,14 +91,15 @@ class Studio:
     cases: tuple[Case, ...]
     middle: FloatArray
     place: FloatArray
+    across: float
 
     def __post_init__(self) -> None:
         freeze_arrays(self, middle="float: 3", place="float: 3")
 
     def view(self, scale: float) -> Viewpoint:
         """Return the camera, with so many pixels for each mm in the middle of the patch."""
-        across = round(scale * ACROSS)
-        return looking_at(self.middle, place=self.place, focal=scale * FAR, size=(across, across))
+        pixels = round(scale * self.across)
+        return looking_at(self.middle, place=self.place, focal=scale * FAR, size=(pixels, pixels))
 
 
 @final
@@ -142,9 +145,11 @@ def studio_of(part: Path, *, body: Path) -> Studio:
         spacing = float(poses.flow[poses.deposit].mean()) / process.layer_height
         cases.append(Case(name, process.pressure, process.rounds, spacing, cell, poses))
     patch = plans[CASES[0]].workpiece.surface
-    middle = 0.5 * (patch.vertices.min(axis=0) + patch.vertices.max(axis=0))
+    low, high = patch.vertices.min(axis=0), patch.vertices.max(axis=0)
+    middle = 0.5 * (low + high)
+    across = max(ACROSS, MARGIN * float((high - low).max()))
     place = middle + FAR * mean_normal(patch)
-    return Studio(part.stem, patch, load(body, unit="mm"), tuple(cases), middle, place)
+    return Studio(part.stem, patch, load(body, unit="mm"), tuple(cases), middle, place, across)
 
 
 def prints_of(studio: Studio, printing: Printing, *, seed: int) -> tuple[Print, ...]:
