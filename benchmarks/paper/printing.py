@@ -113,7 +113,7 @@ PLAUSIBLE: Mapping[str, Plausible] = MappingProxyType(
         ),
         "blur": Plausible(0.7, 0.5, 2.0, "of `geoprint.silico`; sharp to slightly out of focus: ASSUMED"),
         "scale": Plausible(
-            8.0, 4.0, 12.0, "either patch then fills 480 pixels; a needle 3 to 10 pixels wide, as nobody knows the "
+            8.0, 4.0, 12.0, "480 pixels then hold either patch; a needle 3 to 10 pixels wide, as nobody knows the "
             "paper's camera: ASSUMED", "by factors",
         ),
     }

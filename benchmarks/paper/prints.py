@@ -145,10 +145,13 @@ def studio_of(part: Path, *, body: Path) -> Studio:
         spacing = float(poses.flow[poses.deposit].mean()) / process.layer_height
         cases.append(Case(name, process.pressure, process.rounds, spacing, cell, poses))
     patch = plans[CASES[0]].workpiece.surface
-    low, high = patch.vertices.min(axis=0), patch.vertices.max(axis=0)
-    middle = 0.5 * (low + high)
-    across = max(ACROSS, MARGIN * float((high - low).max()))
-    place = middle + FAR * mean_normal(patch)
+    middle = 0.5 * (patch.vertices.min(axis=0) + patch.vertices.max(axis=0))
+    normal = mean_normal(patch)
+    up = normal / np.linalg.norm(normal)
+    place = middle + FAR * up
+    # As the camera sees it: what is nearer lies farther aside.
+    aside = np.linalg.norm(np.cross(patch.vertices - place, up), axis=1) / ((place - patch.vertices) @ up)
+    across = max(ACROSS, MARGIN * 2.0 * FAR * float(aside.max()))
     return Studio(part.stem, patch, load(body, unit="mm"), tuple(cases), middle, place, across)
 
 

@@ -16,8 +16,9 @@ from geoprint.appraisal import Directed, SetDistances, apart
 from geoprint.deposition.bead import segment_area
 from geoprint.model import BoolArray, FloatArray
 from geoprint.surfaces import face_areas
+from tests.shared_data import shared
 
-# Pictures of a quarter of the size.
+# Pictures of half the size.
 SMALL = replace(fixed_printing(), scale=4.0)
 SEED = 3
 
@@ -51,6 +52,13 @@ def test_the_cases_are_those_of_table_1(studio: Studio) -> None:
         ("A", 20e3, 10), ("B", 10e3, 10), ("C", 10e3, 20),
     ]  # fmt: skip
     assert studio.cases[0].spacing == pytest.approx(2.0 * studio.cases[2].spacing, rel=0.02)
+
+
+@pytest.mark.dear
+def test_the_camera_shows_as_many_pixels_for_a_millimetre_as_it_is_told(studio: Studio) -> None:
+    view = studio.view(SMALL.scale)
+    ends = view.pixels(np.array([studio.middle, studio.middle + view.axes[0]]))
+    assert float(np.linalg.norm(ends[1] - ends[0])) == pytest.approx(SMALL.scale, rel=1e-9)
 
 
 @pytest.mark.dear
@@ -104,6 +112,20 @@ def test_case_b_leaves_gaps_and_case_a_too_much(found: Compared) -> None:
 
 
 @pytest.mark.dear
+def test_a_patch_of_a_real_heart_prints_likewise_and_fits_the_picture() -> None:
+    part = shared("patches/lv_anterior_disc_r30.ply")
+    real = studio_of(part, body=part)
+    corners = real.view(SMALL.scale).pixels(real.patch.vertices)
+    assert corners.min() > 0.0
+    assert corners.max() < SMALL.scale * real.across - 1.0
+    found = compared(real, SMALL, seed=SEED)
+    a, b, c = found.thickness
+    assert a > 1.3 > c > 0.8 > b
+    assert found.best == "C"
+    assert max(sizes(found)) / SMALL.scale < 3.0 * real.cases[0].spacing
+
+
+@pytest.mark.dear
 def test_pressure_drives_as_much_as_the_material_s_index_says(studio: Studio) -> None:
     def ratio(printing: Printing) -> float:
         a, b, c = bead_sections(studio.cases, printing)
@@ -123,6 +145,7 @@ def test_a_bead_that_spreads_keeps_its_section(angle_deg: float) -> None:
     assert bead_size(0.6, angle=np.radians(angle_deg - 5.0))[0] > width
 
 
+@pytest.mark.dear
 def test_the_paper_s_own_figures_are_in_its_order_and_equal_ones_are_not(found: Compared) -> None:
     own = {pair: measured(size) for pair, size in PAPER.items()}
     assert PAPER_ORDER == (("A", "C"), ("A", "B"), ("B", "C"))
