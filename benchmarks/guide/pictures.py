@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.field.figures import loaded
 from benchmarks.field.picture import field_picture
-from benchmarks.guide import appraised, cells, measured, proof, sections, surfaces, through
+from benchmarks.guide import appraised, cells, measured, paper_prints, proof, sections, surfaces, through
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -90,6 +90,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "report.png": report,
     "measure.png": measured.measured,
     "appraise.png": appraised.appraised,
+    "paper.png": paper_prints.paper,
     "yardstick.png": yardstick,
     "checked.png": cells.checked,
     "scripting.png": scripting,

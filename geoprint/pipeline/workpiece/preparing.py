@@ -76,8 +76,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
         sided = sided_part(job, loaded, cell)
-        # Layers stand where the one on the part stands: turning one would leave it beside the others.
-        turnable = job.robot and job.place == "demo" and cell.demo_rotation is None and sided.place is None
+        turnable = _turnable(job, cell, sided)
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
     with stage("refining"):
@@ -105,6 +104,11 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
+
+
+def _turnable(job: Job, cell: Cell, sided: SidedPart) -> bool:
+    """Say whether a demonstration may turn the part; layers stand where that on the part does, beside none other."""
+    return job.robot and job.place == "demo" and cell.demo_rotation is None and sided.place is None
 
 
 @final
