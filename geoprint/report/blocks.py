@@ -71,6 +71,50 @@ def choice(key: str, name: str, legend: str, options: Sequence[tuple[str, str]])
     return element("fieldset", element("legend", legend), *labels)
 
 
+def scene_block(
+    key: str, views: Sequence[Markup], controls: Sequence[Markup], *, player: Markup | str = "", note: str = ""
+) -> Markup:
+    """Return views side by side, with what is pointed at, legend and controls below them.
+
+    Args:
+        key: of the scene.
+        views: as `view` gives them.
+        controls: of all of them.
+        player: of the replay, above the controls.
+        note: below the controls.
+    """
+    return element(
+        "div",
+        element("div", *views, class_="views"),
+        element("p", class_="pointed note", aria_hidden="true"),
+        element("div", class_="legend", aria_live="polite"),
+        player,
+        element("div", *controls, class_="controls"),
+        element("p", note, class_="note") if note else "",
+        element(
+            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
+            class_="status", role="status",
+        ),
+        class_="scene", data_part=key,
+    )  # fmt: skip
+
+
+def row_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, label: str) -> Markup:
+    """Return a table that scrolls where it is wider than the page.
+
+    Args:
+        columns: their heads.
+        rows: the first cell of each heads it.
+        label: read out as its name.
+    """
+    head = element("tr", *(element("th", name, scope="col") for name in columns))
+    body = [
+        element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows
+    ]
+    table = element("table", element("thead", head), element("tbody", *body), class_="matrix layers")
+    return scrollable(table, label=label)
+
+
 def figure(picture: Picture) -> Markup:
     """Return a picture with its caption; it stands in the page."""
     kind, content = ("webp", _webp(picture.content)) if picture.kind == "png" else (picture.kind, picture.content)

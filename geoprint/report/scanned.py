@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
-from geoprint.report.blocks import choice, fact_table, said, scrollable, view
+from geoprint.report.blocks import choice, fact_table, row_table, said, scene_block, view
 from geoprint.report.histogram import histograms
 from geoprint.report.markup import Json, Markup, element
 from geoprint.report.page import page
@@ -144,25 +144,8 @@ def _scene(scan: ScanReport, key: str) -> Markup:
         scan.still, key=key, place=0, name=scan.name, title="as scanned", figures=scan.figures,
         label=f"3D view of {scan.name}, as scanned", mark=None,
     )  # fmt: skip
-    return element(
-        "div",
-        element("div", drawn, class_="views"),
-        element("p", class_="pointed note", aria_hidden="true"),
-        element("div", class_="legend", aria_live="polite"),
-        element("div", *controls, class_="controls"),
-        element(
-            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
-            class_="status", role="status",
-        ),
-        class_="scene", data_part=key,
-    )  # fmt: skip
+    return scene_block(key, [drawn], controls)
 
 
 def _runs(scan: ScanReport) -> Markup:
-    head = element("tr", *(element("th", name, scope="col") for name in scan.columns))
-    rows = [
-        element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:]))
-        for row in scan.rows
-    ]
-    table = element("table", element("thead", head), element("tbody", *rows), class_="matrix layers")
-    return scrollable(table, label=f"Runs on {scan.name}")
+    return row_table(scan.columns, scan.rows, label=f"Runs on {scan.name}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from geoprint.report.blocks import choice, fact_table, figure, said, scrollable, view
+from geoprint.report.blocks import choice, fact_table, figure, said, scene_block, scrollable, view
 from geoprint.report.histogram import histograms
 from geoprint.report.markup import Markup, element, joined
 from geoprint.report.values import BackendView, PartReport, PathDistances, Row
@@ -129,20 +129,9 @@ def _scene(part: PartReport, key: str) -> Markup:
         *([choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]
-    return element(
-        "div",
-        element("div", *(_view(part, place, key) for place in range(len(names))), class_="views"),
-        element("p", class_="pointed note", aria_hidden="true"),
-        element("div", class_="legend", aria_live="polite"),
-        _player(part.backends, key),
-        element("div", *controls, class_="controls"),
-        element("p", part.machine.note, class_="note") if part.machine and part.machine.note else "",
-        element(
-            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
-            class_="status", role="status",
-        ),
-        class_="scene", data_part=key,
-    )  # fmt: skip
+    note = (part.machine.note if part.machine else None) or ""
+    views = [_view(part, place, key) for place in range(len(names))]
+    return scene_block(key, views, controls, player=_player(part.backends, key), note=note)
 
 
 def _view(part: PartReport, place: int, key: str) -> Markup:

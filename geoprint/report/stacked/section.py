@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geoprint.report.blocks import choice, fact_table, figure, said, scrollable, view
+from geoprint.report.blocks import choice, fact_table, figure, row_table, said, scene_block, view
 from geoprint.report.histogram import histograms
 from geoprint.report.markup import Markup, element
 from geoprint.report.stacked.values import StackReport
@@ -65,25 +65,8 @@ def _scene(stack: StackReport, key: str) -> Markup:
         )
         for place, flow in enumerate(stack.flows)
     ]  # fmt: skip
-    return element(
-        "div",
-        element("div", *views, class_="views"),
-        element("p", class_="pointed note", aria_hidden="true"),
-        element("div", class_="legend", aria_live="polite"),
-        element("div", *controls, class_="controls"),
-        element(
-            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
-            class_="status", role="status",
-        ),
-        class_="scene", data_part=key,
-    )  # fmt: skip
+    return scene_block(key, views, controls)
 
 
 def _layers(stack: StackReport) -> Markup:
-    head = element("tr", *(element("th", name, scope="col") for name in stack.columns))
-    rows = [
-        element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:]))
-        for row in stack.rows
-    ]
-    table = element("table", element("thead", head), element("tbody", *rows), class_="matrix layers")
-    return scrollable(table, label=f"Layers of the stack on {stack.name}")
+    return row_table(stack.columns, stack.rows, label=f"Layers of the stack on {stack.name}")
