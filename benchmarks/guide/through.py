@@ -48,7 +48,9 @@ def through_picture(layers: Sequence[Strokes]) -> bytes:
         view = view_from(mean_normal(layers[0].paths.workpiece.surface), up=layers[0].up)
         draw_surface(axis, paths.workpiece.surface, view)
         draw_curves(axis, paths.workpiece.surface, paths.toolpath.curves, view, colour=colour)
-        axis.set_title(f"layer {number + 1}", fontsize=10)
+        # Over the middle of each, as far from it, whatever the height of its axes becomes.
+        axis.text(0.5, 0.98, f"layer {number + 1}", fontsize=10, ha="center", va="top", transform=axis.transAxes)
+        axis.margins(y=0.16)
     heights = [each.paths.workpiece.place.middle for each in layers if each.paths.workpiece.place is not None]
     found = np.array([each.mean(each.found) for each in layers])
     spread = [np.sqrt(each.mean((each.found - mean) ** 2)) for each, mean in zip(layers, found, strict=True)]
