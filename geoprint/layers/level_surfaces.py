@@ -23,7 +23,7 @@ SHIFTS = (0.0, 0.37, 0.71, 0.53)
 # Cells are a little smaller than the edges that are wanted.
 CELL_SHARE = 0.8
 # The rim of the net is true to this share of a cell: a layer that stands out so little over the one below is as high.
-RIM_SHARE = 0.1
+RIM_SHARE = 0.03
 # A hole in it whose rim has so many cells is none of the part's, but where what lies beyond jumps from place to place.
 HOLE = 4.0
 

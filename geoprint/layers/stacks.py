@@ -10,8 +10,8 @@ from geoprint.model import Surface
 
 # A surface may lie off its level by this share of a layer's height, so that layers are as high as they shall be to 2 %.
 TOLERANCE_SHARE = 0.01
-# Its edges are so many times as long as a layer is high, within these bounds [mm]; halved where the level asks for it.
-EDGE_SHARE, SHORTEST_EDGE, LONGEST_EDGE = 1.6, 0.3, 1.0
+# Its edges are as long as a layer is high, within these bounds [mm]: longer ones round off the corners of its rim.
+SHORTEST_EDGE, LONGEST_EDGE = 0.3, 1.0
 # More layers than this are a typing error: a print of a day.
 MOST_LAYERS = 500
 
@@ -51,5 +51,5 @@ def layer_level(part: Surface, over: float, *, height: float) -> Surface:
         FieldError: nothing of the outer side is that far from the part.
         MeshError: sheets of the level lie too close together.
     """
-    edge = min(max(EDGE_SHARE * height, SHORTEST_EDGE), LONGEST_EDGE)
+    edge = min(max(height, SHORTEST_EDGE), LONGEST_EDGE)
     return level_surface(part, height=over, edge_length=edge, tolerance=TOLERANCE_SHARE * height)

@@ -249,7 +249,7 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
 @pytest.mark.dear
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
     cell = tmp_path / "cell.toml"
-    text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[300, 0, 50]\ndemo_rpy_deg = [0, 75, 0]")
+    text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[300, 0, 50]\ndemo_rpy_deg = [0, 85, 0]")
     cell.write_text(text, encoding="utf-8")
     job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, place="demo", cell=cell)
     with pytest.raises(GeoprintError, match=r"layer [12]: "):
