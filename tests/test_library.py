@@ -29,6 +29,7 @@ from geoprint.deposition.fitting import read_measured_flow
 from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.model.values import WIDTH
 from geoprint.motion.arm import read_urdf_file
+from geoprint.pipeline.feeding import feedback_text
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
 from geoprint.surfaces.files import load_file, suggested_unit
 
@@ -195,6 +196,8 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "field_text": lambda: config.field_text(gone),
         "field_volume": lambda: config.field_volume(gone),
         "read_field": lambda: config.read_field(gone),
+        "feedback_text": lambda: feedback_text(gone),
+        "read_wanted_flow": lambda: export.read_wanted_flow(gone, planned.poses),
         "check_bundle": lambda: geoprint.check_bundle(gone),
         "check_folder": lambda: pipeline.check_folder(gone),
         "job_from": lambda: geoprint.job_from(gone),

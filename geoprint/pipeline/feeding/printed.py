@@ -34,13 +34,14 @@ def check_single(job: Job) -> None:
         )
 
 
-def feedback_text(path: Path) -> str:
+def feedback_text(path: Path | str) -> str:
     """Return the text of an appraisal, once it is known to be one.
 
     Raises:
         UsageError: it cannot be read.
         InputError: it is no appraisal of a scan.
     """
+    path = Path(path)
     try:
         text = text_of(path)
     except (OSError, ValueError) as error:
