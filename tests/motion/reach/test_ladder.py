@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, SearchWeights
@@ -18,6 +18,7 @@ from geoprint.motion.reach.costs import (
     COMFORTABLE_LIMIT,
     COMFORTABLE_SHOULDER,
     COMFORTABLE_WRIST,
+    FAILURE,
     FLIP,
     FLIP_ANGLE,
     REFERENCE_SPEED,
@@ -55,7 +56,7 @@ def ladder(candidates: FloatArray, *, extra: FloatArray | None = None, spread: f
 
 
 def slow_costs(rungs: Rungs, choice: tuple[int, ...], arm: Arm) -> FloatArray:
-    """Return the cost of one choice of candidates on each of the eight branches, written out."""
+    """Return the cost of one choice of candidates on each of the eight branches, written out; what fails is dear."""
     chosen = rungs.candidates[rungs.offsets[:-1] + np.array(choice)]
     poses = stream(rungs.Ts_base_tool[:, :3, 3])
     commanded = turned(poses, rotations=chosen[:, 0], leans=chosen[:, 1:])
@@ -71,6 +72,7 @@ def slow_costs(rungs: Rungs, choice: tuple[int, ...], arm: Arm) -> FloatArray:
         # Within 1.3 degrees of a multiple of 90 a millimetre costs 1 for each of axes 1, 4 and 6, from 2.6 on nothing.
         off = np.degrees(q[:, [0, 3, 5]]) % 90.0
         place = place + np.clip(2.0 - np.minimum(off, 90.0 - off) / 1.3, 0.0, 1.0).sum(axis=1)
+        place[(limits < 0.0) | (wrist < MINIMUM_WRIST_ANGLE)] = FAILURE
         moved = np.diff(q, axis=0)
         moved[:, 5] = transforms.wrapped(moved[:, 5])
         rates = WEIGHTS.motion * (REFERENCE_SPEED * moved / arm.robot.speeds) ** 2
@@ -82,6 +84,7 @@ def slow_costs(rungs: Rungs, choice: tuple[int, ...], arm: Arm) -> FloatArray:
 
 
 @settings(max_examples=15, deadline=None)
+@example(seed=92)  # The cheapest choice but for a limit that it passes.
 @given(seed=st.integers(0, 10_000))
 def test_cheapest_climb_of_a_small_ladder_is_that_of_brute_force(seed: int) -> None:
     generator = np.random.default_rng(seed)
