@@ -13,9 +13,9 @@ from geoprint.account.comparison_summary import (
     tell_comparison,
 )
 from geoprint.account.pictures import chart_pictures
-from geoprint.account.records.comparison import ComparisonRecord, ToldComparison
+from geoprint.account.records.comparison import ToldComparison
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.records.rounding import as_json, read_record
+from geoprint.account.records.rounding import as_json, verify_record
 from geoprint.account.spacing_table import spacing_table
 from geoprint.account.summary import record_plan, record_timings
 from geoprint.errors import VerificationError
@@ -111,10 +111,7 @@ def save_comparisons(
     def verify(written: Path) -> None:
         for plan, of, folder in bundles:
             verify_files(plan, of, written / folder)
-        if read_record(written / COMPARISON, ComparisonRecord) != told.record:
-            raise VerificationError(
-                "compare.json does not read back as it was told; the disk may be faulty: write again."
-            )
+        verify_record(written / COMPARISON, told.record)
 
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
     write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
@@ -206,8 +203,7 @@ def verify_files(plan: Plan, told: PlanRecord, folder: Path) -> None:
     """
     verify_poses_table(folder / "poses.csv", plan.poses)
     _verify_surface(plan, folder / "surface.ply")
-    if read_record(folder / "plan.json", PlanRecord) != told:
-        raise VerificationError("plan.json does not read back as it was told; the disk may be faulty: write again.")
+    verify_record(folder / "plan.json", told)
     for robot, part in zip(plan.robot, robot_folders(plan), strict=True):
         verify_trajectory_table(folder / part / "trajectory.csv", robot.trajectory)
         names = [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules]

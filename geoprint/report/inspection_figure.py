@@ -12,9 +12,8 @@ import numpy as np
 from geoprint.model import FloatArray, Surface
 from geoprint.report.figures import DOTS_PER_INCH, add_ruler, add_title, png_bytes
 from geoprint.report.view_surface import view_surface
-from geoprint.surfaces import boundary_half_edges, face_normals, half_edges, mean_normal
+from geoprint.surfaces import boundary_half_edges, face_normals, half_edges, upright_of
 from geoprint.surfaces.repair import Inspection
-from geoprint.transforms import smallest_rotation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +39,7 @@ def inspection_figure(found: Inspection, *, title: str) -> bytes:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.5, 6.2), dpi=DOTS_PER_INCH, layout="constrained")
-    above = _upright(found.examined)
+    above = upright_of(found.examined)
     below = np.diag([-1.0, 1.0, -1.0]) @ above
     drawn = _drawn(found)
     axes: list[Axes] = list(figure.subplots(1, 2, squeeze=False)[0])
@@ -60,15 +59,6 @@ def inspection_figure(found: Inspection, *, title: str) -> bytes:
         figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9)
     add_title(figure, title)
     return png_bytes(figure)
-
-
-def _upright(surface: Surface) -> FloatArray:
-    """Return the rotation that turns the mean normal up, or none where there is no mean normal."""
-    mean = mean_normal(surface)
-    length = float(np.linalg.norm(mean))
-    if length < np.finfo(np.float64).eps:
-        return np.eye(3)
-    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]
 
 
 def _drawn(found: Inspection) -> Surface:

@@ -48,5 +48,4 @@ from geoprint.results.workpiece import (
     TargetFile as TargetFile,
     TriedSource as TriedSource,
     Workpiece as Workpiece,
-    upright_of as upright_of,
 )

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import final
 
-import numpy as np
-
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, freeze_arrays, frozen
 from geoprint.motion.placing import Uncertainty
-from geoprint.surfaces import mean_normal
+from geoprint.surfaces import upright_of
 from geoprint.surfaces.files import MeshFile
 from geoprint.surfaces.repair import PreparationReport
-from geoprint.transforms import smallest_rotation
 
 
 @final
@@ -238,12 +235,3 @@ class Workpiece:
         if self.placement is not None:
             return self.placement.T_base_work[:3, :3]
         return upright_of(self.part)
-
-
-def upright_of(part: Surface) -> FloatArray:
-    """Return the (3, 3) smallest rotation that turns a part's mean normal up; none where it has no mean normal."""
-    mean = mean_normal(part)
-    length = float(np.linalg.norm(mean))
-    if length < np.finfo(np.float64).eps:
-        return np.eye(3)
-    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]

@@ -13,7 +13,7 @@ from geoprint.surfaces.clipping import (
     piece_at as piece_at,
 )
 from geoprint.surfaces.conversion import Notes as Notes
-from geoprint.surfaces.directions import direction_across as direction_across
+from geoprint.surfaces.directions import direction_across as direction_across, upright_of as upright_of
 from geoprint.surfaces.inscribing import (
     SurfaceLine as SurfaceLine,
     inscribed as inscribed,

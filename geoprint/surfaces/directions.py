@@ -6,6 +6,7 @@ import numpy as np
 
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.operators import mean_normal
+from geoprint.transforms import smallest_rotation
 
 # Where the mean normal is so nearly the x axis, as a cosine, the y axis stands in for it.
 LEANING = 0.9
@@ -25,3 +26,12 @@ def direction_across(surface: Surface, *, angle: float) -> FloatArray:
     across -= (across @ upright) * upright
     across /= np.linalg.norm(across)
     return np.cos(angle) * across + np.sin(angle) * np.cross(upright, across)
+
+
+def upright_of(part: Surface) -> FloatArray:
+    """Return the (3, 3) smallest rotation that turns a part's mean normal up; none where it has no mean normal."""
+    mean = mean_normal(part)
+    length = float(np.linalg.norm(mean))
+    if length < np.finfo(np.float64).eps:
+        return np.eye(3)
+    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]

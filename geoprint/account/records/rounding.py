@@ -82,3 +82,13 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
         ) from error
     except (OSError, ValueError, RecursionError) as error:
         raise VerificationError(f"{path.name} cannot be read ({error}); write it again.") from error
+
+
+def verify_record(path: Path, told: Record) -> None:
+    """Check that a JSON file holds a record as it was told.
+
+    Raises:
+        VerificationError: it does not.
+    """
+    if read_record(path, type(told)) != told:
+        raise VerificationError(f"{path.name} does not read back as it was told; the disk may be faulty: write again.")

@@ -8,7 +8,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import final
 
-from geoprint.account import as_json, read_record
+from geoprint.account import as_json, verify_record
 from geoprint.account.appraised.figures import record_appraisal
 from geoprint.account.appraised.picture import appraisal_pictures
 from geoprint.account.appraised.tables import appraisal_tables
@@ -34,7 +34,7 @@ from geoprint.appraisal import (
     planned_runs,
     read_photograph,
 )
-from geoprint.errors import InputError, UsageError, VerificationError, naming
+from geoprint.errors import InputError, UsageError, naming
 from geoprint.export import json_bytes, write_bundle
 from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_fiducials, read_lens, read_plan
 
@@ -154,8 +154,7 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     }
 
     def verify(written: Path) -> None:
-        if read_record(written / RECORD, AppraisalRecord) != told:
-            raise VerificationError(f"{RECORD} does not read back as it was told; the disk may be faulty: write again.")
+        verify_record(written / RECORD, told)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told

@@ -9,7 +9,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.account import as_json, read_record
+from geoprint.account import as_json, verify_record
 from geoprint.account.appraised.scan_page import scan_page
 from geoprint.account.appraised.scans import parts_table, record_lying, record_scan
 from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
@@ -25,15 +25,14 @@ from geoprint.appraisal.scanned import (
     read_scan,
     registered,
 )
-from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.errors import InputError, UsageError
 from geoprint.export import json_bytes, write_bundle
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline.appraised.given import read_plan
 from geoprint.pipeline.number_tables import read_pose
-from geoprint.surfaces import mean_normal
+from geoprint.surfaces import upright_of
 from geoprint.surfaces.files import load_file, ply_bytes
 from geoprint.surfaces.repair import prepare
-from geoprint.transforms import smallest_rotation
 
 RECORD, LYING_RECORD, LYING_MESH = "appraisal.json", "lying.json", "lying.ply"
 # Points of a scan; touched points are fewer.
@@ -93,7 +92,7 @@ def appraise_scan(
     parts = held.parts
     return AppraisedScan(
         scan, asked.unit, plan.name, plan.part, plan.digest, asked.pose is not None, plan.surface,
-        _upright(plan.surface), plan.spacing, held, plan.factors_at(parts.runs, 0.5 * (parts.starts + parts.ends)),
+        upright_of(plan.surface), plan.spacing, held, plan.factors_at(parts.runs, 0.5 * (parts.starts + parts.ends)),
         plan.opened, plan.shut,
     )  # fmt: skip
 
@@ -159,8 +158,7 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
     }
 
     def verify(written: Path) -> None:
-        if read_record(written / RECORD, ScanAppraisalRecord) != told:
-            raise VerificationError(f"{RECORD} does not read back as it was told; the disk may be faulty: write again.")
+        verify_record(written / RECORD, told)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
@@ -193,8 +191,7 @@ def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = Fal
     }
 
     def verify(written: Path) -> None:
-        if read_record(written / LYING_RECORD, LyingRecord) != told:
-            raise VerificationError(f"{LYING_RECORD} does not read back as it was told; write again.")
+        verify_record(written / LYING_RECORD, told)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
@@ -203,11 +200,3 @@ def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = Fal
 def _registered(scan: Scan, surface: Surface, deposit: PlannedDeposit | None, asked: ScanAsked) -> Registration:
     start: FloatArray = np.eye(4) if asked.pose is None else read_pose(asked.pose)
     return registered(scan.points, surface, deposit, start=start, features=asked.features, name=scan.name)
-
-
-def _upright(surface: Surface) -> FloatArray:
-    mean = mean_normal(surface)
-    length = float(np.linalg.norm(mean))
-    if length < np.finfo(np.float64).eps:
-        return np.eye(3)
-    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]

@@ -11,20 +11,19 @@ import numpy as np
 from geoprint.account.measured.figures import record_measurement
 from geoprint.account.measured.page import measure_picture, measure_report
 from geoprint.account.records.measure import MeasurementRecord
-from geoprint.account.records.rounding import as_json, read_record
+from geoprint.account.records.rounding import as_json, verify_record
 from geoprint.account.texts.measuring import measure_csv
 from geoprint.config import Job, load_cell
-from geoprint.errors import UsageError, VerificationError, naming
+from geoprint.errors import UsageError, naming
 from geoprint.export import json_bytes, write_bundle
-from geoprint.model import FloatArray, PrintErrors, Surface
+from geoprint.model import PrintErrors, Surface
 from geoprint.pipeline.workpiece.several_patches import patches_of
 from geoprint.quality import SideSpacing, joined_spans, measure_paths, moved, printed, rigid_fit
 from geoprint.results import MeasuredFile, Measurement, PrintedSides
-from geoprint.surfaces import mean_normal, united
+from geoprint.surfaces import united, upright_of
 from geoprint.surfaces.files import MeshFile, load_file
 from geoprint.surfaces.repair import prepare
 from geoprint.toolpaths import read_paths
-from geoprint.transforms import smallest_rotation
 
 RECORD = "measure.json"
 # More are no comparison any more.
@@ -77,7 +76,7 @@ def measure_files(
             MeasuredFile(name, read.format, read.deposit, read.points, read.dropped, fitted, measured, expected)
         )
     own = job.cell is not None and cell.errors is not None
-    return Measurement(part, surface, _upright(surface), job.spacing, tuple(found), own_errors=own)
+    return Measurement(part, surface, upright_of(surface), job.spacing, tuple(found), own_errors=own)
 
 
 def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bool = False) -> MeasurementRecord:
@@ -105,8 +104,7 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
     }
 
     def verify(written: Path) -> None:
-        if read_record(written / RECORD, MeasurementRecord) != told:
-            raise VerificationError(f"{RECORD} does not read back as it was told; the disk may be faulty: write again.")
+        verify_record(written / RECORD, told)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
@@ -135,11 +133,3 @@ def _names(paths: Sequence[Path | str]) -> list[str]:
         f"{name} ({names[:place].count(name) + 1})" if names.count(name) > 1 else name
         for place, name in enumerate(names)
     ]
-
-
-def _upright(surface: Surface) -> FloatArray:
-    mean = mean_normal(surface)
-    length = float(np.linalg.norm(mean))
-    if length < np.finfo(np.float64).eps:
-        return np.eye(3)
-    return smallest_rotation(mean / length, np.array([[0.0, 0.0, 1.0]]))[0]

@@ -23,7 +23,8 @@ from geoprint.quality.stacked import (
     laid_volume,
     wanted_over,
 )
-from geoprint.results import FinishedStack, Plan, RobotPlan, StackedLayer, upright_of
+from geoprint.results import FinishedStack, Plan, RobotPlan, StackedLayer
+from geoprint.surfaces import upright_of
 
 # Columns over a part: of a thickness that varies by 2 % they tell the mean to 0.01 %.
 COLUMNS = 40_000

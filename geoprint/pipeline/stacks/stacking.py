@@ -20,12 +20,12 @@ from tempfile import TemporaryDirectory
 from typing import TypeAlias
 
 from geoprint.account.prints.cure import with_cure
-from geoprint.account.records.rounding import Record, as_json, read_record
+from geoprint.account.records.rounding import Record, as_json, verify_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.stacked.page import stack_page
 from geoprint.account.stacked.summary import finished_record, layer_record
 from geoprint.config import Job, load_cell
-from geoprint.errors import FieldError, ResourceError, UsageError, VerificationError, naming
+from geoprint.errors import FieldError, ResourceError, UsageError, naming
 from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
 from geoprint.pipeline.choice import check_options
@@ -130,10 +130,7 @@ def save_stacks(staging: Path, directory: Path | str, *, overwrite: bool, told: 
 
     def verify(folder: Path) -> None:
         for name, record in told.items():
-            if read_record(folder / name, type(record)) != record:
-                raise VerificationError(
-                    f"{name} does not read back as it was told; the disk may be faulty: write again."
-                )
+            verify_record(folder / name, record)
 
     write_bundle(directory, listed, overwrite=overwrite, verify=verify, unlisted=timings)
 
