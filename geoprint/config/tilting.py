@@ -1,10 +1,9 @@
 """`[table]` of a cell file: the hexapod and the tilt-turn table as they are written, and what they are in mm and rad.
 
-The hexapod's defaults are those of a PI H-840. PI publishes [PIH840] its travel ranges (x and y 50 mm, z 25 mm, tilt 15
-and twist 30 degrees to either side, each with all others at rest), its diameter of 348 mm, its height of 328 mm and the
-60 mm/s of its plate. Joints, lengths and cones it does not publish: they are CHOSEN so that these ranges come out
-within 2 % with the pivot in the plate, which `benchmarks/tables.py` prints. So are diameters of legs and plate and the
-speed of a leg, at which the plate rises with 60 mm/s. Another hexapod with the same ranges holds other poses between.
+The hexapod's defaults are after a PI H-840. Its travel ranges are published [PIH840]: x and y 50 mm, z 25 mm, tilt 15
+and twist 30 degrees to either side, each with all others at rest. Everything else is CHOSEN: joints, lengths and cones
+so that these ranges come out within 2 % with the pivot in the plate, which `benchmarks/tables.py` prints; diameters,
+heights and speed for a hexapod of that size. Another one with the same ranges holds other poses between them.
 
 The tilt-turn table is built as ABB's positioners of type A: tilting carries turning. All its figures are ASSUMED, for a
 table as large as an IRB 120 reaches around; state those of your own.

@@ -276,7 +276,7 @@ def test_the_solids_stand_in_the_base_of_the_robot_and_move_with_the_plate() -> 
         )
         assert [leg.name for leg in legs] == [f"table's leg {number}" for number in range(1, 7)]
         np.testing.assert_allclose(base.start, [350.0, -20.0, 5.0 - 20.0 - 188.9])
-        # The height that its maker publishes.
+        # Depth of the joints, height between them, and the base below.
         assert 5.0 - base.end[2] == pytest.approx(328.0)
 
 
