@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from geoprint.config.strict import Rounds, Table, Triple
+from geoprint.config.tilting import HexapodTable, TiltTurnTable
 from geoprint.model import LoadLimits, SignalMode
 from geoprint.motion.arm import FLANGE_FRAME
 
@@ -284,3 +285,4 @@ class CellFile(Table):
     obstacles: list[BoxTable] = Field(default=[])
     search: SearchTable = SearchTable()
     errors: ErrorsTable | None = None
+    table: HexapodTable | TiltTurnTable | None = Field(default=None, discriminator="kind")

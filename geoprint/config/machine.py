@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.config.cell_file import CellFile, LampTable, MaterialTable, WorkTable
 from geoprint.config.strict import Table
+from geoprint.config.tilting import HexapodTable, TiltTurnTable
 from geoprint.model import (
     PASCAL_PER_KPA,
     Box,
@@ -24,6 +25,7 @@ from geoprint.model import (
     Flood,
     Fluid,
     GoodPrint,
+    Hexapod,
     Lamp,
     Material,
     PrintErrors,
@@ -32,10 +34,12 @@ from geoprint.model import (
     Robot,
     SearchWeights,
     Signals,
+    TiltTurn,
     Tool,
     TouchedPoints,
 )
 from geoprint.motion.arm import read_urdf_file
+from geoprint.motion.machine import table_machine
 from geoprint.transforms import rigid
 
 Noun = TypeVar("Noun", Box, Flood, GoodPrint, PrintErrors, Process, Purge, SearchWeights, Signals)
@@ -94,6 +98,7 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         good_print=file.good_print and noun_of(GoodPrint, file.good_print),
         search=noun_of(SearchWeights, file.search),
         errors=file.errors and noun_of(PrintErrors, file.errors),
+        table=None if file.table is None else _table(file.table),
     )
 
 
@@ -145,6 +150,13 @@ def _material(table: MaterialTable) -> Material:
         dose=table.uv_dose_mj_cm2,
         penetration=table.uv_penetration_mm,
     )
+
+
+def _table(table: HexapodTable | TiltTurnTable) -> Hexapod | TiltTurn:
+    noun = table.noun(_pose)
+    # Refuses legs that do not hold the plate at rest.
+    table_machine(noun)
+    return noun
 
 
 def _fixture(work: WorkTable) -> TouchedPoints | None:

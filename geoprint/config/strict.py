@@ -24,6 +24,8 @@ Rounds = Annotated[int, Field(ge=1, le=100_000)]
 
 # A job or a cell has a few kilobytes.
 MOST_BYTES = 1_000_000
+# Tables whose keys depend on their `kind`.
+KINDED = frozenset({"table"})
 # Letters of a key or a value, and items of a list, that a message repeats.
 MOST_SHOWN, MOST_ITEMS = 60, 12
 
@@ -97,7 +99,7 @@ def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> 
     """
     problems = error.errors()
     first = problems[0]
-    where = named(first["loc"])
+    where = named(_place(first["loc"]))
     message = first["msg"].removeprefix("Value error, ")
     found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
@@ -112,7 +114,7 @@ def line_of(error: ValidationError, text: str, *, name: str) -> str:
         text: of the file.
         name: of it, alone where the whole of it is meant.
     """
-    where = error.errors()[0]["loc"]
+    where = _place(error.errors()[0]["loc"])
     lines: dict[Place, int] = {}
     counts: dict[str, int] = {}
     table: Place = ()
@@ -128,3 +130,8 @@ def line_of(error: ValidationError, text: str, *, name: str) -> str:
     known = (lines[where[:length]] for length in range(len(where), 0, -1) if where[:length] in lines)
     line = next(known, None)
     return name if line is None else f"{name}, line {line}"
+
+
+def _place(found: Place) -> Place:
+    """Return where a key stands in the file: without the kind that pydantic puts behind the name of such a table."""
+    return tuple(part for at, part in enumerate(found) if at == 0 or found[at - 1] not in KINDED)

@@ -20,6 +20,9 @@ from geoprint.model import Cell, FloatArray, Placement, frozen
 
 Noun = TypeVar("Noun")
 
+# Fields that only some cells have; left out where there is nothing, so that the setup of all others stays as it is.
+_SOMETIMES = frozenset({"table"})
+
 
 @final
 @frozen
@@ -70,7 +73,8 @@ def _written(value: object) -> Json:
     if isinstance(value, np.ndarray):
         return cast("Json", value.tolist())
     if is_dataclass(value):
-        return {field.name: _written(getattr(value, field.name)) for field in fields(value)}
+        held = {field.name: getattr(value, field.name) for field in fields(value)}
+        return {name: _written(one) for name, one in held.items() if one is not None or name not in _SOMETIMES}
     if isinstance(value, tuple):
         return [_written(item) for item in cast("tuple[object, ...]", value)]
     return cast("Json", value)
@@ -92,7 +96,7 @@ def _value(hint: Any, data: object) -> object:
     """Return a field of the type that its annotation says."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in {Union, types.UnionType}:
-        return None if data is None else _value(next(each for each in arguments if each is not type(None)), data)
+        return None if data is None else _value(_alternative(arguments, data), data)
     if origin is tuple:
         return tuple(_value(arguments[0], item) for item in cast("list[object]", data))
     # Not by its origin: what NDArray is made of differs from one NumPy and Python to the next.
@@ -104,3 +108,12 @@ def _value(hint: Any, data: object) -> object:
     if not isinstance(data, allowed) or (origin is Literal and data not in arguments):
         raise TypeError(f"{data!r} is no {hint}")
     return float(data) if hint is float and isinstance(data, int) else data
+
+
+def _alternative(arguments: tuple[Any, ...], data: object) -> Any:
+    """Return the first type of a union whose fields are those of the data, or its last."""
+    kinds = [each for each in arguments if each is not type(None)]
+    keys = set(cast("Mapping[str, object]", data)) if isinstance(data, Mapping) else set[str]()
+    return next(
+        (each for each in kinds if is_dataclass(each) and keys == {one.name for one in fields(each)}), kinds[-1]
+    )

@@ -62,6 +62,12 @@ from geoprint.model.surface import (
     SurfaceCurves as SurfaceCurves,
     SurfacePoints as SurfacePoints,
 )
+from geoprint.model.table import (
+    Cylinder as Cylinder,
+    Hexapod as Hexapod,
+    TiltingTable as TiltingTable,
+    TiltTurn as TiltTurn,
+)
 from geoprint.model.values import (
     comparable as comparable,
     described as described,

@@ -12,6 +12,7 @@ from geoprint.model.arrays import FloatArray, freeze_arrays
 from geoprint.model.material import Material
 from geoprint.model.print_errors import PrintErrors
 from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
+from geoprint.model.table import Hexapod, TiltTurn
 from geoprint.model.values import comparable, frozen
 
 
@@ -262,6 +263,7 @@ class Cell:
         good_print: to compare with, or None where nobody has named one.
         search: what the choice of rotation, lean and branch counts.
         errors: how far a print strays from its plan, or None where the cell does not say.
+        table: what tilts the part between stretches of printing, or None where the part stands still.
     """
 
     name: str
@@ -279,6 +281,7 @@ class Cell:
     good_print: GoodPrint | None = None
     search: SearchWeights = SearchWeights()
     errors: PrintErrors | None = None
+    table: Hexapod | TiltTurn | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,9 @@ from geoprint.export.setup_file import read_setup, setup_file
 from geoprint.export.switching import switching_events
 from geoprint.export.tables import poses_table, read_poses_table
 from geoprint.export.targets_table import read_orders, targets_table
-from geoprint.model import Cell, Purge, Signals
+from geoprint.model import Cell, Hexapod, Purge, Signals, TiltTurn
 from tests.export.export_cases import CELL, DEMONSTRATION, EXTENT, PLACEMENT, orders, stream, tips_of
+from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
 
 POSES = stream(runs=3, points=30)
 ORDERS = orders(POSES)
@@ -249,6 +251,24 @@ def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | 
     assert found.cell.signals == cell.signals
     assert (found.cell.purge is None) == (cell.purge is None)
     assert found.surface_within == surface_within
+
+
+def test_the_setup_of_a_cell_without_a_tilting_table_does_not_speak_of_one() -> None:
+    written = Setup(CELL, DEMONSTRATION, None, start=np.zeros(6), aloft=np.zeros(6), extent=EXTENT)
+    assert CELL.table is None
+    assert "table" not in json.loads(setup_file(written))["cell"]
+    assert json.loads(setup_file(written))["cell"]["purge"] is None
+
+
+@pytest.mark.parametrize("table", [hexapod_noun(), tilt_turn_noun()], ids=["hexapod", "tilt-turn"])
+def test_the_setup_of_a_cell_with_a_tilting_table_reads_back(table: Hexapod | TiltTurn, tmp_path: Path) -> None:
+    cell = replace(CELL, table=table)
+    written = Setup(cell, DEMONSTRATION, None, start=np.zeros(6), aloft=np.zeros(6), extent=EXTENT)
+    path = tmp_path / "setup.json"
+    path.write_bytes(setup_file(written))
+    found = read_setup(path)
+    assert type(found.cell.table) is type(table)
+    assert setup_file(found) == setup_file(written)
 
 
 def test_a_setup_that_is_missing_is_named(tmp_path: Path) -> None:

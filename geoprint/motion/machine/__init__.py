@@ -1,0 +1,9 @@
+"""What moves the part: the hexapod and the tilt-turn table, their poses, limits and speeds."""
+
+from geoprint.motion.machine.hexapod import SINGULAR_SHARE as SINGULAR_SHARE, HexapodMachine as HexapodMachine
+from geoprint.motion.machine.moving import (
+    move_seconds as move_seconds,
+    table_machine as table_machine,
+    work_poses as work_poses,
+)
+from geoprint.motion.machine.tilt_turn import TiltTurnMachine as TiltTurnMachine

@@ -1,0 +1,56 @@
+"""What follows from any table's kinematics: where the part stands, and how long the table takes to move."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.model import FloatArray, Hexapod, TiltingTable, TiltTurn
+from geoprint.motion.machine.hexapod import HexapodMachine
+from geoprint.motion.machine.tilt_turn import TiltTurnMachine
+
+
+def table_machine(table: Hexapod | TiltTurn) -> TiltingTable:
+    """Return the kinematics of the table that a cell describes.
+
+    Raises:
+        InputError: a hexapod at rest is beyond one of its limits, or singular.
+    """
+    return HexapodMachine(table) if isinstance(table, Hexapod) else TiltTurnMachine(table)
+
+
+def work_poses(table: TiltingTable, *, Ts_table_plate: FloatArray, T_base_work: FloatArray) -> FloatArray:
+    """Return where a part stands that moves with the plate.
+
+    Args:
+        table: under the part.
+        Ts_table_plate: (n, 4, 4) poses of the plate.
+        T_base_work: (4, 4) where the part was touched while the table was at rest.
+
+    Returns:
+        (n, 4, 4) T_base_work = T_base_table @ T_table_plate @ T_plate_work, where T_plate_work stays what it was at
+        rest.
+    """
+    T_plate_work = transforms.inverse(table.T_base_table) @ T_base_work
+    return table.T_base_table @ Ts_table_plate @ T_plate_work
+
+
+def move_seconds(table: TiltingTable, *, Ts_from: FloatArray, Ts_to: FloatArray) -> FloatArray:
+    """Return how long the table takes at least from poses of its plate to others.
+
+    The slowest axis counts, at its largest speed all along: no maker of these tables publishes accelerations, so that
+    starting and stopping are left out. A rotary axis turns back through rest rather than on past half a turn.
+
+    Args:
+        table: that moves.
+        Ts_from: (n, 4, 4) poses.
+        Ts_to: (n, 4, 4) poses.
+
+    Returns:
+        (n,) seconds.
+
+    Raises:
+        ReachError: the table's axes cannot bring the plate to one of the poses.
+    """
+    moved = np.abs(table.axes(Ts_to) - table.axes(Ts_from))
+    return (moved / table.speeds).max(axis=1)
