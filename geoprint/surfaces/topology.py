@@ -165,6 +165,12 @@ def crowded_half_edges(faces: IntArray) -> IntArray:
     return np.flatnonzero(_matched(faces) == -2)
 
 
+def encloses(faces: IntArray) -> bool:
+    """Tell whether faces leave no border and are wound in one sense: every half-edge has one twin, which runs back."""
+    other, starts = _matched(faces), faces.ravel()
+    return bool(other.min(initial=0) >= 0) and bool((starts[other] != starts).all())
+
+
 def boundary_loops(surface: Surface) -> tuple[IntArray, ...]:
     """Return the closed loops of boundary edges.
 

@@ -19,8 +19,11 @@ from geoprint.surfaces.repair.manifold import check_connected, check_edges, spli
 from geoprint.surfaces.repair.repairs import Repairs
 from geoprint.surfaces.repair.welding import weld_tolerance, welded
 from geoprint.surfaces.topology import (
+    boundary_half_edges,
     boundary_loops,
     component_labels,
+    connected_nodes,
+    half_edges,
     kind_of,
     loop_length,
     turned_over,
@@ -32,6 +35,8 @@ from geoprint.surfaces.triangle_sizes import side_lengths, thinness
 DEGENERATE_SHARE = 1e-9
 # A piece with less than this share of the area of the largest is a speck that a program left behind.
 DEBRIS_SHARE = 1e-3
+# Edges of the rim that a missing triangle leaves.
+SINGLE_TRIANGLE = 3
 
 
 @final
@@ -144,6 +149,20 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
         mean_edge=sizes.mean_edge,
     )
     return prepared, report
+
+
+def stays_open(surface: Surface) -> bool:
+    """Tell whether preparing a surface in one piece, joined before, leaves a border, without preparing it.
+
+    A rim goes where its vertices lie on each other's edges, or where it is that of a single triangle.
+
+    Raises:
+        MeshError: as `prepare`, where cutting edges does not end.
+    """
+    cut, _ = split_junctions(surface, tolerance=weld_tolerance(surface.vertices, surface.faces))
+    rim = half_edges(cut.faces)[boundary_half_edges(cut.faces)]
+    rims = connected_nodes(rim[:, 0], rim[:, 1], nodes=len(cut.vertices))[rim[:, 0]]
+    return bool((np.bincount(rims) > SINGLE_TRIANGLE).any())
 
 
 def _without_debris(surface: Surface) -> tuple[Surface, IntArray, tuple[tuple[float, ...], ...]]:
