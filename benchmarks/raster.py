@@ -2,11 +2,12 @@
 
     python -m benchmarks.raster [--table NAME ...] [--smoke]
 
-The paper says O(N + M) for N vertices and M pixels. Of this the raster's part holds: filling is linear in M; so is the
-distance, in which each pixel looks at a number of border segments that does not grow with M; so is marching squares,
-for each level (with levels 1/20 of the depth apart their number is fixed). The lookup is linear in the curves' nodes,
-which grow with the square root of M. What does not hold is the N: the conformal map is a sparse direct solve, about
-N^1.5 with nested dissection.
+The paper says O(N + M) for N vertices and M pixels. Of this the raster's part holds: marking what is inside is linear
+in M; so is the distance of all pixels, each of which looks at a number of border segments that does not grow with M.
+Level curves measure only the pixels near them, all levels in one pass; with levels 1/20 of the depth apart these are
+fewer and fewer of M, until the pass itself, which looks at each pixel, remains. The lookup is linear in the curves'
+nodes, which grow with the square root of M. What does not hold is the N: the conformal map is a sparse direct solve,
+about N^1.5 with nested dissection.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from scipy.ndimage import distance_transform_edt
 
 from benchmarks.parts.surfaces import make
 from geoprint.backends.chart_lookup import locate
-from geoprint.backends.lscm.raster import DistanceImage, filled, region_image
+from geoprint.backends.lscm.marching_squares import Band, level_lines
+from geoprint.backends.lscm.raster import region_image
 from geoprint.backends.lscm.segment_distance import point_distances
 from geoprint.model import FloatArray
 from geoprint.surfaces import PolylineDistance, closest, even_points
@@ -57,20 +59,19 @@ def main() -> None:
 
 def growth(resolutions: tuple[int, ...]) -> Iterator[str]:
     """Seconds of each step on rasters of growing resolution, and the exponent of each in the number of pixels."""
-    yield "| pixels across | in all | fill | image: fill and distance | 20 levels | together | binary transform |"
+    yield "| pixels across | in all | marks | 20 levels | together | all distances | binary transform |"
     yield "|" + "---|" * 7
     border = flower()
     seconds: list[list[float]] = []
     pixels: list[int] = []
     for resolution in resolutions:
-        image, whole = _timed(lambda size=resolution: region_image(border, resolution=size))
-        segments = (border - image.origin) / image.pixel
-        inside, fill = _timed(lambda grid=segments, shape=image.values.shape: filled(grid, shape=shape))
-        levels = _levels(float(image.values.max()) / LEVELS)
+        image, marked = _timed(lambda size=resolution: region_image(border, resolution=size))
+        values, measured = _timed(lambda drawn=image: drawn.values)
+        levels = _levels(float(values.max()) / LEVELS)
         _, traced = _timed(lambda drawn=image, at=levels: drawn.contours(at))
-        _, binary = _timed(lambda mask=inside: distance_transform_edt(mask))
-        pixels.append(image.values.size)
-        seconds.append([fill, whole, traced, whole + traced, binary])
+        _, binary = _timed(lambda mask=values > 0.0: distance_transform_edt(mask))
+        pixels.append(values.size)
+        seconds.append([marked, traced, marked + traced, measured, binary])
         yield f"| {resolution} | {pixels[-1]} | " + " | ".join(f"{value:.4f}" for value in seconds[-1]) + " |"
     exponents = np.polyfit(np.log(pixels), np.log(seconds), 1)[0]
     yield "| exponent | | " + " | ".join(f"{value:.2f}" for value in exponents) + " |"
@@ -85,10 +86,12 @@ def staircase(pixels_per_spacing: tuple[int, ...]) -> Iterator[str]:
     for count in pixels_per_spacing:
         image = region_image(border, resolution=int(count * np.ptp(border, axis=(0, 1)).max() / spacing))
         values = np.asarray(distance_transform_edt(image.values > 0.0)) * image.pixel
-        binary = DistanceImage(values, image.origin, image.pixel, image.measured)
+        binary = [
+            [line * image.pixel + image.origin for line in lines]
+            for lines in level_lines([Band(0, values)], levels=_levels(spacing))
+        ]
         cells: list[str] = []
-        for drawn in (image, binary):
-            curves = drawn.contours(_levels(spacing))
+        for curves in (image.contours(_levels(spacing)), binary):
             ratios = _ratios(curves, spacing)
             off = np.abs(point_distances(border, np.vstack(curves[0])) / spacing - 0.5)
             cells += [f"{ratios.std() / ratios.mean():.2%}", f"{np.percentile(ratios, 99):.3f}", f"{off.mean():.2%}"]

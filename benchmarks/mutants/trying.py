@@ -33,7 +33,7 @@ COPIED = (
 )  # fmt: skip
 LIBRARIES = (
     "numpy", "scipy.sparse.linalg", "scipy.spatial", "scipy.optimize", "scipy.interpolate", "numba", "trimesh",
-    "pinocchio", "fcl", "toppra", "pydantic", "typer", "tomlkit", "contourpy", "rich",
+    "pinocchio", "fcl", "toppra", "pydantic", "typer", "tomlkit", "rich",
 )  # fmt: skip
 # A library that was imported before the tests cannot be rewritten, and need not be.
 _QUIET = ("-W", "ignore::pytest.PytestAssertRewriteWarning")

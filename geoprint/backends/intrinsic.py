@@ -18,6 +18,7 @@ from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
+from geoprint.surfaces.triangle_sizes import side_lengths
 
 # By how much opposite angles must exceed a half turn [rad] before an edge is flipped: rounding does not decide.
 ANGLE_TOLERANCE = 1e-9
@@ -79,7 +80,7 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
             "wound against each other; prepare the surface first, which says where.",
             face=int(clash // 3),
         )
-    lengths = _side_lengths(surface.vertices, corners)
+    lengths = side_lengths(surface.vertices, corners)
     if lengths.min() <= 0.0:
         face = int(np.argmin(lengths.min(axis=1)))
         raise MeshError(
@@ -152,20 +153,6 @@ def _require_triangles(lengths: FloatArray) -> None:
     if (excess > LENGTH_TOLERANCE * longest).any():
         face = int(np.argmax(excess))
         raise InputError(f"the sides of triangle {face}, {lengths[face].tolist()} mm, do not close to a triangle.")
-
-
-@njit(cache=True)
-def _side_lengths(vertices: FloatArray, corners: IntArray) -> FloatArray:
-    """Return the (m, 3) distance between corner i and corner i + 1."""
-    lengths = np.empty(corners.shape)
-    for face in range(corners.shape[0]):
-        for side in range(3):
-            start, end = corners[face, side], corners[face, (side + 1) % 3]
-            square = 0.0
-            for axis in range(3):
-                square += (vertices[end, axis] - vertices[start, axis]) ** 2
-            lengths[face, side] = sqrt(square)
-    return lengths
 
 
 @njit(cache=True)

@@ -9,13 +9,14 @@ eliminates the cut last; on coordinates the cut is a median and needs no graph p
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from functools import cache
 from typing import Protocol, TypeAlias, TypeVar, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from geoprint.errors import FieldError
 from geoprint.kernels import njit
@@ -34,6 +35,7 @@ SideArray: TypeAlias = NDArray[np.int8]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 # Solutions are of the kind of their right-hand side: complex where the matrix is.
 Values = TypeVar("Values", FloatArray, ComplexArray)
+Number = TypeVar("Number", np.float64, np.complex128)
 
 
 class Factor(Protocol):
@@ -60,7 +62,7 @@ class SymmetricSolver:
 
     def __init__(self, matrix: csc_array, *, order: IntArray) -> None:
         self._order = order
-        self._factor = factorised(csc_array(matrix[order][:, order]))
+        self._factor = factorised(picked(matrix, order))
 
     def solve(self, right_hand_side: Values) -> Values:
         """Return the (n,) solution for an (n,) right-hand side, complex if and only if the matrix is."""
@@ -104,7 +106,41 @@ def single_threaded_blas() -> AbstractContextManager[object]:
     SuperLU calls BLAS on many tiny blocks: waking its threads for each costs up to 80 times the work itself where
     another process holds a core.
     """
-    return threadpool_limits(limits=1, user_api="blas")
+    limited: AbstractContextManager[object] = _blas().limit(limits=1, user_api="blas")  # pyright: ignore[reportUnknownMemberType]
+    return limited
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    """Return the libraries of this process; to look for them takes longer than to factorise 1,000 unknowns."""
+    return ThreadpoolController()
+
+
+def picked(matrix: csc_array, chosen: IntArray) -> csc_array:
+    """Return the (k, k) rows and columns of (n, n) that (k,) different numbers choose, in their order."""
+    starts, rows, values = _picked((matrix.indptr, matrix.indices), matrix.data, chosen)
+    return csc_array((values, rows, starts), shape=(chosen.size, chosen.size))
+
+
+@njit(cache=True)
+def _picked(
+    graph: Graph, values: NDArray[Number], chosen: IntArray
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[Number]]:
+    """Return where columns start, the rows of their entries and the entries; only each column is looked through."""
+    starts, rows = graph
+    places = np.full(starts.size - 1, -1, np.int32)
+    for k in range(chosen.size):
+        places[chosen[k]] = k
+    new_starts, new_rows, new_values = np.empty(chosen.size + 1, np.int32), np.empty_like(rows), np.empty_like(values)
+    count = 0
+    for k in range(chosen.size):
+        new_starts[k] = count
+        for entry in range(starts[chosen[k]], starts[chosen[k] + 1]):
+            if places[rows[entry]] >= 0:
+                new_rows[count], new_values[count] = places[rows[entry]], values[entry]
+                count += 1
+    new_starts[chosen.size] = count
+    return new_starts, new_rows[:count].copy(), new_values[:count].copy()
 
 
 def _singular(matrix: csc_array, error: Exception) -> FieldError:

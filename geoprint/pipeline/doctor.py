@@ -18,7 +18,6 @@ PACKAGES = (
     "numpy",
     "scipy",
     "trimesh",
-    "contourpy",
     "pin",
     "toppra",
     "python-fcl",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from geoprint.lazy import attached
 from geoprint.surfaces.clipping import (
     clipped as clipped,
+    closest_once as closest_once,
     faces_within as faces_within,
     part_of as part_of,
     piece_at as piece_at,
@@ -74,6 +75,7 @@ from geoprint.surfaces.topology import (
     edge_faces as edge_faces,
     edge_keys as edge_keys,
     edges as edges,
+    encloses as encloses,
     euler_characteristic as euler_characteristic,
     half_edges as half_edges,
     numbered_edges as numbered_edges,

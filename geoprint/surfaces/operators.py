@@ -209,5 +209,6 @@ def _positive_lengths(doubled: FloatArray, surface: Surface) -> FloatArray:
 
 def signed_volume(surface: Surface) -> float:
     """Return the volume [mm3] inside a closed surface, positive if its faces are counter-clockwise from outside."""
-    a, b, c = (surface.vertices[surface.faces[:, corner]] - surface.vertices.mean(axis=0) for corner in range(3))
+    middle = surface.vertices.mean(axis=0)
+    a, b, c = (surface.vertices[surface.faces[:, corner]] - middle for corner in range(3))
     return float(np.einsum("mx,mx->", a, np.cross(b, c)) / 6)

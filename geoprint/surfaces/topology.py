@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
@@ -105,8 +103,9 @@ def connected_nodes(first: IntArray, second: IntArray, *, nodes: int) -> IntArra
         second: (k,) its other end.
         nodes: how many there are.
     """
-    graph = coo_array((np.ones(first.size, dtype=np.int8), (first, second)), shape=(nodes, nodes))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+    from geoprint.surfaces.linking import linked  # here, because Numba takes half a second to load
+
+    return linked(np.ascontiguousarray(first), np.ascontiguousarray(second), nodes)
 
 
 def face_counts(side_edge: IntArray) -> IntArray:
@@ -161,6 +160,17 @@ def boundary_half_edges(faces: IntArray) -> IntArray:
     return np.flatnonzero(_matched(faces) == -1)
 
 
+def crowded_half_edges(faces: IntArray) -> IntArray:
+    """Return the half-edges whose edge has more than two faces, ascending."""
+    return np.flatnonzero(_matched(faces) == -2)
+
+
+def encloses(faces: IntArray) -> bool:
+    """Tell whether faces leave no border and are wound in one sense: every half-edge has one twin, which runs back."""
+    other, starts = _matched(faces), faces.ravel()
+    return bool(other.min(initial=0) >= 0) and bool((starts[other] != starts).all())
+
+
 def boundary_loops(surface: Surface) -> tuple[IntArray, ...]:
     """Return the closed loops of boundary edges.
 
@@ -210,17 +220,15 @@ def component_labels(surface: Surface) -> IntArray:
         (m,) component of each face, numbered from 0 in the order of their first faces. Parts that touch in a vertex
         alone are different components.
     """
-    _, side_edge = numbered_edges(surface.faces)
-    face_count = len(surface.faces)
-    node_of_edge = face_count + side_edge.ravel()
-    faces = np.repeat(np.arange(face_count), 3)
-    nodes = face_count + int(side_edge.max()) + 1
-    # Faces and edges are both nodes: this also joins more than two faces at one edge.
-    labels = connected_nodes(faces, node_of_edge, nodes=nodes)[:face_count]
-    _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
-    rank = np.empty(first.size, dtype=np.int64)
-    rank[np.argsort(first)] = np.arange(first.size)
-    return rank[inverse]
+    other = _matched(surface.faces)
+    half, crowded = np.flatnonzero(other >= 0), np.flatnonzero(other < -1)
+    first, second = half // 3, other[half] // 3
+    if crowded.size:
+        # Of more than two faces at an edge each is joined to the first.
+        _, edge = numbered_pairs(half_edges(surface.faces)[crowded])
+        _, leading = np.unique(edge, return_index=True)
+        first, second = np.append(first, crowded // 3), np.append(second, crowded[leading][edge] // 3)
+    return connected_nodes(first, second, nodes=len(surface.faces))
 
 
 def euler_characteristic(surface: Surface) -> int:

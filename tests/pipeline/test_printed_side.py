@@ -184,3 +184,24 @@ def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, a
     except InputError as error:
         said = str(error)
     assert on_the_body in said
+
+
+def test_a_body_that_a_part_was_cut_from_tells_the_side_without_being_prepared() -> None:
+    # Its lowest vertex is drawn up through its top, where nothing could be printed.
+    vertices = BODY.vertices.copy()
+    vertices[np.argmin(vertices[:, 2])] = [25.0, 0.0, 40.0]
+    crossing = Surface(vertices=vertices, faces=BODY.faces, name="heart")
+    assert printed_side(CAP, crossing, flip=False)[1].agreeing is None
+    assert printed_side(CAP, crossing, flip=False, cut=True)[1].source == "body"
+    for body in (BODY, inside_out(BODY)):
+        assert printed_side(CAP, body, flip=False, cut=True)[1].agreeing == 1.0
+
+
+def test_an_open_body_that_a_part_was_cut_from_tells_nothing_but_one_without_a_triangle_does() -> None:
+    def without(count: int) -> Surface:
+        lowest = np.argsort(BODY.vertices[BODY.faces].mean(axis=1)[:, 2])
+        near = np.isin(BODY.faces, BODY.faces[lowest[0]]).sum(axis=1) >= (3 if count == 1 else 1)
+        return Surface(vertices=BODY.vertices, faces=BODY.faces[~near], name="heart")
+
+    assert printed_side(CAP, without(1), flip=False, cut=True)[1].agreeing == 1.0
+    assert printed_side(CAP, without(10), flip=False, cut=True)[1].agreeing is None

@@ -13,6 +13,8 @@ from geoprint.model import Surface
 from geoprint.surfaces import (
     boundary_loops,
     clipped,
+    closest,
+    closest_once,
     describe,
     edge_lengths,
     euler_characteristic,
@@ -21,10 +23,11 @@ from geoprint.surfaces import (
     faces_within,
     part_of,
     piece_at,
+    positions,
 )
 from geoprint.surfaces.remesh import contracted, trimmed
 from geoprint.surfaces.repair import prepare
-from tests.meshes import annulus, disc, plate, sphere, spherical_cap
+from tests.meshes import annulus, disc, plate, sphere, spherical_cap, torus
 
 
 def area(surface: Surface) -> float:
@@ -162,3 +165,14 @@ def test_contraction_never_joins_two_rims_across_a_narrow_strip() -> None:
     squeeze = np.where(far & (np.abs(angle) > 1.0), 10.01 / np.linalg.norm(ring.vertices, axis=1), 1.0)
     narrow = replace(ring, vertices=ring.vertices * squeeze[:, None])
     assert describe(contracted(narrow)) == "annulus"
+
+
+def test_what_is_closest_to_places_asked_for_once_is_what_is_closest_of_all() -> None:
+    surface = torus()
+    rng = np.random.default_rng(3)
+    for spread in (0.0, 0.5, 30.0):
+        places = surface.vertices[7] + rng.normal(size=(40, 3)) * spread + [0.0, 0.0, 0.3]
+        found, distances = closest_once(surface, places)
+        np.testing.assert_allclose(distances, closest(surface, places)[1], atol=1e-12)
+        gaps = np.linalg.norm(positions(surface, found) - places, axis=1)
+        np.testing.assert_allclose(gaps, distances, atol=1e-12)

@@ -20,7 +20,7 @@ from geoprint.backends.interface import Accuracy
 from geoprint.backends.intrinsic import delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances, linear_edge_length
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, single_threaded_blas
+from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, picked, single_threaded_blas
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 from geoprint.surfaces import diagonal_matrix, positions
@@ -147,12 +147,11 @@ class _Held:
             )
         self._known = known
         free = np.flatnonzero(~known)
-        rows = elements.stiffness[free]
-        self._free, self._coupling = free, csc_array(rows[:, held])
+        self._free, self._coupling = free, csc_array(elements.stiffness[:, held][free])
         # SuperLU lets go of the interpreter, so that both systems are factorised at the same time.
         with single_threaded_blas(), ThreadPoolExecutor(max_workers=1) as other:
             heat = other.submit(self._heat_solver, ~known)
-            self._poisson = SymmetricSolver(csc_array(rows[:, free]), order=restricted(order, ~known))
+            self._poisson = SymmetricSolver(picked(elements.stiffness, free), order=restricted(order, ~known))
             self._heat = heat.result()
 
     def fitted(
@@ -190,7 +189,7 @@ class _Held:
         """Fill in `reach` and mark as known what heat gets to from the known vertices."""
         width = np.sqrt(self._time)
         free = np.flatnonzero(~known)
-        coupling = csc_array(self._elements.conductance[free][:, known])
+        coupling = csc_array(self._elements.conductance[:, known][free])
         rim = np.flatnonzero(np.diff(coupling.indptr))
         rim_reach = reach[known][rim]
         nearest = float(rim_reach.min(initial=np.inf))
@@ -207,7 +206,7 @@ class _Held:
 
     def _heat_solver(self, free: BoolArray) -> SymmetricSolver:
         rows = np.flatnonzero(free)
-        conductance = csc_array(self._elements.conductance[rows][:, rows])
+        conductance = picked(self._elements.conductance, rows)
         system = csc_array(diagonal_matrix(self._elements.mass[rows]) + self._time * conductance)
         return SymmetricSolver(system, order=restricted(self._order, free))
 

@@ -29,8 +29,8 @@ from geoprint.errors import FieldError, UsageError
 from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface, SurfaceCurves
 from geoprint.surfaces import boundary_half_edges, half_edges, in_words, positions
 
-# Pixels along the longer side of the chart: fewer show no shape; with more, distances and level curves would take more
-# than 2 GB.
+# Pixels along the longer side of the chart: fewer show no shape; with more, the curves of one surface would have
+# millions of corners.
 SMALLEST_RESOLUTION = 16
 LARGEST_RESOLUTION = 8192
 # Pixels a spacing, wherever on the surface. Corners of level curves are cut by a fraction of a pixel, which alone
@@ -141,7 +141,7 @@ class Lscm:
         region, image = self._images(seed, resolution=resolution)
         found = image.contours(distances)
         if image is not region:
-            found = [[piece for line in level for piece in clipped(line, region)] for level in found]
+            found = _within(region, found)
         inside = partial(holds, self._chart.flat)
         found = joined(found, self._chart.continuation, holds=inside, pixel=region.pixel)
         lines = [line for level in found for line in level]
@@ -217,6 +217,19 @@ def seed_segments(chart: Chart, seed: Seed) -> FloatArray:
     alone = first[first == last]
     begin, end = places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]
     return np.stack([begin, chart.continuation.nearest_images(end, to=begin)], axis=1)
+
+
+def _within(region: DistanceImage, levels: list[list[FloatArray]]) -> list[list[FloatArray]]:
+    """Cut the lines of every level where they leave a region."""
+    lines = [line for level in levels for line in level]
+    if not lines:
+        return levels
+    sampled = region.sample(np.concatenate(lines))
+    depths = iter(np.split(sampled, np.cumsum([len(line) for line in lines])[:-1]))
+    return [
+        [piece for line in level for piece in clipped(line, depth=next(depths), shortest=region.pixel)]
+        for level in levels
+    ]
 
 
 def _is_whole_border(surface: Surface, seed: Seed) -> bool:

@@ -4,22 +4,32 @@ Distances are those to the segments themselves, not to pixels: each is exact, so
 the interpolation between pixels alone. Where the distance has a kink, midway between two parts of the border, that
 rounds a corner of a level curve by a fraction of a pixel; where it curves with radius r it moves a curve by at most
 pixel^2 / (8 r); elsewhere the distance is linear and its curves are exact.
+
+An image holds a byte a pixel and the segments; distances are measured when they are asked for, of those pixels alone
+that matter to the answer, a band of rows after the other.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import final
 
-import contourpy
 import numpy as np
 from scipy.ndimage import binary_dilation, map_coordinates
 
 from geoprint.backends.lscm.continuation import UNCUT, Continuation
-from geoprint.backends.lscm.segment_distance import grid_distances
+from geoprint.backends.lscm.marching_squares import Band, level_lines
+from geoprint.backends.lscm.segment_distance import ALL, WANTED, ByteArray, counted, measure_pixels
 from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 
 # Pixels measured around the region: level curves are followed beyond its border before they are cut there.
 MARGIN = 2
+# Marks of a pixel beside WANTED: it lies in the region or its continuation, and in the half of the chart at the side
+# of a cut that the copy one round forward continues, or the one back.
+INSIDE = 2
+BESIDE = {1: 4, -1: 8}
+# Rows of an image that are measured together: a few megabytes.
+BAND_ROWS = 128
 
 
 @final
@@ -28,53 +38,107 @@ class DistanceImage:
     """Distances at the centres of square pixels; the centre of (row, column) is at origin + pixel * (column, row).
 
     Attributes:
-        values: (rows, columns) [mm].
+        marks: (rows, columns) what is known of each pixel, added up; those of the region and around it are `WANTED`.
         origin: (2,) centre of the first pixel [mm].
         pixel: side of a pixel [mm].
-        measured: (rows, columns) pixels of the region and around it; the values of others mean nothing.
+        segments: (s, 2, 2) that distance is measured from, columns and rows.
+        sides: (s,) the mark of the pixels that a segment counts for, such as an image beyond a cut; 0 for all.
+        outside: sign of the distances outside the region: -1 of the distance to its border, else 1.
     """
 
-    values: FloatArray
+    marks: ByteArray
     origin: FloatArray
     pixel: float
-    measured: BoolArray
+    segments: FloatArray
+    sides: ByteArray
+    outside: int
 
     def __post_init__(self) -> None:
-        # Half a gigabyte at the most: shared, not copied.
-        self.values.setflags(write=False)
-        self.measured.setflags(write=False)
-        freeze_arrays(self, values="float: r c", origin="float: 2", measured="bool: r c")
+        # Shared, not copied: the marks may be 70 MB.
+        self.marks.setflags(write=False)
+        self.sides.setflags(write=False)
+        freeze_arrays(self, origin="float: 2", segments="float: s 2 2")
+
+    @property
+    def measured(self) -> BoolArray:
+        """The (rows, columns) pixels of the region and around it."""
+        return (self.marks & WANTED) > 0
+
+    @property
+    def values(self) -> FloatArray:
+        """The (rows, columns) distances [mm]; those of pixels that are not measured are 0, or minus the margin.
+
+        All of them take 8 bytes a pixel: level curves and samples do without.
+        """
+        return self._filled(self._measured(self.marks, 0, asked=ALL))
 
     def sample(self, points: FloatArray) -> FloatArray:
         """Return the (k,) bilinearly interpolated distance at (k, 2) points [mm]."""
         columns, rows = ((points - self.origin) / self.pixel).T
-        return np.asarray(map_coordinates(self.values, [rows, columns], order=1, mode="nearest"))
-
-    def beside(self, continuation: Continuation, *, rounds: int) -> BoolArray:
-        """Return the (rows, columns) measured pixels at the side of a cut that a copy continues."""
-        rows, columns = (np.arange(count, dtype=np.float64) for count in self.values.shape)
-        x, y = self.origin[0] + self.pixel * columns, self.origin[1] + self.pixel * rows[:, None]
-        return self.measured & continuation.beside(x, y, rounds=rounds)
+        below, left = (
+            np.clip(np.floor(along).astype(np.int64), 0, count - 2)
+            for along, count in zip((rows, columns), self.marks.shape, strict=True)
+        )
+        found = np.empty(len(points))
+        order = np.argsort(below, kind="stable")
+        for first, last in self._bands():
+            here = order[slice(*np.searchsorted(below[order], [first, last]))]
+            if here.size:
+                marks = np.zeros_like(self.marks[first : last + 1])
+                for down, right in ((0, 0), (0, 1), (1, 0), (1, 1)):
+                    corner = below[here] - first + down, left[here] + right
+                    marks[corner] = self.marks[first : last + 1][corner]
+                # The kernel is compiled for what nobody writes.
+                marks.setflags(write=False)
+                values = self._filled(self._measured(marks, first, asked=ALL))
+                places = [rows[here] - first, columns[here]]
+                found[here] = map_coordinates(values, places, order=1, mode="nearest")
+        return found
 
     def contours(self, levels: FloatArray) -> list[list[FloatArray]]:
         """Return the level curves of every level by marching squares [Lorensen1987], larger values on the left.
 
-        A pixel whose value equals a level counts as below it. In the two ambiguous cells, where the corners alternate,
-        the mean of the four decides: it is the value in the middle of the cell. Cells with a corner that was not
-        measured are left out.
+        Cells with a corner that was not measured are left out.
 
         Args:
-            levels: (l,) distances [mm].
+            levels: (l,) rising distances [mm].
 
         Returns:
-            For each level its (k, 2) polylines [mm]; a closed one repeats its first point.
+            For each level its (k, 2) polylines [mm], as `level_lines`; a closed one repeats its first point.
         """
-        known = np.ma.masked_array(self.values, ~self.measured)
-        generator = contourpy.contour_generator(z=known, name="serial", corner_mask=False)
-        return [
-            [np.asarray(line, dtype=np.float64) * self.pixel + self.origin for line in generator.lines(float(level))]
-            for level in levels
-        ]
+        found = level_lines(self._bands_near(levels), levels=levels)
+        return [[line * self.pixel + self.origin for line in lines] for lines in found]
+
+    def _bands_near(self, levels: FloatArray) -> Iterator[Band]:
+        """Yield all rows, measured where a level can pass."""
+        asked = np.sort(np.abs(levels)) / self.pixel
+        for first, last in self._bands():
+            yield Band(first, self._measured(self.marks[first : last + 1], first, asked=asked))
+
+    def _bands(self) -> Iterator[tuple[int, int]]:
+        """Yield the first and the last row of every band, the last of one being the first of the next."""
+        rows = len(self.marks) - 1
+        for first in range(0, rows, BAND_ROWS):
+            yield first, min(first + BAND_ROWS, rows)
+
+    def _measured(self, marks: ByteArray, first: int, *, asked: FloatArray) -> FloatArray:
+        """Return the distances of pixels [mm] with these marks, in rows from the first on; NaN where none is asked for.
+
+        Args:
+            marks: (rows, columns).
+            first: row of the image.
+            asked: (l,) rising distances in pixels.
+        """
+        values = np.full(marks.shape, np.nan)
+        measure_pixels(counted(self.segments, self.sides), marks, first, asked, values)
+        values *= self.pixel
+        if self.outside < 0:
+            np.negative(values, out=values, where=(marks & INSIDE) == 0)
+        return values
+
+    def _filled(self, values: FloatArray) -> FloatArray:
+        """Put a number where nothing was measured."""
+        return np.where(np.isnan(values), -MARGIN * self.pixel if self.outside < 0 else 0.0, values)
 
 
 def region_image(border: FloatArray, *, resolution: int, continuation: Continuation = UNCUT) -> DistanceImage:
@@ -87,8 +151,7 @@ def region_image(border: FloatArray, *, resolution: int, continuation: Continuat
         continuation: how the region goes on beyond a cut, which is no border.
 
     Returns:
-        The image; outside pixels farther than the margin hold minus the margin. Within the margin of a cut the pixels
-        of the region's continuation are inside too.
+        The image. Within the margin of a cut the pixels of the region's continuation are inside too.
     """
     outline = np.concatenate([border, continuation.sides])
     low, high = outline.min(axis=(0, 1)), outline.max(axis=(0, 1))
@@ -97,12 +160,15 @@ def region_image(border: FloatArray, *, resolution: int, continuation: Continuat
     columns, rows = image_size(high - low, resolution=resolution)
     inside = filled((outline - origin) / pixel, shape=(rows, columns))
     measured = np.asarray(binary_dilation(inside, np.ones((3, 3), dtype=np.bool_), iterations=MARGIN))
-    image = DistanceImage(np.full((rows, columns), -MARGIN * pixel), origin, pixel, measured)
+    marks = measured.astype(np.uint8)
+    x, y = origin[0] + pixel * np.arange(columns), origin[1] + pixel * np.arange(rows)[:, None]
     for rounds in continuation.rounds:
+        beside = measured & continuation.beside(x, y, rounds=rounds)
         copy = (continuation.moved(outline, rounds=rounds) - origin) / pixel
-        inside |= image.beside(continuation, rounds=rounds) & filled(copy, shape=(rows, columns))
-    values = seed_image(image, border, continuation=continuation).values
-    return DistanceImage(np.where(measured, np.where(inside, values, -values), image.values), origin, pixel, measured)
+        inside |= beside & filled(copy, shape=(rows, columns))
+        marks |= BESIDE[rounds] * beside.astype(np.uint8)
+    marks |= INSIDE * inside.astype(np.uint8)
+    return _image(marks, origin, pixel, border, continuation=continuation, outside=-1)
 
 
 def seed_image(region: DistanceImage, seed: FloatArray, *, continuation: Continuation = UNCUT) -> DistanceImage:
@@ -110,14 +176,25 @@ def seed_image(region: DistanceImage, seed: FloatArray, *, continuation: Continu
 
     The straight line may leave the region, through a hole or across a bay of its border.
     """
-    values = grid_distances((seed - region.origin) / region.pixel, region.measured)
+    return _image(region.marks, region.origin, region.pixel, seed, continuation=continuation, outside=1)
+
+
+def _image(
+    marks: ByteArray,
+    origin: FloatArray,
+    pixel: float,
+    segments: FloatArray,
+    *,
+    continuation: Continuation,
+    outside: int,
+) -> DistanceImage:
+    """Return the distance from segments [mm], and from their images in the copies at a cut for the pixels beside it."""
+    parts, sides = [segments], [np.zeros(len(segments), dtype=np.uint8)]
     for rounds in continuation.rounds:
-        images = (continuation.beyond(seed, rounds=rounds) - region.origin) / region.pixel
-        if len(images):
-            here = region.beside(continuation, rounds=rounds)
-            np.minimum(values, grid_distances(images, here), out=values, where=here)
-    values *= region.pixel
-    return DistanceImage(values, region.origin, region.pixel, region.measured)
+        parts.append(continuation.beyond(segments, rounds=rounds))
+        sides.append(np.full(len(parts[-1]), BESIDE[rounds], dtype=np.uint8))
+    placed = (np.concatenate(parts) - origin) / pixel
+    return DistanceImage(marks, origin, pixel, placed, np.concatenate(sides), outside)
 
 
 def image_size(size: FloatArray, *, resolution: int) -> tuple[int, int]:
@@ -131,18 +208,17 @@ def image_size(size: FloatArray, *, resolution: int) -> tuple[int, int]:
     return int(columns), int(rows)
 
 
-def clipped(line: FloatArray, region: DistanceImage) -> list[FloatArray]:
+def clipped(line: FloatArray, *, depth: FloatArray, shortest: float) -> list[FloatArray]:
     """Cut a polyline where it leaves a region.
 
     Args:
         line: (k, 2) corners [mm]; a closed one repeats its first.
-        region: signed distance, as `region_image`.
+        depth: (k,) how deep in the region they lie, negative outside [mm], as `region_image` samples it.
+        shortest: pieces below this length [mm] are left out.
 
     Returns:
-        The pieces inside, in order and direction of the line; the line itself where it never leaves. Pieces shorter
-        than a pixel are left out.
+        The pieces inside, in order and direction of the line; the line itself where it never leaves.
     """
-    depth = region.sample(line)
     inside = depth >= 0.0
     if inside.all():
         return [line]
@@ -161,7 +237,7 @@ def clipped(line: FloatArray, region: DistanceImage) -> list[FloatArray]:
         before = crossings[begin : begin + 1] if begin >= 0 else line[:0]
         after = crossings[end : end + 1] if end < len(line) - 1 else line[:0]
         piece = np.vstack([before, line[begin + 1 : end + 1], after])
-        if float(np.linalg.norm(np.diff(piece, axis=0), axis=1).sum()) >= region.pixel:
+        if float(np.linalg.norm(np.diff(piece, axis=0), axis=1).sum()) >= shortest:
             pieces.append(piece)
     return pieces
 

@@ -17,6 +17,7 @@ from geoprint.surfaces import (
     boundary_half_edges,
     clipped,
     closest,
+    closest_once,
     faces_within,
     in_words,
     normals,
@@ -175,7 +176,7 @@ def _on_body(body: Surface, choice: PatchChoice) -> tuple[FloatArray | None, Flo
     if not given:
         return None, None, None
     places = np.vstack(given)
-    points, distances = closest(body, places)
+    points, distances = closest_once(body, places)
     nearest = positions(body, points)
     worst = int(np.argmax(distances))
     missed = float(distances[worst])

@@ -183,7 +183,8 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
     named = None if job.body is None else load_file(job.body, unit=job.unit)
     body = prepared.body if named is None else _body(prepared.surface, named.surface)
     asked = turned_over(prepared.surface) if job.flip else prepared.surface
-    part, side = printed_side(asked, body, flip=job.flip, filed=(named or loaded).surface)
+    filed, cut = (named or loaded).surface, named is None and body is not None
+    part, side = printed_side(asked, body, flip=job.flip, filed=filed, cut=cut)
     files = (loaded,) if named is None else (loaded, named)
     return SidedPart(files, prepared, part, side, body, target=read_target(job))
 

@@ -9,13 +9,15 @@ from geoprint.model import Surface
 from geoprint.results import Side
 from geoprint.surfaces import (
     boundary_half_edges,
-    closest,
+    closest_once,
+    encloses,
     face_areas,
     face_normals,
+    part_of,
     signed_volume,
     turned_over,
 )
-from geoprint.surfaces.repair import prepare
+from geoprint.surfaces.repair import prepare, stays_open
 
 # A patch bulges, or is hollow, where the volume of the cone from its middle is beyond this share of area times size: a
 # cap of a ball that is as high as a fiftieth of its width.
@@ -25,7 +27,12 @@ TELLING_SHARE = 0.9
 
 
 def printed_side(
-    part: Surface, body: Surface | None, *, flip: bool, filed: Surface | None = None
+    part: Surface,
+    body: Surface | None,
+    *,
+    flip: bool,
+    filed: Surface | None = None,
+    cut: bool = False,
 ) -> tuple[Surface, Side]:
     """Decide which side is printed on, and turn the part where the body tells that it is inside out.
 
@@ -34,6 +41,7 @@ def printed_side(
         body: what it lies on; only a closed one tells its outside.
         flip: whether the user turned the file's winding; then the body only warns.
         filed: the body as its file winds it, or the part where there is no body; None where nobody knows.
+        cut: whether the part was cut from the body, which is then joined already, and sound where the part lies.
 
     Returns:
         The part, and how its side was found.
@@ -41,7 +49,7 @@ def printed_side(
     if boundary_half_edges(part.faces).size == 0:
         where = "inside of a closed surface, as `--flip` asks" if flip else "outside of a closed surface"
         return part, Side("closed", flip, None, f"printed on the {where}.{_also(filed)}")
-    agreeing = None if body is None else _agreeing(part, body)
+    agreeing = None if body is None else _agreeing(part, body, cut=cut)
     source = "flip" if flip else "winding"
     told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
     if agreeing is None:
@@ -87,15 +95,32 @@ def inverted_in_words(filed: Surface) -> str:
     )
 
 
-def _agreeing(part: Surface, body: Surface) -> float | None:
+def _agreeing(part: Surface, body: Surface, *, cut: bool) -> float | None:
     """Return the share of the part's area whose normal is within 90 degrees of the body's below it."""
+    outward = _outward(body, cut=cut)
+    if outward is None:
+        return None
+    middles = part.vertices[part.faces].mean(axis=1)
+    below, _ = closest_once(outward, middles)
+    under = part_of(outward, np.isin(np.arange(len(outward.faces)), below.faces))
+    rank = np.searchsorted(np.unique(below.faces), below.faces)
+    along = np.einsum("mx,mx->m", face_normals(under)[rank], face_normals(part))
+    areas = face_areas(part)
+    return float(areas[along > 0].sum() / areas.sum())
+
+
+def _outward(body: Surface, *, cut: bool) -> Surface | None:
+    """Return a body with its faces outward; None where it is open or cannot be prepared.
+
+    What a part was cut from is not looked at for crossings, which far from the part do no harm, and where it stays
+    open nothing is prepared.
+    """
+    if cut and encloses(body.faces):
+        return body if signed_volume(body) > 0 else turned_over(body)
     try:
+        if cut and stays_open(body):
+            return None
         outward, _ = prepare(body)
     except MeshError:
         return None
-    if boundary_half_edges(outward.faces).size:
-        return None
-    below, _ = closest(outward, part.vertices[part.faces].mean(axis=1))
-    along = np.einsum("mx,mx->m", face_normals(outward)[below.faces], face_normals(part))
-    areas = face_areas(part)
-    return float(areas[along > 0].sum() / areas.sum())
+    return None if boundary_half_edges(outward.faces).size else outward

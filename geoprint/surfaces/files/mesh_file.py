@@ -75,7 +75,9 @@ class MeshFile:
         """
         if not self.unit:
             raise InputError(f"`{self.name}` has no unit; give it with `--unit`.")
-        return Surface(vertices=self.vertices * UNITS[self.unit], faces=self.faces, name=self.name)
+        # In mm the vertices are shared: those of a large file are most of its memory.
+        vertices = self.vertices if UNITS[self.unit] == 1.0 else self.vertices * UNITS[self.unit]
+        return Surface(vertices=vertices, faces=self.faces, name=self.name)
 
 
 def check_indices(faces: IntArray, *, vertices: int, name: str) -> None:
@@ -114,7 +116,7 @@ def check_mesh(file: MeshFile, *, name: str) -> None:
 def single_step(vertices: FloatArray) -> float:
     """Return the step between neighbouring numbers of single precision as large as the largest coordinate."""
     with np.errstate(over="ignore", invalid="ignore"):
-        return float(np.spacing(np.float32(np.abs(vertices).max(initial=0.0))))
+        return float(np.spacing(np.float32(max(vertices.max(initial=0.0), -vertices.min(initial=0.0)))))
 
 
 def written_step(text: bytes, vertices: FloatArray) -> float:

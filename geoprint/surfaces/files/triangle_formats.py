@@ -51,6 +51,7 @@ def read_stl(data: bytes, /, *, name: str) -> MeshFile:
     if len(data) == STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced:
         triangles = np.frombuffer(data, dtype=STL_TRIANGLE, offset=STL_HEADER_BYTES)
         vertices = triangles["corners"].reshape(-1, 3).astype(np.float64)
+        vertices.setflags(write=False)
         return MeshFile(vertices, np.arange(len(vertices)).reshape(-1, 3), step=single_step(vertices))
     # trimesh needs UTF-8; other bytes can only stand in names.
     written = data.decode("utf-8-sig", errors="replace")

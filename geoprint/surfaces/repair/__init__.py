@@ -10,6 +10,7 @@ from geoprint.surfaces.repair.preparation import (
     PreparationReport as PreparationReport,
     join as join,
     prepare as prepare,
+    stays_open as stays_open,
 )
 from geoprint.surfaces.repair.repairs import Repairs as Repairs, described as described
 from geoprint.surfaces.repair.terraces import terrace_height as terrace_height

@@ -14,7 +14,15 @@ from geoprint.surfaces.places import triple
 from geoprint.surfaces.repair.crossings import crossings
 from geoprint.surfaces.repair.manifold import turned_faces
 from geoprint.surfaces.repair.preparation import PreparationReport, join, repair
-from geoprint.surfaces.topology import component_labels, connected_nodes, face_counts, half_edges, numbered_edges
+from geoprint.surfaces.topology import (
+    boundary_half_edges,
+    component_labels,
+    connected_nodes,
+    face_counts,
+    half_edges,
+    numbered_edges,
+)
+from geoprint.surfaces.triangle_sizes import thinness
 
 # A face whose height is below this share of its longest side is a sliver: its smallest angle is below 1.2 degrees.
 SLIVER_SHARE = 0.02
@@ -107,21 +115,24 @@ def inspect(surface: Surface, *, longest_hole: float | None = None) -> Inspectio
         examined, preparation = repair(joined, longest_hole=longest_hole)
     except MeshError as error:
         refusal = str(error)
-    sides, side_edge = numbered_edges(examined.faces)
-    rims, crowded = _rims(examined, side_edge), np.flatnonzero(face_counts(side_edge) > 2)
+    rim = half_edges(examined.faces)[boundary_half_edges(examined.faces)]
+    rims = _rims(examined, rim)
     labels = np.zeros(len(examined.faces), dtype=np.int64) if preparation is not None else component_labels(examined)
     if preparation is not None:
         vertices, flips = Defect(preparation.repairs.split_vertices), Defect(preparation.repairs.flipped_faces)
         crossing, complete = Defect(0), preparation.crossings_checked
+        crowded = np.empty((0, 3))
     else:
+        sides, side_edge = numbered_edges(examined.faces)
         vertices, flips = _touching_fans(examined, side_edge), _flips(examined)
+        crowded = examined.vertices[sides[face_counts(side_edge) > 2]].mean(axis=1)
         crossing, complete = _crossings(examined, depth=joined.tolerance)
     return Inspection(
         examined=examined,
         components=_components(examined, labels),
         rims=rims,
-        genus=(2 - len(rims) - len(examined.vertices) + len(sides) - len(examined.faces)) // 2 if preparation else None,
-        nonmanifold_edges=_defect(examined.vertices[sides[crowded]].mean(axis=1)),
+        genus=_genus(examined, rims=len(rims), rim_edges=len(rim)) if preparation else None,
+        nonmanifold_edges=_defect(crowded),
         nonmanifold_vertices=vertices,
         flipped_faces=flips,
         slivers=_defect(_slivers(examined)),
@@ -148,9 +159,14 @@ def _components(surface: Surface, labels: IntArray) -> tuple[tuple[int, float, t
     )
 
 
-def _rims(surface: Surface, side_edge: IntArray) -> tuple[Rim, ...]:
-    """Return the connected pieces of the border, which need not be loops."""
-    rim = half_edges(surface.faces)[face_counts(side_edge)[side_edge.ravel()] == 1]
+def _genus(surface: Surface, *, rims: int, rim_edges: int) -> int:
+    """Return the handles of a connected manifold: each inner edge has two half-edges, each of the border one."""
+    edge_count = (3 * len(surface.faces) + rim_edges) // 2
+    return (2 - rims - len(surface.vertices) + edge_count - len(surface.faces)) // 2
+
+
+def _rims(surface: Surface, rim: IntArray) -> tuple[Rim, ...]:
+    """Return the connected pieces of the border, of which (k, 2) are the edges; they need not be loops."""
     if len(rim) == 0:
         return ()
     lengths = np.linalg.norm(surface.vertices[rim[:, 1]] - surface.vertices[rim[:, 0]], axis=1)
@@ -191,11 +207,10 @@ def _flips(surface: Surface) -> Defect:
 
 def _slivers(surface: Surface) -> FloatArray:
     """Return the (k, 3) middles of very thin faces, the thinnest first."""
-    corners = surface.vertices[surface.faces]
-    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-    heights = 2 * face_areas(surface) / longest**2
+    doubled, squares = thinness(surface.vertices, surface.faces)
+    heights = doubled / squares
     thin = np.flatnonzero(heights < SLIVER_SHARE)
-    return corners[thin[np.argsort(heights[thin], kind="stable")]].mean(axis=1)
+    return surface.vertices[surface.faces[thin[np.argsort(heights[thin], kind="stable")]]].mean(axis=1)
 
 
 def _crossings(surface: Surface, *, depth: float) -> tuple[Defect, bool]:

@@ -8,7 +8,14 @@ from geoprint.errors import MeshError
 from geoprint.model import BoolArray, IntArray, Surface
 from geoprint.surfaces.halfedges import next_halves
 from geoprint.surfaces.places import in_words, triple
-from geoprint.surfaces.topology import connected_nodes, face_counts, half_edges, numbered_edges, twins
+from geoprint.surfaces.topology import (
+    connected_nodes,
+    crowded_half_edges,
+    face_counts,
+    half_edges,
+    numbered_edges,
+    twins,
+)
 
 
 def check_edges(surface: Surface) -> None:
@@ -17,9 +24,9 @@ def check_edges(surface: Surface) -> None:
     Raises:
         MeshError: how many, and the middle of the first.
     """
-    sides, side_edge = numbered_edges(surface.faces)
-    crowded = np.flatnonzero(face_counts(side_edge) > 2)
-    if crowded.size:
+    if crowded_half_edges(surface.faces).size:
+        sides, side_edge = numbered_edges(surface.faces)
+        crowded = np.flatnonzero(face_counts(side_edge) > 2)
         place = surface.vertices[sides[crowded[0]]].mean(axis=0)
         raise MeshError(
             f"{surface.name}: edges with more than two faces: {crowded.size}, the first at {in_words(place)}; a "

@@ -9,7 +9,8 @@ import numpy as np
 
 from geoprint.errors import MeshError
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, comparable, frozen
-from geoprint.surfaces.operators import doubled_area_vectors, face_areas, signed_volume
+from geoprint.surfaces.halfedges import counted
+from geoprint.surfaces.operators import face_areas, signed_volume
 from geoprint.surfaces.places import in_words, triple
 from geoprint.surfaces.repair.crossings import crossings
 from geoprint.surfaces.repair.holes import fill_holes
@@ -18,19 +19,24 @@ from geoprint.surfaces.repair.manifold import check_connected, check_edges, spli
 from geoprint.surfaces.repair.repairs import Repairs
 from geoprint.surfaces.repair.welding import weld_tolerance, welded
 from geoprint.surfaces.topology import (
+    boundary_half_edges,
     boundary_loops,
     component_labels,
+    connected_nodes,
     half_edges,
     kind_of,
     loop_length,
     turned_over,
     used_vertices,
 )
+from geoprint.surfaces.triangle_sizes import side_lengths, thinness
 
 # A face whose height is below this share of its longest side has no usable normal in double precision.
 DEGENERATE_SHARE = 1e-9
 # A piece with less than this share of the area of the largest is a speck that a program left behind.
 DEBRIS_SHARE = 1e-3
+# Edges of the rim that a missing triangle leaves.
+SINGLE_TRIANGLE = 3
 
 
 @final
@@ -145,6 +151,20 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
     return prepared, report
 
 
+def stays_open(surface: Surface) -> bool:
+    """Tell whether preparing a surface in one piece, joined before, leaves a border, without preparing it.
+
+    A rim goes where its vertices lie on each other's edges, or where it is that of a single triangle.
+
+    Raises:
+        MeshError: as `prepare`, where cutting edges does not end.
+    """
+    cut, _ = split_junctions(surface, tolerance=weld_tolerance(surface.vertices, surface.faces))
+    rim = half_edges(cut.faces)[boundary_half_edges(cut.faces)]
+    rims = connected_nodes(rim[:, 0], rim[:, 1], nodes=len(cut.vertices))[rim[:, 0]]
+    return bool((np.bincount(rims) > SINGLE_TRIANGLE).any())
+
+
 def _without_debris(surface: Surface) -> tuple[Surface, IntArray, tuple[tuple[float, ...], ...]]:
     """Return the surface without specks and unused vertices, the piece of each face, and a corner of each speck."""
     labels = component_labels(surface)
@@ -181,9 +201,8 @@ class _Sizes(NamedTuple):
 def _sizes(surface: Surface, loops: tuple[IntArray, ...]) -> _Sizes:
     """Return the sizes of a connected manifold: each inner edge has two half-edges, each border edge one."""
     lengths = tuple(loop_length(surface.vertices, loop) for loop in loops)
-    sides = surface.vertices[half_edges(surface.faces)]
     edge_count = (3 * len(surface.faces) + sum(loop.size for loop in loops)) // 2
-    total = float(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1).sum()) + sum(lengths)
+    total = float(side_lengths(surface.vertices, surface.faces).ravel().sum()) + sum(lengths)
     euler = len(surface.vertices) - edge_count + len(surface.faces)
     return _Sizes(kind_of(euler, loops=len(loops)), lengths, total / (2 * edge_count))
 
@@ -205,16 +224,16 @@ def _check_crossings(surface: Surface, *, depth: float) -> bool:
 
 def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
     """Return (m,) whether a face has no area: a corner twice, or a height lost in rounding."""
-    corners = vertices[faces]
-    longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-    doubled = np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1)
-    return doubled <= DEGENERATE_SHARE * longest**2
+    doubled, squares = thinness(vertices, faces)
+    return doubled <= DEGENERATE_SHARE * squares
 
 
 def _first_of_each(faces: IntArray) -> IntArray:
     """Return the first of each set of faces with the same corners, ascending."""
-    low, middle, high = np.sort(faces, axis=1).T
-    order = np.lexsort((high, middle, low))
-    ordered = np.column_stack([low, middle, high])[order]
+    corners = np.sort(faces, axis=1)
+    order = np.arange(len(faces))
+    for corner in (2, 1, 0):
+        order = counted(np.ascontiguousarray(corners[:, corner]), order, int(faces.max(initial=0)) + 1)
+    ordered = corners[order]
     starts = np.concatenate([np.ones(min(len(order), 1), dtype=np.bool_), (ordered[1:] != ordered[:-1]).any(axis=1)])
     return np.sort(order[starts])

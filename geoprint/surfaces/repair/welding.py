@@ -6,7 +6,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray
+from geoprint.surfaces.repair.equal_points import first_equal
 from geoprint.surfaces.topology import boundary_half_edges, connected_nodes, edge_keys, edges, half_edges, used_vertices
+from geoprint.surfaces.triangle_sizes import side_lengths
 
 # Rim vertices closer than this share of the bounding box's diagonal are one: 0.01 mm for a part of 40 mm, which is
 # what rounding leaves between the corners of STL triangles and far below a bead.
@@ -23,8 +25,7 @@ def weld_tolerance(vertices: FloatArray, faces: IntArray) -> float:
         faces: (m, 3), at least one.
     """
     used = vertices[used_vertices(faces)]
-    sides = vertices[half_edges(faces)]
-    median_edge = float(np.median(np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)))
+    median_edge = float(np.median(side_lengths(vertices, faces)))
     diagonal = float(np.linalg.norm(used.max(axis=0) - used.min(axis=0)))
     return min(WELD_SHARE * diagonal, WELD_EDGE_SHARE * median_edge)
 
@@ -44,7 +45,7 @@ def welded(vertices: FloatArray, faces: IntArray) -> IntArray:
     rim = _rim(faces)
     if rim.size == 0:
         return faces
-    exact = _renamed(faces, rim, rim[_first_equal(vertices[rim])], count=len(vertices))
+    exact = _renamed(faces, rim, rim[first_equal(vertices[rim])], count=len(vertices))
     rim = _rim(exact)
     if rim.size == 0:
         return exact
@@ -56,18 +57,6 @@ def welded(vertices: FloatArray, faces: IntArray) -> IntArray:
     labels = connected_nodes(*near.T, nodes=len(vertices))
     _, first = np.unique(labels, return_index=True)
     return first[labels][exact]
-
-
-def _first_equal(points: FloatArray) -> IntArray:
-    """Return for each of (k, 3) points the first one that is equal to it."""
-    x, y, z = points.T
-    order = np.lexsort((z, y, x))
-    ordered = points[order]
-    starts = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(axis=1)])
-    # The sort is stable: the first of a run of equal points is the one with the smallest index.
-    result = np.empty(len(points), dtype=np.int64)
-    result[order] = order[np.flatnonzero(starts)][np.cumsum(starts) - 1]
-    return result
 
 
 def _rim(faces: IntArray) -> IntArray:

@@ -8,7 +8,7 @@ from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
 from geoprint.backends.heat.backend import Heat, held_vertices
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, superlu
+from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, picked, superlu
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import Seed, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import boundary_seed, cotangent_laplacian, point_seed
@@ -213,3 +213,16 @@ def test_the_order_by_nested_dissection_leaves_less_fill_than_the_order_of_the_m
 def test_unknowns_all_at_one_place_are_still_ordered() -> None:
     matrix = csc_array(eye_array(50))
     assert sorted(nested_dissection(matrix, coordinates=np.zeros((50, 3))).tolist()) == list(range(50))
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.0 - 2.0j], ids=["real", "complex"])
+def test_rows_and_columns_are_picked_in_their_order(*, factor: complex) -> None:
+    surface = disc(rings=5, jitter_seed=1)
+    whole = cotangent_laplacian(surface).toarray()
+    dense = whole if factor == 1.0 else whole * factor
+    matrix = csc_array(dense)
+    chosen = np.random.default_rng(0).permutation(len(surface.vertices))[:40]
+    found = picked(matrix, chosen).toarray()
+    assert found.dtype == dense.dtype
+    np.testing.assert_array_equal(found, dense[chosen][:, chosen])
+    assert picked(matrix, chosen[:0]).shape == (0, 0)

@@ -1,103 +1,27 @@
-"""The raster: exact distances against brute force, level curves against a plain sixteen-case table."""
+"""The raster: exact distances against brute force, and level curves where they were not measured before."""
 
 from __future__ import annotations
-
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
-from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from geoprint.backends.chart_lookup import locate
+from geoprint.backends.lscm.marching_squares import Band, level_lines
 from geoprint.backends.lscm.raster import DistanceImage, clipped, filled, region_image, seed_image
-from geoprint.backends.lscm.segment_distance import grid_distances, point_distances
+from geoprint.backends.lscm.segment_distance import ALL, counted_everywhere, measure_pixels, point_distances
 from geoprint.model import FloatArray
 from geoprint.surfaces import closest, positions
 from tests.backends.polygons import LETTER, LETTER_HOLES, segments_of, slow_distances, star, surrounded
 from tests.meshes import disc, plate
 
-# Corners of a cell in the order of the paper's table: bit 1 (row, column), 2 (row, column + 1), 4 (row + 1,
-# column + 1), 8 (row + 1, column); edges 0 bottom, 1 right, 2 top, 3 left. Each case lists pairs of edges.
-SIXTEEN_CASES: dict[int, list[tuple[int, int]]] = {
-    0: [], 1: [(0, 3)], 2: [(0, 1)], 3: [(1, 3)], 4: [(1, 2)], 6: [(0, 2)], 7: [(2, 3)],
-    8: [(2, 3)], 9: [(0, 2)], 11: [(1, 2)], 12: [(1, 3)], 13: [(0, 1)], 14: [(0, 3)], 15: [],
-}  # fmt: skip
-SADDLES: dict[tuple[int, bool], list[tuple[int, int]]] = {
-    (5, True): [(0, 1), (2, 3)], (5, False): [(0, 3), (1, 2)],
-    (10, True): [(0, 3), (1, 2)], (10, False): [(0, 1), (2, 3)],
-}  # fmt: skip
 TURN = np.array([[np.cos(0.4), np.sin(0.4)], [-np.sin(0.4), np.cos(0.4)]])
-
-
-def image_of(values: FloatArray) -> DistanceImage:
-    return DistanceImage(values, np.zeros(2), 1.0, np.ones(values.shape, dtype=np.bool_))
 
 
 def centres(image: DistanceImage) -> FloatArray:
     rows, columns = np.indices(image.values.shape)
     return np.column_stack([columns.ravel(), rows.ravel()]) * image.pixel + image.origin
-
-
-def marching_squares(values: FloatArray, level: float) -> set[frozenset[tuple[float, float]]]:
-    """Return the pieces (x, y) of a level curve by the 16-case table, cell by cell: slow and plain."""
-    pieces: set[frozenset[tuple[float, float]]] = set()
-    for row in range(values.shape[0] - 1):
-        for column in range(values.shape[1] - 1):
-            corners = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
-            z = [float(values[corner]) for corner in corners]
-            case = sum(1 << i for i in range(4) if z[i] > level)
-            pairs = SADDLES[case, sum(z) / 4 > level] if case in {5, 10} else SIXTEEN_CASES[case]
-            for pair in pairs:
-                ends: list[tuple[float, float]] = []
-                for edge in pair:
-                    i, j = edge, (edge + 1) % 4
-                    share = (level - z[i]) / (z[j] - z[i])
-                    y, x = (corners[i][k] + share * (corners[j][k] - corners[i][k]) for k in range(2))
-                    ends.append((round(x, 9), round(y, 9)))
-                pieces.add(frozenset(ends))
-    return pieces
-
-
-@pytest.mark.parametrize("smooth", [True, False], ids=["smooth", "noise"])
-def test_level_curves_of_fifty_images_are_those_of_the_sixteen_case_table(*, smooth: bool) -> None:
-    saddles = 0
-    for seed in range(50):
-        noise = np.random.default_rng(seed).normal(size=(12, 15))
-        values = gaussian_filter(noise, 1.5) if smooth else noise
-        level = 0.1 * float(values.std())
-        found = {
-            frozenset((round(float(x), 9), round(float(y), 9)) for x, y in piece)
-            for line in image_of(values).contours(np.array([level]))[0]
-            for piece in pairwise(line)
-        }
-        assert found == marching_squares(values, level)
-        above = values > level
-        saddles += int(((above[:-1, :-1] == above[1:, 1:]) & (above[:-1, :-1] != above[:-1, 1:])
-                        & (above[1:, :-1] == above[:-1, 1:])).sum())  # fmt: skip
-    assert smooth or saddles > 500
-
-
-@pytest.mark.parametrize("smooth", [True, False], ids=["smooth", "noise"])
-def test_larger_values_lie_on_the_left_of_every_piece(*, smooth: bool) -> None:
-    for seed in range(50):
-        noise = np.random.default_rng(seed).normal(size=(12, 15))
-        image = image_of(gaussian_filter(noise, 1.5) if smooth else noise)
-        for line in image.contours(np.array([0.1 * float(image.values.std())]))[0]:
-            along = np.diff(line, axis=0)
-            lengths = np.linalg.norm(along, axis=1)
-            middles, left = line[:-1] + 0.5 * along, np.column_stack([-along[:, 1], along[:, 0]])
-            step = 1e-6 * left[lengths > 1e-6] / lengths[lengths > 1e-6, None]
-            rise = image.sample(middles[lengths > 1e-6] + step) - image.sample(middles[lengths > 1e-6] - step)
-            assert (rise > 0.0).all()
-
-
-def test_a_closed_level_curve_repeats_its_first_point_and_one_that_leaves_the_image_does_not() -> None:
-    x, y = np.meshgrid(np.arange(21.0), np.arange(21.0))
-    circles = image_of(np.hypot(x - 10, y - 10)).contours(np.array([4.0, 12.0]))
-    assert [len(lines) for lines in circles] == [1, 4]
-    assert (circles[0][0][0] == circles[0][0][-1]).all()
-    assert not (circles[1][0][0] == circles[1][0][-1]).all()
 
 
 @settings(max_examples=15, deadline=None)
@@ -143,7 +67,8 @@ def test_with_outside_pixels_for_segments_it_is_the_distance_transform_of_the_bi
     inside = np.random.default_rng(seed).random((rows, columns)) > 0.02
     inside[0, 0] = False
     outside = np.argwhere(~inside)[:, ::-1].astype(np.float64)
-    found = grid_distances(np.stack([outside, outside], axis=1), inside)
+    points, found = counted_everywhere(np.stack([outside, outside], axis=1)), np.zeros(inside.shape)
+    measure_pixels(points, inside.astype(np.uint8), 0, ALL, found)
     np.testing.assert_allclose(found, distance_transform_edt(inside), atol=1e-12)
 
 
@@ -178,6 +103,39 @@ def test_the_zero_level_is_the_border_and_half_a_spacing_is_its_true_offset() ->
         assert error.max() < 0.75 * image.pixel
 
 
+@pytest.mark.parametrize("name", ["border", "seed"])
+def test_level_curves_are_those_of_the_whole_image_to_the_last_bit(name: str) -> None:
+    # More rows than a band has, and a seed from which some levels leave the region.
+    region = region_image(segments_of(LETTER @ TURN, *(hole @ TURN for hole in LETTER_HOLES)), resolution=300)
+    image = region if name == "border" else seed_image(region, np.array([[[2.0, 6.0], [3.0, 8.0]]]) @ TURN)
+    levels = np.linspace(0.02, 0.98, 12) * float(image.values[image.measured].max())
+    whole = Band(0, np.where(image.measured, image.values, np.nan))
+    for found, wanted in zip(image.contours(levels), level_lines([whole], levels=levels), strict=True):
+        assert wanted
+        for one, other in zip(found, wanted, strict=True):
+            np.testing.assert_array_equal(one, other * image.pixel + image.origin)
+
+
+def test_few_pixels_are_measured_for_levels_far_apart() -> None:
+    border = segments_of(LETTER @ TURN)
+    region = region_image(border, resolution=400)
+    segments = counted_everywhere((border - region.origin) / region.pixel)
+    found = np.full(region.marks.shape, np.nan)
+    measure_pixels(segments, region.marks, 0, np.array([20.0]), found)
+    near = np.abs(np.abs(region.values) / region.pixel - 20.0) <= 1.0
+    assert np.isfinite(found[near & region.measured]).all()
+    assert np.isfinite(found).sum() < 0.2 * region.measured.sum()
+
+
+def test_samples_are_interpolated_between_all_pixels_whatever_the_order_of_the_points() -> None:
+    region = region_image(segments_of(LETTER @ TURN), resolution=300)
+    rng = np.random.default_rng(0)
+    places = region.origin + rng.uniform(-3.0, 303.0, (2000, 2)) * region.pixel
+    columns, rows = ((places - region.origin) / region.pixel).T
+    wanted = map_coordinates(region.values, [rows, columns], order=1, mode="nearest")
+    np.testing.assert_array_equal(region.sample(places), wanted)
+
+
 def test_loops_are_filled_by_the_even_odd_rule() -> None:
     segments = segments_of(*(2.0 * loop + 3.3 for loop in (LETTER, *LETTER_HOLES)))
     shape = (70, 69)
@@ -200,21 +158,25 @@ def test_distances_from_a_seed_are_straight_also_through_a_hole() -> None:
     assert image.sample(beyond)[0] == pytest.approx(9.0, abs=1e-3)
 
 
+def cut(line: FloatArray, region: DistanceImage) -> list[FloatArray]:
+    return clipped(line, depth=region.sample(line), shortest=region.pixel)
+
+
 def test_a_curve_is_cut_where_it_leaves_the_region_and_keeps_its_direction() -> None:
     region = region_image(segments_of(np.array([[0.0, 0], [10, 0], [10, 10], [0, 10]])), resolution=100)
     angles = np.linspace(0, 2 * np.pi, 200)
     circle = np.array([5.0, 10.0]) + 3 * np.column_stack([np.cos(angles), np.sin(angles)])
     circle[-1] = circle[0]
-    (piece,) = clipped(circle, region)
+    (piece,) = cut(circle, region)
     np.testing.assert_allclose(piece[[0, -1]], [[2.0, 10.0], [8.0, 10.0]], atol=0.01)
     assert piece[:, 1].min() == pytest.approx(7.0, abs=0.01)
     across = np.column_stack([np.linspace(-3, 13, 81), np.full(81, 4.0)])
-    (piece,) = clipped(across, region)
+    (piece,) = cut(across, region)
     np.testing.assert_allclose(piece[[0, -1]], [[0.0, 4.0], [10.0, 4.0]], atol=1e-6)
     within = across[20:50]
-    assert clipped(within, region)[0] is within
-    assert clipped(within + np.array([0.0, 8.0]), region) == []
-    inward = clipped(across[20:], region)
+    assert cut(within, region)[0] is within
+    assert cut(within + np.array([0.0, 8.0]), region) == []
+    inward = cut(across[20:], region)
     np.testing.assert_allclose(inward[0][[0, -1]], [across[20], [10.0, 4.0]], atol=1e-6)
 
 

@@ -122,7 +122,7 @@ def test_references_to_other_files_are_not_followed(tmp_path: Path) -> None:
 def test_a_memory_limit_ends_in_status_six(tmp_path: Path) -> None:
     save_ply(meshes.plate((40.0, 30.0), (20, 15), jitter_seed=1), tmp_path / "plate.ply")
     command = [sys.executable, "-m", "geoprint", "plan", str(tmp_path / "plate.ply"), "--out", str(tmp_path / "out")]
-    options = ["--unit", "mm", "--no-robot", "--spacing", "2", "--backend", "lscm", "--resolution", "8192"]
+    options = ["--unit", "mm", "--no-robot", "--spacing", "0.2", "--backend", "heat"]
     limit = ["--max-memory", "1.5"]
     done = subprocess.run([*command, *options, *limit], capture_output=True, text=True, check=False)
     assert (done.returncode, "Traceback" in done.stderr) == (6, False), done.stderr

@@ -16,6 +16,7 @@ from geoprint.surfaces import face_areas, mean_normal
 from geoprint.surfaces.files import load
 from geoprint.surfaces.operators import signed_volume
 from geoprint.surfaces.repair import Repairs, prepare
+from geoprint.surfaces.repair.equal_points import first_equal
 from geoprint.surfaces.repair.welding import WELD_SHARE
 from geoprint.surfaces.topology import boundary_loops, describe, edges
 from tests import meshes
@@ -398,3 +399,12 @@ def test_no_broken_file_brings_out_anything_but_input_errors(name: str) -> None:
         prepared, report = prepare(load(path, unit="mm"))
         assert report.faces == len(prepared.faces)
         assert describe(prepared) == report.topology
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10_000), count=st.integers(1, 200), values=st.integers(1, 5))
+def test_of_equal_points_the_first_stands_for_all(seed: int, count: int, values: int) -> None:
+    choices = np.array([0.0, -0.0, 1.0, 2.5, -7.0, 1e300])[: values + 1]
+    points = np.random.default_rng(seed).choice(choices, (count, 3))
+    wanted = [next(i for i, other in enumerate(points) if (other == point).all()) for point in points]
+    assert first_equal(points).tolist() == wanted
