@@ -15,7 +15,7 @@ import pytest
 
 from geoprint.account import StackRecord, check_summary, check_text, outcome_text, record_plan, stack_text
 from geoprint.account.records.stack import StackedLayerRecord
-from geoprint.config import job_of, packaged_cell_text
+from geoprint.config import Job, job_of, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack
@@ -274,8 +274,14 @@ class _Broken:
         return self.future
 
 
+def _read(_: Job) -> None:
+    pytest.fail("the part was read before the layers were planned")
+
+
 def test_a_killed_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stacking, "ProcessPoolExecutor", _Broken)
+    monkeypatch.setattr(stacking, "layer_processes", _Broken)
+    # Nor does the process that waits read what it would then hold beside those that plan.
+    monkeypatch.setattr(stacking, "read_stack", _read)
     job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, robot=False)
     with pytest.raises(ResourceError, match="ended from outside"):
         plan_stack(job, tmp_path / "device")
