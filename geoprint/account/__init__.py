@@ -5,6 +5,7 @@ from geoprint.account.checked import (
     Checked as Checked,
     CheckedComparison as CheckedComparison,
     Finding as Finding,
+    also_seen as also_seen,
 )
 from geoprint.account.comparison_summary import (
     comparison_picture as comparison_picture,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import final
 
@@ -86,11 +87,15 @@ class CheckedStack:
         told: the content of stack.json, or None where it cannot be read.
         settings: how the program is set to run, or None where it is not that of its layers, or there is none.
         scenarios: in which it was executed; none where it does not run.
+        program_sha256: of its modules with their switches as written; empty where it was not read back.
+        seen: what people saw a program of this stack do.
     """
 
     told: StackRecord | None
     settings: StackSettings | None = None
     scenarios: tuple[str, ...] = ()
+    program_sha256: str = ""
+    seen: tuple[SeenRecord, ...] = ()
 
 
 @final
@@ -119,3 +124,11 @@ class CheckedComparison:
             for one in checked.findings
         ]
         return (*self.own, *inner)
+
+
+def also_seen(checked: Checked | CheckedComparison, seen: SeenRecord) -> Checked | CheckedComparison:
+    """Return what was checked with one more thing that a person saw its program do; a comparison has no program."""
+    if isinstance(checked, Checked):
+        return replace(checked, seen=(*checked.seen, seen))
+    stack = checked.stack
+    return checked if stack is None else replace(checked, stack=replace(stack, seen=(*stack.seen, seen)))

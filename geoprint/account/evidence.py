@@ -30,6 +30,12 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
         ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
         *([("executed", "not yet")] if executed is None else _executed(executed)),
     ]
+    return [*rows, *seen_rows(seen, program_sha256=program_sha256)]
+
+
+def seen_rows(seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
+    """Return stage and what people saw of a program, as `evidence_rows` does behind what geoprint did itself."""
+    rows: list[tuple[str, str]] = []
     for stage in STAGES:
         of_it = [_said(one) for one in seen if one.stage == stage and one.program_sha256 == program_sha256]
         rows.append((WORDS[stage], "seen " + "; ".join(of_it) if of_it else "not yet"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from hashlib import sha256
+from pathlib import PurePosixPath
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from geoprint.account.records.robot import (
     TiltRecord,
 )
 from geoprint.account.records.rounding import place_of
-from geoprint.export.rapid import CELL_MODULE, Executed, Timeline, as_new
+from geoprint.export.rapid import CELL_MODULE, STACK_MODULE, Executed, Timeline, as_new
 from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
 from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts
 from geoprint.motion.controller import LIFT, SHORTEST_TIME, close_targets
@@ -100,10 +101,13 @@ def _by_reason(found: Executed) -> dict[tuple[str, str], list[int]]:
 
 
 def program_digest(modules: Iterable[tuple[str, str]]) -> str:
-    """Return the SHA-256 of a program: names and texts of its files in order, its switches as they were written."""
+    """Return the SHA-256 of a program, of a part or of a stack.
+
+    Names and texts of its files count, in order, and its switches as they were written.
+    """
     digest = sha256()
     for name, text in modules:
-        written = as_new(text) if name == CELL_MODULE else text
+        written = as_new(text) if PurePosixPath(name).name in (CELL_MODULE, STACK_MODULE) else text
         digest.update(f"{name}\0{written}\0".encode("latin-1"))
     return digest.hexdigest()
 

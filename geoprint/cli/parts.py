@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -143,7 +142,7 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
-    from geoprint.account import Checked, check_summary, check_text
+    from geoprint.account import also_seen, check_summary, check_text
     from geoprint.pipeline import check_folder, record_seen
 
     if record is None and (note or controller):
@@ -151,10 +150,7 @@ def check(
     limit_memory(max_memory)
     checked = check_folder(bundle, full=full)
     if record is not None:
-        if not isinstance(checked, Checked):
-            named = ", ".join(name for name, _ in checked.bundles)
-            raise UsageError(f"{bundle} holds several bundles: name the one whose program you saw, of {named}.")
-        checked = replace(checked, seen=(*checked.seen, record_seen(checked, record, note=note, controller=controller)))
+        checked = also_seen(checked, record_seen(checked, record, note=note, controller=controller))
     found = VerificationError(
         f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
         "program; write it again with `geoprint plan`."

@@ -22,6 +22,7 @@ class StackedLayer:
             there is a robot as the program was executed [mm].
         printed: which of these flows is printed.
         met: (k,) whether a column has met others below its top.
+        within: (k,) whether it is between the sides of the stack in its middle.
         volumes: (f,) that these flows lay [mm3].
         slices: what each of the two middle planes cuts of it.
         places: (p, 3) its paths, run after run [mm].
@@ -34,13 +35,17 @@ class StackedLayer:
     laid: FloatArray
     printed: int
     met: BoolArray
+    within: BoolArray
     volumes: FloatArray
     slices: tuple[Slice, ...]
     places: FloatArray
     offsets: IntArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, laid="float: f k", met="bool: k", volumes="float: f", places="float: p 3", offsets="int: o")
+        freeze_arrays(
+            self, laid="float: f k", met="bool: k", within="bool: k", volumes="float: f", places="float: p 3",
+            offsets="int: o",
+        )  # fmt: skip
 
     @property
     def seams(self) -> FloatArray:

@@ -24,13 +24,16 @@ from tests.report.test_page import Reader
 HEIGHT, COUNT = 0.4, 500
 
 
-def made(*, met: bool = False) -> FinishedStack:
-    """Return two layers on a plate, the upper one with nine tenths of its flow on one half, if that is constant."""
+def made(*, met: bool = False, leaving: int = 0) -> FinishedStack:
+    """Return two layers on a plate, the upper one with nine tenths of its flow on one half, if that is constant.
+
+    So many columns leave through a side below the upper one.
+    """
     part = plate((20.0, 10.0), (20, 10))
     feet, planes = column_feet(part, count=COUNT), middle_planes(part, np.eye(3))
     full = np.full((2, COUNT), HEIGHT)
     less = full * np.where(np.arange(2)[:, None] + (feet.places[:, 0] < 10.0) == 1, 0.9, 1.0)
-    layers = [_layer(part, number, laid, met=met) for number, laid in enumerate((full, less))]
+    layers = [_layer(part, number, laid, met=met, leaving=leaving) for number, laid in enumerate((full, less))]
     bottoms = np.array([0.0, HEIGHT])
     wanted = np.full(COUNT, 2 * HEIGHT)
     return FinishedStack(
@@ -43,7 +46,14 @@ def made(*, met: bool = False) -> FinishedStack:
         wanted=wanted,
         layers=tuple(layers),
         flows=tuple(
-            finished(np.stack(laid), wanted, met=np.full((2, COUNT), met), bottoms=bottoms, height=HEIGHT)
+            finished(
+                np.stack(laid),
+                wanted,
+                met=np.full((2, COUNT), met),
+                within=np.stack([each.within for each in layers]),
+                bottoms=bottoms,
+                height=HEIGHT,
+            )
             for laid in zip(*(layer.laid for layer in layers), strict=True)
         ),
         printed=0,
@@ -51,7 +61,7 @@ def made(*, met: bool = False) -> FinishedStack:
 
 
 def _layer(
-    part: Surface, number: int, laid: np.ndarray[tuple[int, int], np.dtype[np.float64]], *, met: bool
+    part: Surface, number: int, laid: np.ndarray[tuple[int, int], np.dtype[np.float64]], *, met: bool, leaving: int
 ) -> StackedLayer:
     level = Surface(part.vertices + np.array([0.0, 0.0, (number + 0.5) * HEIGHT]), part.faces, "level")
     stream = deposited([straight_line((0.0, y + number), (20.0, y + number)) for y in (1.0, 3.0, 5.0, 7.0)], range(4))
@@ -62,6 +72,7 @@ def _layer(
         laid=laid,
         printed=0,
         met=np.full(COUNT, met),
+        within=np.arange(COUNT) >= number * leaving,
         volumes=laid.mean(axis=1) * 200.0,
         slices=tuple(sliced_layer(level, stream, plane, height=HEIGHT) for plane in middle_planes(part, np.eye(3))),
         places=stream.surface_points,
@@ -112,6 +123,16 @@ def test_the_page_says_what_the_record_says(job: Job) -> None:
     # Without a robot there is no time and no clearance.
     assert "time [s]" not in text
     assert "varies by 2.56%" in stack_text(record)
+
+
+def test_of_columns_that_leave_through_a_side_the_share_is_told(job: Job) -> None:
+    record = told(made(leaving=50))
+    assert record.finished.printed is not None
+    assert (record.finished.printed.judged, record.finished.printed.under_sides) == (1.0, 0.1)
+    said = "udged up to sides that lean in over it: 10.0% of the area"
+    assert said in stack_text(record)
+    assert said in Reader(stack_page(made(leaving=50), record, job)).text
+    assert "sides" not in stack_text(told(made()))
 
 
 def test_a_stack_that_nobody_can_judge_has_its_page_all_the_same(job: Job) -> None:

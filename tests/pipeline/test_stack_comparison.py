@@ -19,7 +19,15 @@ from geoprint.surfaces.files import save_ply
 from tests.meshes import plate, torus
 
 FINISHED = FinishedRecord(
-    mean=1.001, cv=0.012, p1=0.97, p99=1.02, within_5_percent=0.99, judged=1.0, creased=0.0, volume=1.002
+    mean=1.001,
+    cv=0.012,
+    p1=0.97,
+    p99=1.02,
+    within_5_percent=0.99,
+    judged=1.0,
+    creased=0.0,
+    under_sides=0.0,
+    volume=1.002,
 )
 
 

@@ -7,6 +7,7 @@ import re
 import shutil
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Self
 
@@ -15,10 +16,10 @@ import pytest
 
 from geoprint.account import StackRecord, check_summary, check_text, outcome_text, record_plan, stack_text
 from geoprint.account.records.stack import StackedLayerRecord
-from geoprint.config import job_of, packaged_cell_text
-from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError
+from geoprint.config import Job, job_of, packaged_cell_text
+from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError, VerificationError
 from geoprint.model import Surface
-from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack
+from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, record_seen
 from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.stacked.simulating import stacked_layer
 from geoprint.pipeline.stacks import stacking
@@ -237,6 +238,36 @@ def test_a_stack_is_not_held_against_layers_that_were_changed(device: tuple[Path
     assert "RUN SHEET" not in text
 
 
+@pytest.mark.dear
+def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    seen = record_seen(check_folder(folder), "loaded", note="no errors", when=datetime(2026, 3, 4, tzinfo=UTC))
+    # The print itself moves the switches on: it is the same program.
+    stack = folder / "rapid" / "GeoStack.mod"
+    stack.write_text(stack.read_text().replace("geoFirstLayer:=1", "geoFirstLayer:=2"))
+    checked = check_folder(folder)
+    assert not checked.findings
+    said = " ".join(check_text(checked).split())
+    assert "loaded on a virtual controller: seen 2026-03-04: no errors run dry: not yet" in said
+    found = check_summary(checked)
+    assert found["program_sha256"] == seen.program_sha256
+    assert found["seen"] == [
+        {"stage": "loaded", "date": seen.date, "note": "no errors", "program_sha256": seen.program_sha256}
+    ]
+    with pytest.raises(UsageError, match="runs only dry, nobody has stated where the fixture stands"):
+        record_seen(checked, "printed", note="fine")
+    evidence = folder / "evidence.json"
+    evidence.write_text(evidence.read_text().replace(seen.program_sha256, "0" * 64))
+    assert "does not count: seen of another program: loaded" in " ".join(check_text(check_folder(folder)).split())
+    evidence.write_text("{}")
+    (unread,) = check_folder(folder).findings
+    assert unread.file == "evidence.json"
+    with pytest.raises(VerificationError, match="is not the plan that was made"):
+        record_seen(check_folder(folder), "dry", note="fine")
+
+
 def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     layer = StackedLayerRecord.model_validate(
         dict.fromkeys(("bottom_mm", "height_mm", "area_mm2", "deposit_mm", "laid_mm3", "wanted_mm3"), 1.0)
@@ -274,8 +305,14 @@ class _Broken:
         return self.future
 
 
+def _read(_: Job) -> None:
+    pytest.fail("the part was read before the layers were planned")
+
+
 def test_a_killed_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stacking, "ProcessPoolExecutor", _Broken)
+    monkeypatch.setattr(stacking, "layer_processes", _Broken)
+    # Nor does the process that waits read what it would then hold beside those that plan.
+    monkeypatch.setattr(stacking, "read_stack", _read)
     job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, robot=False)
     with pytest.raises(ResourceError, match="ended from outside"):
         plan_stack(job, tmp_path / "device")

@@ -88,3 +88,7 @@ class CheckedComparisonRecord(Record):
     executed: tuple[str, ...] = Field(
         default=(), description="of a stack: how its program was run in this check, each layer as by itself"
     )
+    program_sha256: str | None = Field(
+        default=None, description="of a stack's program; left out where it was not read back"
+    )
+    seen: tuple[SeenRecord, ...] = Field(default=(), description="by people, of the stack's program or another one")

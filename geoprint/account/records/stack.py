@@ -71,6 +71,9 @@ class FinishedRecord(Record):
     within_5_percent: Rounded = Field(description="share of the area within 5 % of the wanted thickness")
     judged: Rounded = Field(description="share of the area that these figures are of")
     creased: Rounded = Field(description="share of it over which a hollow is filled before it is as high as wanted")
+    under_sides: Rounded = Field(
+        description="share of it over which sides lean in before it is as high as wanted; judged up to these"
+    )
     volume: Rounded = Field(description="volume laid over the wanted one")
 
 

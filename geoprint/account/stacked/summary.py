@@ -64,6 +64,7 @@ def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsReco
             within_5_percent=found.within_5_percent,
             judged=found.judged,
             creased=found.creased,
+            under_sides=found.under_sides,
             volume=sum(float(layer.volumes[flow]) for layer in stack.layers) / wanted,
         )
         for flow, found in enumerate(stack.flows)

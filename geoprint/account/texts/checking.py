@@ -55,7 +55,7 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
         lines.append(f"{name:<{longest}}  {_outcome(bundle)}")
         lines += [f"  {name}/{_line(one)}" for one in bundle.findings]
     if stack is not None and stack.told is not None and not checked.findings:
-        sheet = stack_sheet(stack.told, settings=stack.settings, width=width)
+        sheet = stack_sheet(stack.told, stack, width=width)
         lines += (
             ["", f"RUN SHEET  {stack.told.part}, layer upon layer  ({checked.folder.name})", "", *sheet]
             if sheet

@@ -51,6 +51,8 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
             bundles=tuple(_record(one, name) for name, one in checked.bundles),
             set_to=None if settings is None else StackSettingsNow(**asdict(settings)),
             executed=() if stack is None else stack.scenarios,
+            program_sha256=None if stack is None else stack.program_sha256 or None,
+            seen=() if stack is None else stack.seen,
         )
     )
 

@@ -64,6 +64,8 @@ def finished_sentences(told: StackRecord) -> Iterator[str]:
         said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= TOLD_SHARE)
         if said:
             yield f"  not judged: {said}"
+    if found.printed.under_sides >= TOLD_SHARE:
+        yield f"  judged up to sides that lean in over it: {found.printed.under_sides:.1%} of the area"
 
 
 def stack_warnings(told: StackRecord) -> Iterator[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.account.checked import CheckedStack
+from geoprint.account.evidence import seen_rows
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.texts.run_sheet import entry
 from geoprint.export.rapid import StackSettings
@@ -11,12 +13,12 @@ from geoprint.export.rapid import StackSettings
 _HOME = "the controller's HOME folder"
 
 
-def stack_sheet(told: StackRecord, *, settings: StackSettings | None, width: int | None = None) -> list[str]:
+def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
     """Return the lines of the page; none where the stack has no program.
 
     Args:
         told: what stack.json says.
-        settings: how the program is set to run, or None where it was not read back.
+        checked: how its program is set to run, and what people saw it do.
         width: letters in a line, where they are counted; the page is never wider than 100.
     """
     program = told.program
@@ -24,8 +26,10 @@ def stack_sheet(told: StackRecord, *, settings: StackSettings | None, width: int
         return []
     layers = [_layer(number, layer, told) for number, layer in enumerate(told.layers, start=1)]
     before = [("program", _program(program, told.layers)), ("layers", layers)]
-    now = [] if settings is None else [("is set to", [_settings(program, settings)])]
-    rows = (*before, *now, *_handling(program, len(told.layers)), ("executed", [_executed(program)]))
+    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings)])]
+    seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=checked.program_sha256)]
+    proven = (("executed", [_executed(program)]), ("evidence", seen))
+    rows = (*before, *now, *_handling(program, len(told.layers)), *proven)
     return [line for label, texts in rows for line in entry(label, texts, width=width)]
 
 

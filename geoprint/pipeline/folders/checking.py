@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from geoprint.account.checked import Checked, CheckedComparison, CheckedStack, Finding
@@ -9,8 +10,9 @@ from geoprint.account.records.comparison import ComparisonRecord, PartRecord
 from geoprint.account.records.rounding import read_record
 from geoprint.account.verdict import ranked
 from geoprint.errors import GeoprintError, InputError
-from geoprint.export import PLAN
+from geoprint.export import EVIDENCE, PLAN
 from geoprint.pipeline.bundles.contents import COMPARISON, STACK, STACKS, bundles, changes, listed, part_folders
+from geoprint.pipeline.bundles.proof import read_seen
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.folders.stack_program import check_stack
 
@@ -48,6 +50,10 @@ def check_folder(folder: Path | str, *, full: bool = False) -> Checked | Checked
         found, stack = check_stack(folder, names, sound=sound)
         said = {finding.file for finding in found}
         own = [*found, *(finding for finding in own if finding.file not in said)]
+        try:
+            stack = replace(stack, seen=read_seen(folder))
+        except GeoprintError as error:
+            own.append(Finding(EVIDENCE, 1, str(error)))
     return CheckedComparison(folder, tuple(own), checked, stack)
 
 

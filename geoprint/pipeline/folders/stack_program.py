@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from geoprint.account.checked import CheckedStack, Finding
 from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
+from geoprint.account.robot_summary import program_digest
 from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import read_setup
 from geoprint.export.rapid import CONTROLLER_FOLDER, RESIDENT, check_resident, controller_files
@@ -76,12 +77,14 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
             return [Finding(_LIST, 1, reason)], CheckedStack(told)
         own = [_own_program(folder, layer.folder) for layer in told.layers]
         findings = [*_resident_findings(folder, own[0])]
-        judged = judge_stack(dict(_modules(folder, names)), own)
+        modules = dict(_modules(folder, names))
+        judged = judge_stack(modules, own)
     except GeoprintError as error:
         return [Finding(STACK, 1, str(error))], CheckedStack(told)
     findings += [_finding(error) for error in judged.findings]
     executed = () if judged.proof is None else judged.proof.scenarios
-    return findings, CheckedStack(told, settings=judged.settings, scenarios=executed)
+    digest = program_digest(modules.items())
+    return findings, CheckedStack(told, settings=judged.settings, scenarios=executed, program_sha256=digest)
 
 
 def _own_program(folder: Path, layer: str) -> OwnProgram:

@@ -22,6 +22,7 @@ from geoprint.quality.stacked import (
     laid_over,
     laid_volume,
     wanted_over,
+    within_sides,
 )
 from geoprint.results import FinishedStack, Plan, RobotPlan, StackedLayer
 from geoprint.surfaces import upright_of
@@ -59,6 +60,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
         laid=laid_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
         printed=printed,
         met=have_met(feet, ground, height=place.bottom + place.height),
+        within=within_sides(feet, ground, height=place.bottom + place.height / 2.0),
         volumes=np.array([laid_volume(poses, flow) for flow in flows]),
         slices=tuple(
             sliced_layer(planned.workpiece.part, shown, plane, height=place.height)
@@ -102,7 +104,7 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
         if stack.target is None
         else wanted_over(feet, stack.target, height=stack.height)
     )
-    met = np.stack([layer.met for layer in layers])
+    met, within = (np.stack(each) for each in zip(*((layer.met, layer.within) for layer in layers), strict=True))
     bottoms = np.array([layer.bottom for layer in layers])
     return FinishedStack(
         base=base,
@@ -114,7 +116,7 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
         wanted=wanted,
         layers=tuple(layers),
         flows=tuple(
-            finished(np.stack(laid), wanted, met=met, bottoms=bottoms, height=stack.height)
+            finished(np.stack(laid), wanted, met=met, within=within, bottoms=bottoms, height=stack.height)
             for laid in zip(*(layer.laid for layer in layers), strict=True)
         ),
         printed=layers[0].printed,

@@ -10,9 +10,8 @@ entry point brings it.
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
@@ -34,14 +33,13 @@ from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
+from geoprint.pipeline.stacks.processes import layer_processes
 from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
 from geoprint.results import StackedLayer
 from geoprint.surfaces import face_areas
 
 # The page beside stack.json.
 REPORT = "report.html"
-# Plans at a time: each takes up to a gigabyte.
-WORKERS = 2
 # What is said and kept of a layer, or why there is nothing to print in it.
 _Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
 
@@ -97,12 +95,11 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> Sta
     Raises:
         GeoprintError: as `plan_stack`.
     """
-    stack = read_stack(job)
-    found = _planned(job, [Path(folder, name) for name in _folders(stack.count)], observe)
+    found = _planned(job, folder, observe)
     layers = [record for record, _ in _printed(found)]
     files, program = stack_program(folder, layers, part_name=job.surface.name)
     observe("finished thickness")
-    told, page = _finished(job, stack, found, program=program)
+    told, page = _finished(job, read_stack(job), found, program=program)
     for name, content in {STACK: json_bytes(as_json(told)), REPORT: page, **files}.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
@@ -169,25 +166,24 @@ def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
     return sum(layer.wanted_mm3 for layer in layers) if volume is None else volume
 
 
-def _folders(count: int) -> list[str]:
-    """Return the folder of each layer."""
-    return [f"layer-{number:02}" for number in range(1, count + 1)]
-
-
-def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> list[_Found]:
+def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Found]:
     """Plan the layers, two at a time, and return what is said and kept of each; the first refusal ends it.
 
     Raises:
         FieldError: a layer over one with nothing to print in it has something, or none has.
     """
-    observe(f"{len(folders)} layers")
-    # Each layer has a process of its own: what a plan leaves in memory would add up.
-    with ProcessPoolExecutor(WORKERS, mp_context=multiprocessing.get_context("spawn"), max_tasks_per_child=1) as pool:
-        waiting = {pool.submit(_layer, job, number, folder): number for number, folder in enumerate(folders, start=1)}
+    observe("layers")
+    with layer_processes() as pool:
+        waiting: dict[Future[_Found], int] = {}
         try:
+            # This process waits while others plan: what it read itself it would hold beside them.
+            count = pool.submit(_count, job).result()
+            observe(f"{count} layers")
+            for number in range(1, count + 1):
+                waiting[pool.submit(_layer, job, number, folder / f"layer-{number:02}")] = number
             for done, future in enumerate(as_completed(waiting), start=1):
                 future.result()
-                observe(f"{len(folders)} layers, {done} done")
+                observe(f"{count} layers, {done} done")
         except BrokenProcessPool as error:
             raise ResourceError(
                 "a process that planned a layer was ended from outside, most likely for want of memory: each takes "
@@ -204,6 +200,11 @@ def _planned(job: Job, folders: list[Path], observe: Callable[[str], None]) -> l
     if empty is not None:
         raise FieldError(empty.reason)
     return found
+
+
+def _count(job: Job) -> int:
+    """Return in how many layers a job falls."""
+    return read_stack(job).count
 
 
 def _layer(job: Job, number: int, folder: Path) -> _Found:

@@ -11,6 +11,7 @@ from geoprint.quality.stacked.columns import (
     have_met as have_met,
     laid_over as laid_over,
     wanted_over as wanted_over,
+    within_sides as within_sides,
 )
 from geoprint.quality.stacked.finished import Finished as Finished, finished as finished
 from geoprint.quality.stacked.flows import (

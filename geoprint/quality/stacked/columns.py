@@ -2,7 +2,9 @@
 
 On a bulge the lines of a layer fan out, so volume over an area of the part grows with height; thickness along a column
 does not, and is what adds up. In a hollow columns lean together, and over a crease they meet: from there on nothing
-belongs to one of them alone, and what is laid higher is nobody's.
+belongs to one of them alone, and what is laid higher is nobody's. Layers end at sides that the normals of the rim rule,
+and these turn along it more smoothly than triangles do: a column on one of its triangles may lean out through them, and
+what is wanted on it ends there.
 """
 
 from __future__ import annotations
@@ -96,6 +98,15 @@ def laid_over(
 def have_met(feet: ColumnFeet, ground: Ground, *, height: float) -> BoolArray:
     """Say which of (k,) columns have met others below a height over the part [mm]."""
     return ground.feet(feet.at(height)).distances < (1.0 - NEARER_SHARE) * height
+
+
+def within_sides(feet: ColumnFeet, ground: Ground, *, height: float) -> BoolArray:
+    """Say which of (k,) columns are still between the sides of what layers can fill at a height over the part [mm].
+
+    It is asked of the rim of the part, not of any layer: a layer that ends too early is found by it.
+    """
+    places = ground.raised(feet.at(height), height)
+    return ground.beyond(places, ground.feet(places).places) <= 0.0
 
 
 def wanted_over(feet: ColumnFeet, target: LayerTarget, *, height: float) -> FloatArray:

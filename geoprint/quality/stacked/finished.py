@@ -26,6 +26,7 @@ class Finished:
         within_5_percent: share that is so near to the wanted one.
         judged: share of the wanted area that these stand for.
         creased: share of it whose columns meet others before they are as high as wanted.
+        under_sides: share of it whose columns leave the stack through a side before: they are judged up to there.
     """
 
     ratios: FloatArray
@@ -36,6 +37,7 @@ class Finished:
     within_5_percent: float
     judged: float
     creased: float
+    under_sides: float
 
     def __post_init__(self) -> None:
         ratios = np.array(self.ratios, dtype=np.float64)
@@ -44,30 +46,36 @@ class Finished:
 
 
 def finished(
-    laid: FloatArray, wanted: FloatArray, *, met: BoolArray, bottoms: FloatArray, height: float
+    laid: FloatArray, wanted: FloatArray, *, met: BoolArray, within: BoolArray, bottoms: FloatArray, height: float
 ) -> Finished | None:
     """Return how a stack comes out.
 
     Whole layers cannot fill a target that is lower than one of them: such places are not judged, and what a target
-    leaves out is not wanted.
+    leaves out is not wanted. Layers are cut upright where the sides pass their middles, so that a column which leaves
+    through a side is wanted to have the whole layers below that, and nothing higher counts.
 
     Args:
         laid: (l, k) thickness of each layer on each column [mm].
         wanted: (k,) thickness that the stack shall have there [mm].
         met: (l, k) whether a column has met others below the top of each layer.
+        within: (l, k) whether it is between the sides in the middle of each layer.
         bottoms: (l,) height at which each layer begins [mm].
         height: of a layer [mm].
 
     Returns:
         The figures, or None where nothing can be judged.
     """
-    creased = (met & (bottoms[:, None] + WITHIN * height < wanted)).any(axis=0)
     asked = wanted > 0.0
+    standing = np.logical_and.accumulate(within, axis=0)
+    leaving = np.where(standing.all(axis=0), np.inf, bottoms[standing.argmin(axis=0)])
+    under_sides = leaving + WITHIN * height < wanted
+    wanted = np.minimum(wanted, leaving)
+    creased = (met & (bottoms[:, None] + WITHIN * height < wanted)).any(axis=0)
     judged = asked & ~creased & (wanted >= (1.0 - WITHIN) * height)
     if not judged.any():
         return None
     ratios = np.full(wanted.size, np.nan)
-    ratios[judged] = laid[:, judged].sum(axis=0) / wanted[judged]
+    ratios[judged] = np.where(standing, laid, 0.0)[:, judged].sum(axis=0) / wanted[judged]
     found = ratios[judged]
     p1, p99 = np.percentile(found, (1.0, 99.0)).tolist()
     return Finished(
@@ -79,4 +87,5 @@ def finished(
         within_5_percent=float((np.abs(found - 1.0) <= WITHIN).mean()),
         judged=float(judged.sum() / asked.sum()),
         creased=float((asked & creased).sum() / asked.sum()),
+        under_sides=float((asked & under_sides & ~creased).sum() / asked.sum()),
     )

@@ -12,12 +12,15 @@ HEIGHT = 0.4
 BOTTOMS = np.array([0.0, 0.4, 0.8, 1.2, 1.6])
 
 
-def together(laid: FloatArray, *, wanted: FloatArray | None = None, met: BoolArray | None = None) -> Finished:
+def together(
+    laid: FloatArray, *, wanted: FloatArray | None = None, met: BoolArray | None = None, within: BoolArray | None = None
+) -> Finished:
     found = finished(
         laid,
         5 * HEIGHT * np.ones(laid.shape[1]) if wanted is None else wanted,
         met=np.zeros(laid.shape, dtype=np.bool_) if met is None else met,
-        bottoms=BOTTOMS,
+        within=np.ones(laid.shape, dtype=np.bool_) if within is None else within,
+        bottoms=BOTTOMS[: len(laid)],
         height=HEIGHT,
     )
     assert found is not None
@@ -60,6 +63,25 @@ def test_columns_that_meet_below_what_is_wanted_are_left_out_and_told() -> None:
     assert together(laid, met=met, wanted=wanted).creased == 0.0
 
 
+def test_columns_that_leave_through_a_side_are_judged_up_to_there() -> None:
+    laid, within = np.full((5, 1000), HEIGHT), np.ones((5, 1000), dtype=np.bool_)
+    within[3:, :100], laid[3:, :100] = False, 0.0
+    found = together(laid, within=within)
+    assert (found.mean, found.cv, found.judged, found.under_sides) == pytest.approx((1.0, 0.0, 1.0, 0.1))
+    # What lies beyond the side, and what comes back from there, is no column's.
+    laid[3:, :100], within[4, :100] = HEIGHT, True
+    assert together(laid, within=within).cv == pytest.approx(0.0)
+    # But a layer that is missing below the side is missed.
+    laid[2, :100] = 0.0
+    assert together(laid, within=within).p1 == pytest.approx(2.0 / 3.0)
+    # Columns that leave below the first layer hold none, and those that end lower anyway are as they were.
+    within[:, :100] = False
+    assert (together(laid, within=within).judged, together(laid, within=within).under_sides) == (0.9, 0.1)
+    within[:, :100] = np.array([True, True, False, False, False])[:, None]
+    wanted = np.full(1000, 2 * HEIGHT)
+    assert together(laid[:2], wanted=wanted, within=within[:2]).under_sides == 0.0
+
+
 def test_only_where_at_least_a_layer_is_wanted_is_judged() -> None:
     wanted = np.repeat([0.0, 0.5 * HEIGHT, 5 * HEIGHT], [100, 300, 600])
     found = together(np.full((5, 1000), HEIGHT), wanted=wanted)
@@ -67,4 +89,5 @@ def test_only_where_at_least_a_layer_is_wanted_is_judged() -> None:
     assert (found.mean, found.cv) == pytest.approx((1.0, 0.0))
     nothing = np.zeros(1000)
     met = np.zeros((5, 1000), dtype=np.bool_)
-    assert finished(np.full((5, 1000), HEIGHT), nothing, met=met, bottoms=BOTTOMS, height=HEIGHT) is None
+    laid = np.full((5, 1000), HEIGHT)
+    assert finished(laid, nothing, met=met, within=~met, bottoms=BOTTOMS, height=HEIGHT) is None
