@@ -16,7 +16,7 @@ from geoprint.motion.collision.surroundings import (
 )
 from geoprint.motion.collision.tip_zone import (
     SMALLEST_ROOM as SMALLEST_ROOM,
-    tip_rooms as tip_rooms,
+    TipZone as TipZone,
 )
 from geoprint.motion.collision.tool_solids import (
     polytope as polytope,
