@@ -14,9 +14,9 @@ from geoprint import transforms
 from geoprint.model import BoolArray, Box, FloatArray, Process, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.arm_clearance import LINKS_APART_FROM_TOOL, pairs_of_links, with_whole_needle
-from geoprint.motion.collision.clearance import stands_on
 from geoprint.motion.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids
 from geoprint.motion.collision.link_solids import link_solids
+from geoprint.motion.collision.scene import stands_on
 from geoprint.motion.collision.surroundings import Target, box_target, mesh_target, solid_target
 from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, TipZone
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
