@@ -47,7 +47,7 @@ def test_moves_that_are_weighed_again_cost_what_they_cost_weighed_afresh(seed: i
 
     def of(allowed: FloatArray, known: Weighed | None = None) -> Weighed:
         return weighed(
-            tips, np.tile(DOWN, (count, 1)), 0.005 * np.arange(count), required, allowed=allowed, turn=0.01,
+            tips, np.tile(DOWN, (count, 1)), np.linspace(0.0, 10.0, count), required, allowed=allowed, turn=0.01,
             tolerance=0.1, periods=PERIODS, known=known,
         )  # fmt: skip
 
