@@ -8,10 +8,10 @@ from functools import partial
 from geoprint.backends import compared_backends
 from geoprint.config import Job
 from geoprint.errors import FieldError, InputError
-from geoprint.pipeline.beside import Beside, beside
 from geoprint.pipeline.choice import check_part, with_backend
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.planning import compared_workpiece, plan_compared
+from geoprint.pipeline.processes import Beside, beside
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import with_rounds
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece

@@ -12,7 +12,7 @@ from geoprint.config import job_of
 from geoprint.errors import InputError, ResourceError
 from geoprint.model import FloatArray
 from geoprint.pipeline import compare_parts, save_comparisons
-from geoprint.pipeline.beside import beside
+from geoprint.pipeline.processes import beside
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
