@@ -26,6 +26,9 @@ from geoprint.cli.terminal import columns, say, tell_json
 from geoprint.config.job import Job
 from geoprint.errors import UsageError
 
+# Backends are compared in two processes: each takes up to a gigabyte.
+PROCESSES = 2
+
 
 @takes()
 def plan(
@@ -115,7 +118,7 @@ def compare(
         )
         return
     with watch() as observe:
-        compared = compare_parts(jobs, backends=backends_of(backends), observe=observe)
+        compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, processes=PROCESSES)
         observe("writing")
         told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
     if as_json:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from geoprint.backends import compared_backends
 from geoprint.config import Job
@@ -10,6 +11,7 @@ from geoprint.errors import FieldError, InputError
 from geoprint.pipeline.choice import check_part, with_backend
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.planning import compared_workpiece, plan_compared
+from geoprint.pipeline.processes import Beside, beside
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import with_rounds
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece
@@ -36,22 +38,15 @@ def compare(
         UsageError: the job or its cell is unclear or contradicts itself.
         InputError: the part cannot be read, or no backend can plan on it.
     """
-    backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
-    check_part(job)
-    check_single(job)
-    workpiece, unplaced = compared_workpiece(job, Stages(observe), backends=backends)
-    job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
-    outcomes = tuple(
-        (name, _outcome(with_backend(job, name), workpiece, unplaced=unplaced, observe=observe)) for name in backends
-    )
-    comparison = Comparison(job, workpiece, outcomes)
-    if not comparison.planned:
-        raise FieldError(comparison.refused[-1][1])
-    return comparison
+    return _compare(job, backends, observe, None)
 
 
 def compare_parts(
-    jobs: Sequence[Job], *, backends: Sequence[str] | None = None, observe: Callable[[str], None] = lambda _: None
+    jobs: Sequence[Job],
+    *,
+    backends: Sequence[str] | None = None,
+    observe: Callable[[str], None] = lambda _: None,
+    processes: int = 1,
 ) -> tuple[Comparison | FailedPart, ...]:
     """Compare the backends on several parts; one part's failure does not end the run.
 
@@ -59,6 +54,9 @@ def compare_parts(
         jobs: one a part, at least one.
         backends: as for `compare`.
         observe: called with the name of each stage as it starts, the part's before it.
+        processes: in how many the backends are planned, this one among them; what is found is the same. The others are
+            started afresh, so that a script calls this under `if __name__ == "__main__":`, and what it registered
+            itself is planned in this one only if it is the only one.
 
     Returns:
         The outcomes, in the order of the jobs.
@@ -68,14 +66,41 @@ def compare_parts(
         InputError: not one part can be read or planned on; that of the last one.
     """
     results: list[Comparison | FailedPart] = []
-    for job in jobs:
-        try:
-            results.append(compare(job, backends=backends, observe=_named(observe, job.surface.name, of=len(jobs))))
-        except InputError as error:
-            if len(results) + 1 == len(jobs) and not any(isinstance(result, Comparison) for result in results):
-                raise
-            results.append(FailedPart(job, str(error)))
+    with beside(processes - 1) as helper:
+        for job in jobs:
+            try:
+                results.append(_compare(job, backends, _named(observe, job.surface.name, of=len(jobs)), helper))
+            except InputError as error:
+                if len(results) + 1 == len(jobs) and not any(isinstance(result, Comparison) for result in results):
+                    raise
+                results.append(FailedPart(job, str(error)))
     return tuple(results)
+
+
+def _compare(
+    job: Job, backends: Sequence[str] | None, observe: Callable[[str], None], helper: Beside | None
+) -> Comparison:
+    """Compare backends, in this process and where there is one in a helper's."""
+    backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
+    check_part(job)
+    check_single(job)
+    # Without the robot a backend is planned before another process has started.
+    if len(backends) == 1 or not job.robot:
+        helper = None
+    if helper is not None:
+        helper.start()
+    workpiece, unplaced = compared_workpiece(job, Stages(observe), backends=backends)
+    job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
+    jobs = [with_backend(job, name) for name in backends]
+    plan = partial(_outcome, workpiece=workpiece, unplaced=unplaced)
+    if helper is None:
+        outcomes = [plan(each, observe=observe) for each in jobs]
+    else:
+        outcomes = helper.shared(plan, jobs, here=partial(plan, observe=observe))
+    comparison = Comparison(job, workpiece, tuple(zip(backends, outcomes, strict=True)))
+    if not comparison.planned:
+        raise FieldError(comparison.refused[-1][1])
+    return comparison
 
 
 def _named(observe: Callable[[str], None], part: str, *, of: int) -> Callable[[str], None]:
@@ -84,7 +109,7 @@ def _named(observe: Callable[[str], None], part: str, *, of: int) -> Callable[[s
 
 
 def _outcome(
-    job: Job, workpiece: Workpiece, *, unplaced: str | None, observe: Callable[[str], None]
+    job: Job, workpiece: Workpiece, *, unplaced: str | None, observe: Callable[[str], None] = lambda _: None
 ) -> Planned | Refused:
     stage = Stages(lambda name: observe(f"{job.backend}: {name}"))
     try:

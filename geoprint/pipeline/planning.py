@@ -22,8 +22,8 @@ from geoprint.errors import ClearanceError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
 from geoprint.export.rapid import Proof, check_timeline, proven_program, timeline
 from geoprint.model import (
+    Cell,
     Clearance,
-    ControllerPath,
     FloatArray,
     JointPath,
     Placement,
@@ -31,7 +31,7 @@ from geoprint.model import (
     Program,
 )
 from geoprint.motion.arm import Arm, check_load
-from geoprint.motion.collision import clearance
+from geoprint.motion.collision import ClearanceCheck
 from geoprint.motion.controller import (
     ALOFT_STEP,
     aloft_configuration,
@@ -48,7 +48,7 @@ from geoprint.pipeline.feeding import with_feedback
 from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.standing import leaning_of, pose_stream, with_flow_of
+from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream, with_flow_of
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
@@ -143,25 +143,47 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
+    with stage("surroundings"):
+        check = clearance_check(paths.workpiece, placement)
     if paths.job.max_tilt == 0.0:
-        return _low_or_high(paths, placement, stage)
+        return _low_or_high(paths, placement, stage, check=check)
     with stage("room to lean"):
         leaning = leaning_of(paths, placement)
         easing = _easing(paths, leaning)
     with suppress(ReachError, ClearanceError):
-        return _low_or_high(paths, placement, stage, easing=easing)
+        return _low_or_high(paths, placement, stage, check=check, easing=easing)
     with suppress(ClearanceError):
-        return _low_or_high(paths, placement, stage, leaning=leaning, easing=easing)
-    return _low_or_high(paths, placement, stage, leaning=leaning)
+        return _low_or_high(paths, placement, stage, check=check, leaning=leaning, easing=easing)
+    return _low_or_high(paths, placement, stage, check=check, leaning=leaning)
+
+
+def clearance_check(workpiece: Workpiece, placement: Placement) -> ClearanceCheck:
+    """Return what proves that tool and arm of a workpiece's cell keep clear where it stands."""
+    return ClearanceCheck(
+        arm_of(workpiece),
+        tool=workpiece.cell.tool,
+        process=workpiece.cell.process,
+        T_base_work=placement.T_base_work,
+        part=workpiece.ground,
+        body=workpiece.body,
+        obstacles=workpiece.cell.obstacles,
+        below=workpiece.below,
+    )
 
 
 def _with_robot(
-    paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None, easing: Easing | None
+    paths: Plan,
+    placement: Placement,
+    stage: Stages,
+    *,
+    check: ClearanceCheck,
+    leaning: Leaning | None,
+    easing: Easing | None,
 ) -> Plan:
     """Take the robot's stages in their order, from the poses to the program that was executed."""
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
-        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        arm = arm_of(workpiece)
         joint_path = reach(
             paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing
         )
@@ -171,11 +193,11 @@ def _with_robot(
         )
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
-        found = _clearance(path, joint_path, workpiece, placement, arm)
+        found = check(path, poses=joint_path.poses)
         aloft, aloft_targets = aloft_path(joint_path, targets, arm)
         dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
-        dry_found = _clearance(dry, aloft, workpiece, placement, arm)
-        _check_stations(aloft, workpiece, placement, arm)
+        dry_found = check(dry, poses=aloft.poses)
+        _check_stations(aloft, workpiece.cell, arm, check=check)
     with stage("program"):
         orders = orders_of(
             written_path(joint_path, targets, arm),
@@ -197,19 +219,24 @@ def _with_robot(
 
 
 def _low_or_high(
-    paths: Plan, placement: Placement, stage: Stages, *, leaning: Leaning | None = None, easing: Easing | None = None
+    paths: Plan,
+    placement: Placement,
+    stage: Stages,
+    *,
+    check: ClearanceCheck,
+    leaning: Leaning | None = None,
+    easing: Easing | None = None,
 ) -> Plan:
     """Plan with low travel, and where only that is not clear, with travel over everything."""
     try:
-        return _with_robot(paths, placement, stage, leaning=leaning, easing=easing)
+        return _with_robot(paths, placement, stage, check=check, leaning=leaning, easing=easing)
     except ClearanceError as error:
         if not error.details.get("travelling", False):
             raise
     high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
     # Only travel differs: what was chosen to flow on the deposits stays.
-    return _with_robot(
-        replace(paths, poses=with_flow_of(high, paths.poses)), placement, stage, leaning=leaning, easing=easing
-    )
+    paths = replace(paths, poses=with_flow_of(high, paths.poses))
+    return _with_robot(paths, placement, stage, check=check, leaning=leaning, easing=easing)
 
 
 def _easing(paths: Plan, leaning: Leaning) -> Easing:
@@ -243,13 +270,13 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
     return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
 
 
-def _check_stations(aloft: JointPath, workpiece: Workpiece, placement: Placement, arm: Arm) -> None:
+def _check_stations(aloft: JointPath, cell: Cell, arm: Arm, *, check: ClearanceCheck) -> None:
     """Check the motion from home and back to where the program primes the nozzle and floods the part."""
-    stations = (("purge", workpiece.cell.purge), ("flood", workpiece.cell.flood))
+    stations = (("purge", cell.purge), ("flood", cell.flood))
     for name, at in stations:
         if at is not None and at.joints is not None:
             with naming(f"the joints of [{name}]"):
-                _clearance(there_and_back(at.joints, arm, step=ALOFT_STEP), aloft, workpiece, placement, arm)
+                check(there_and_back(at.joints, arm, step=ALOFT_STEP), poses=aloft.poses)
 
 
 def _program(
@@ -266,21 +293,4 @@ def _program(
         spacing=paths.contours.spacing,
         checked=(*found.checked, check_load(cell.tool, arm).sentence),
         not_checked=found.not_checked,
-    )
-
-
-def _clearance(
-    path: ControllerPath, joint_path: JointPath, workpiece: Workpiece, placement: Placement, arm: Arm
-) -> Clearance:
-    return clearance(
-        path,
-        arm,
-        tool=workpiece.cell.tool,
-        process=workpiece.cell.process,
-        T_base_work=placement.T_base_work,
-        poses=joint_path.poses,
-        part=workpiece.ground,
-        body=workpiece.body,
-        obstacles=workpiece.cell.obstacles,
-        below=workpiece.below,
     )

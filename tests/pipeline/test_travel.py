@@ -11,7 +11,7 @@ import pytest
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError
 from geoprint.model import Clearance, PoseStream
-from geoprint.motion.collision import clearance
+from geoprint.motion.collision import ClearanceCheck
 from geoprint.pipeline import plan
 from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
@@ -23,14 +23,15 @@ def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypat
     The cell says how the cap is turned, so that no other orientation is tried.
     """
     calls: list[int] = []
+    check = ClearanceCheck.__call__
 
     def refused_at_first(*values: Any, **settings: Any) -> Clearance:
         calls.append(1)
         if len(calls) <= times:
             raise refusal
-        return clearance(*values, **settings)
+        return check(*values, **settings)
 
-    monkeypatch.setattr("geoprint.pipeline.planning.clearance", refused_at_first)
+    monkeypatch.setattr(ClearanceCheck, "__call__", refused_at_first)
     save_ply(spherical_cap(radius=30.0, angle=0.4, rings=8), folder / "cap.ply")
     cell = folder / "analog.toml"
     analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'

@@ -1,7 +1,10 @@
 """What touches what: solids of tool, arm and cell, swept along the motion, and the clearance that is kept."""
 
 from geoprint.motion.collision.arm_clearance import arm_control as arm_control
-from geoprint.motion.collision.clearance import clearance as clearance
+from geoprint.motion.collision.clearance import (
+    ClearanceCheck as ClearanceCheck,
+    clearance as clearance,
+)
 from geoprint.motion.collision.contact import (
     NOT_TESTED as NOT_TESTED,
     CollisionWorld as CollisionWorld,
@@ -16,7 +19,7 @@ from geoprint.motion.collision.surroundings import (
 )
 from geoprint.motion.collision.tip_zone import (
     SMALLEST_ROOM as SMALLEST_ROOM,
-    tip_rooms as tip_rooms,
+    TipZone as TipZone,
 )
 from geoprint.motion.collision.tool_solids import (
     polytope as polytope,

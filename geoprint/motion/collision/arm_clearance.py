@@ -147,43 +147,77 @@ def check_arm(
         InputError: placements are too far apart.
         VerificationError: the check fails on what is known.
     """
-    placements = motion.tool
-    inflated = [_inflated(link.solids, kept=kept) for link in links]
-    in_work = [
-        (CollisionWorld(solids, targets=targets if link.joint > 1 else base_targets), motion.link_placements(link))
-        for link, solids in zip(links, inflated, strict=True)
-    ]
-    carried_solids = with_whole_needle(tool)
-    carried = _as_links_see(motion, links, inflated=inflated, tool=_inflated(carried_solids, kept=kept))
-    _refuse_inside(in_work)
-    for world, moving in (*in_work, *carried):
-        hits = find_hits(world, moving, largest_step=LARGEST_ARM_STEP)
-        if hits is not None:
-            raise _too_close(hits, world, placements, kept=kept, every_pose=moving.count < placements.count)
-    closest = smallest_arm_distance(in_work, trees)
-    return ArmFinding(
-        smallest=closest.distance,
-        at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
-        f"{closest.solid} to {closest.target}",
-        checked=(*_checked(carried_solids, targets=targets, base_targets=base_targets), _rounded([*in_work, *carried])),
-    )
+    check = ArmCheck(links, tool=tool, kept=kept, targets=targets, base_targets=base_targets, trees=trees)
+    return check(motion)
 
 
-def _as_links_see(
-    motion: ArmMotion, links: tuple[Link, ...], *, inflated: list[InflatedSolids], tool: InflatedSolids
-) -> list[tuple[CollisionWorld, Placements]]:
-    """Return where the tool, and links, move past the links that they must not touch, as those see it."""
-    solids = [tuple(solid_target(solid) for solid in link.solids) for link in links]
-    return [
-        *(
-            (CollisionWorld(tool, targets=solids[link.joint]), motion.tool_placements(link))
-            for link in links[:LINKS_APART_FROM_TOOL]
-        ),
-        *(
-            (CollisionWorld(inflated[second.joint], targets=solids[first.joint]), motion.pair_placements(first, second))
+@final
+class ArmCheck:
+    """Links, tool and targets, prepared once for all motions of links and tool.
+
+    Args:
+        links: as for `check_arm`.
+        tool: likewise.
+        kept: likewise.
+        targets: likewise.
+        base_targets: likewise.
+        trees: likewise.
+
+    Raises:
+        VerificationError: the check fails on what is known.
+    """
+
+    __slots__ = ("_base_targets", "_carried", "_in_work", "_kept", "_pairs", "_targets", "_tool", "_trees")
+
+    def __init__(
+        self,
+        links: tuple[Link, ...],
+        *,
+        tool: tuple[Solid, ...],
+        kept: float,
+        targets: tuple[Target, ...],
+        base_targets: tuple[Target, ...],
+        trees: Trees,
+    ) -> None:
+        self._kept, self._targets, self._base_targets, self._trees = kept, targets, base_targets, trees
+        self._tool = with_whole_needle(tool)
+        inflated = [_inflated(link.solids, kept=kept) for link in links]
+        carried = _inflated(self._tool, kept=kept)
+        solids = [tuple(solid_target(solid) for solid in link.solids) for link in links]
+        self._in_work = [
+            (link, CollisionWorld(around, targets=targets if link.joint > 1 else base_targets))
+            for link, around in zip(links, inflated, strict=True)
+        ]
+        # Where the tool, and links, move past the links that they must not touch, as those see it.
+        self._carried = [
+            (link, CollisionWorld(carried, targets=solids[link.joint])) for link in links[:LINKS_APART_FROM_TOOL]
+        ]
+        self._pairs = [
+            (first, second, CollisionWorld(inflated[second.joint], targets=solids[first.joint]))
             for first, second in pairs_of_links(links)
-        ),
-    ]
+        ]
+
+    def __call__(self, motion: ArmMotion) -> ArmFinding:
+        """Prove that a motion keeps clear, as `check_arm` does."""
+        placements = motion.tool
+        in_work = [(world, motion.link_placements(link)) for link, world in self._in_work]
+        seen = [
+            *((world, motion.tool_placements(link)) for link, world in self._carried),
+            *((world, motion.pair_placements(first, second)) for first, second, world in self._pairs),
+        ]
+        _refuse_inside(in_work)
+        for world, moving in (*in_work, *seen):
+            hits = find_hits(world, moving, largest_step=LARGEST_ARM_STEP)
+            if hits is not None:
+                raise _too_close(hits, world, placements, kept=self._kept, every_pose=moving.count < placements.count)
+        closest = smallest_arm_distance(in_work, self._trees)
+        checked = _checked(self._tool, targets=self._targets, base_targets=self._base_targets)
+        return ArmFinding(
+            smallest=closest.distance,
+            at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
+            f"{closest.solid} to {closest.target}",
+            checked=(*checked, _rounded([*in_work, *seen])),
+        )
 
 
 def pairs_of_links(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:

@@ -8,7 +8,7 @@ that, of the tool and of one another (`arm_clearance`). What is not tested is na
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -17,15 +17,16 @@ from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
 from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision.arm_clearance import ArmFinding, arm_motion, check_arm
-from geoprint.motion.collision.closest import Trees, ranking_trees, smallest_distance, worst_hit
-from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids, check_rigid
+from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, arm_motion
+from geoprint.motion.collision.closest import smallest_distance, worst_hit
+from geoprint.motion.collision.contact import CollisionWorld, check_rigid
 from geoprint.motion.collision.link_solids import link_solids
+from geoprint.motion.collision.scene import Scene
 from geoprint.motion.collision.sides import inside
-from geoprint.motion.collision.surroundings import Target, box_target, mesh_target
+from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import ALLOWANCE, Hits, Placements, find_hits
-from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, tip_rooms
-from geoprint.motion.collision.tool_solids import Solid, tool_solids
+from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, TipZone
+from geoprint.motion.collision.tool_solids import tool_solids
 from geoprint.surfaces import in_words, triple
 
 # What no check looks at. Of a layer the ones below it are the part; what it has laid itself is not looked at either.
@@ -43,8 +44,6 @@ WITH_ARM = "the arm's link 1 against links 3 to 6, and links two joints apart"
 # What a person may do where nothing is known of what helps.
 TOO_CLOSE_ADVICE = "turn or move the part, lean the tool, or use a longer needle"
 NO_ROOM_ADVICE = "raise the stand-off, lean less, or use a thinner needle"
-# A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
-FOOT_ROUNDING = 1e-6
 # Placements besides the first at which the side of closed surfaces is tested.
 SIDE_PLACEMENTS = 4
 
@@ -84,21 +83,65 @@ def clearance(
         InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
         VerificationError: the check fails on what is known, or part and path do not belong together.
     """
-    check_rigid(T_base_work[None])
-    T_work_base = transforms.inverse(T_base_work)
-    links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
-    motion = arm_motion(path, arm, tool=tool_solids(tool), links=links, T_work_base=T_work_base)
-    scene = _scene(
-        tool, placements=motion.tool, process=process, part=part, body=body, obstacles=obstacles,
-        T_work_base=T_work_base,
-    )  # fmt: skip
-    over = poses.standoff + below if poses.deposit.any() else None
-    found = _check_tool(motion.tool, scene, tool=tool, process=process, standoff=over)
-    arm_found = check_arm(
-        motion, links=links, tool=scene.tool.solids, kept=process.clearance,
-        targets=scene.targets, base_targets=scene.base_targets, trees=scene.trees,
-    )  # fmt: skip
-    return _with_arm(found if below == 0.0 else _of_a_layer(found), arm_found)
+    check = ClearanceCheck(
+        arm, tool=tool, process=process, T_base_work=T_base_work, part=part, body=body, obstacles=obstacles, below=below
+    )
+    return check(path, poses=poses)
+
+
+@final
+class ClearanceCheck:
+    """Tool, arm and what they must not touch, prepared once for all paths past it.
+
+    Args:
+        arm: kinematics with this tool.
+        tool: its solids.
+        process: clearance to keep.
+        T_base_work: (4, 4) where the part stands [mm].
+        part: as for `clearance`.
+        body: likewise.
+        obstacles: likewise.
+        below: likewise.
+
+    Raises:
+        InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
+        VerificationError: the check fails on what is known.
+    """
+
+    __slots__ = ("_T_work_base", "_arm", "_below", "_links", "_of_arm", "_process", "_scene", "_tool")
+
+    def __init__(
+        self,
+        arm: Arm,
+        *,
+        tool: Tool,
+        process: Process,
+        T_base_work: FloatArray,
+        part: Surface,
+        body: Surface | None,
+        obstacles: tuple[Box, ...],
+        below: float = 0.0,
+    ) -> None:
+        check_rigid(T_base_work[None])
+        self._arm, self._tool, self._process, self._below = arm, tool, process, below
+        self._T_work_base = transforms.inverse(T_base_work)
+        self._links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
+        self._scene = Scene(
+            tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=self._T_work_base
+        )
+        self._of_arm = ArmCheck(
+            self._links, tool=tool_solids(tool), kept=process.clearance, targets=self._scene.targets,
+            base_targets=self._scene.base_targets, trees=self._scene.trees,
+        )  # fmt: skip
+
+    def __call__(self, path: ControllerPath, *, poses: PoseStream) -> Clearance:
+        """Prove that tool and arm keep clear on a path, as `clearance` does."""
+        motion = arm_motion(
+            path, self._arm, tool=tool_solids(self._tool), links=self._links, T_work_base=self._T_work_base
+        )
+        over = poses.standoff + self._below if poses.deposit.any() else None
+        found = _check_tool(motion.tool, self._scene, tool=self._tool, process=self._process, standoff=over)
+        return _with_arm(found if self._below == 0.0 else _of_a_layer(found), self._of_arm(motion))
 
 
 def check_placements(
@@ -132,79 +175,23 @@ def check_placements(
         InputError: a placement is not a rigid transform, or tool, process or an obstacle is impossible.
         VerificationError: the check fails on what is known, or part and placements do not belong together.
     """
-    scene = _scene(
-        tool, placements=placements, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base
-    )
+    scene = Scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
     return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class _Scene:
-    """The tool, inflated; distances it keeps; what must not be touched, and by the base; and whether body is known."""
-
-    tool: InflatedSolids
-    kept: tuple[float, ...]
-    targets: tuple[Target, ...]
-    base_targets: tuple[Target, ...]
-    trees: Trees
-    has_body: bool
-
-
-def _scene(
-    tool: Tool,
-    *,
-    placements: Placements,
-    process: Process,
-    part: Surface,
-    body: Surface | None,
-    obstacles: tuple[Box, ...],
-    T_work_base: FloatArray,
-) -> _Scene:
-    if not 0.0 <= process.clearance < np.inf:
-        raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
-    tip, *rest = tool_solids(tool)
-    # The tip is not inflated downwards: where travel rounds a corner, it is longer by what it may be lower there.
-    solids = (replace(tip, start=tip.start - _rounding_on_travel(placements, tip) * tip.axis), *rest)
-    kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-    bodies = [mesh_target(part, role="part")]
-    bodies += [] if body is None else [mesh_target(body, role="body")]
-    boxes = [box_target(box, T_work_base=T_work_base) for box in obstacles]
-    beside = [target for target, box in zip(boxes, obstacles, strict=True) if not stands_on(box)]
-    targets = (*bodies, *boxes)
-    return _Scene(
-        tool=InflatedSolids(solids, kept=kept),
-        kept=kept,
-        targets=targets,
-        base_targets=(*bodies, *beside),
-        trees=ranking_trees(targets),
-        has_body=body is not None,
-    )
-
-
-def _rounding_on_travel(placements: Placements, tip: Solid) -> float:
-    travels = np.append(placements.travels, np.False_) | np.append(np.False_, placements.travels)
-    return float(placements.rounding((tip,))[travels].max(initial=0.0))
-
-
-def stands_on(box: Box) -> bool:
-    """Say whether the arm stands on a box: it ends no higher than the foot."""
-    return float(box.centre[2] + box.size[2] / 2) <= FOOT_ROUNDING
-
-
 def _check_tool(
-    placements: Placements, scene: _Scene, *, tool: Tool, process: Process, standoff: float | None
+    placements: Placements, scene: Scene, *, tool: Tool, process: Process, standoff: float | None
 ) -> Clearance:
     """Check the tool; without a stand-off nothing is laid."""
     check_rigid(placements.poses)
-    world = CollisionWorld(scene.tool, targets=scene.targets)
+    world = scene.world(placements)
     _check_sides(placements, world)
     hits = find_hits(world, placements)
     if hits is not None:
         raise _too_close(hits, world, placements, kept=scene.kept)
     room = np.inf
     if standoff is not None:
-        room = _tip_room(placements, world, radius=tool.needle_diameter / 2, standoff=standoff)
+        room = _tip_room(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff)
     closest = smallest_distance(placements, world, scene.trees)
     lamp = () if tool.lamp is not None else (WITHOUT_LAMP,)
     surroundings = () if scene.has_body else ("surroundings",)
@@ -283,7 +270,9 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     )
 
 
-def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, standoff: float) -> float:
+def _tip_room(
+    placements: Placements, world: CollisionWorld, zones: tuple[TipZone, ...], *, radius: float, standoff: float
+) -> float:
     """Return the smallest room under the needle's rim on deposit.
 
     Each placement stands for half of the step before it and half of the step behind it: its circle is widened so that
@@ -299,9 +288,7 @@ def _tip_room(placements: Placements, world: CollisionWorld, *, radius: float, s
     beside = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))[rows]
     rounding = _largest_around(placements.rounding(world.solids[:1])[:, 0])[rows]
     widened = np.hypot(radius, beside / 2) + rounding
-    rooms = np.array(
-        [tip_rooms(placements.poses[rows], t.triangles, radius=widened, standoff=standoff) for t in world.targets]
-    )
+    rooms = np.array([zone.rooms(placements.poses[rows], radius=widened, standoff=standoff) for zone in zones])
     rooms -= rounding
     target, index = np.unravel_index(int(np.argmin(rooms)), rooms.shape)
     least, row = float(rooms[target, index]), int(rows[index])

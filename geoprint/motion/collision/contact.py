@@ -7,6 +7,7 @@ are known. All happens in the frame of the targets: the work frame, or that of t
 
 from __future__ import annotations
 
+from itertools import count
 from typing import final
 
 import fcl
@@ -48,9 +49,11 @@ class InflatedSolids:
         solids: s solids in the frame that moves with them.
         kept: (s,) distance that each solid keeps [mm]; it is inflated by this and its reach.
         reaches: ascending [mm].
+        known: others with the same reaches, whose models of the very same solids at the same distance serve here too.
 
     Attributes:
         solids: as given.
+        kept: as given.
         reaches: (r,) as given.
         objects: [s][r] for FCL.
         radii: (s, r) no point of an inflated solid is farther from the axis, along it neither [mm].
@@ -59,16 +62,27 @@ class InflatedSolids:
         VerificationError: a control fails; nothing that FCL says can be trusted then.
     """
 
-    __slots__ = ("objects", "radii", "reaches", "solids")
+    __slots__ = ("kept", "objects", "radii", "reaches", "solids")
 
     def __init__(
-        self, solids: tuple[Solid, ...], *, kept: tuple[float, ...], reaches: tuple[float, ...] = REACHES
+        self,
+        solids: tuple[Solid, ...],
+        *,
+        kept: tuple[float, ...],
+        reaches: tuple[float, ...] = REACHES,
+        known: InflatedSolids | None = None,
     ) -> None:
         self.solids = solids
+        self.kept = kept
         self.reaches = np.array(reaches)
         self.objects: list[list[fcl.CollisionObject]] = []
         self.radii = np.zeros((len(solids), len(reaches)))
+        ready = {} if known is None else dict(zip(zip(known.solids, known.kept, strict=True), count()))
         for index, (solid, distance) in enumerate(zip(solids, kept, strict=True)):
+            if known is not None and (solid, distance) in ready:
+                self.objects.append(known.objects[ready[solid, distance]])
+                self.radii[index] = known.radii[ready[solid, distance]]
+                continue
             inflations = [distance + reach for reach in reaches]
             self.objects.append([convex_model(solid, by=by) for by in inflations])
             self.radii[index] = [_widest(solid, by=by) for by in inflations]

@@ -14,11 +14,11 @@ from geoprint import transforms
 from geoprint.model import BoolArray, Box, FloatArray, Process, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.arm_clearance import LINKS_APART_FROM_TOOL, pairs_of_links, with_whole_needle
-from geoprint.motion.collision.clearance import stands_on
 from geoprint.motion.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids
 from geoprint.motion.collision.link_solids import link_solids
+from geoprint.motion.collision.scene import stands_on
 from geoprint.motion.collision.surroundings import Target, box_target, mesh_target, solid_target
-from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, tip_rooms
+from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, TipZone
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
 
 # The first of `tool_solids`, tip to barrel, are round about the nozzle.
@@ -44,7 +44,7 @@ class SinglePoses:
         VerificationError: the collision check fails on what is known.
     """
 
-    __slots__ = ("_T_work_base", "_arm", "_carried", "_in_work", "_nozzle", "_radius", "_seen", "_standoff", "_targets")
+    __slots__ = ("_T_work_base", "_arm", "_carried", "_in_work", "_nozzle", "_radius", "_seen", "_standoff", "_zones")
 
     def __init__(
         self,
@@ -64,10 +64,11 @@ class SinglePoses:
         surfaces += [] if body is None else [mesh_target(body, role="body")]
         boxes = [box_target(box, T_work_base=self._T_work_base) for box in obstacles]
         beside = [target for target, box in zip(boxes, obstacles, strict=True) if not stands_on(box)]
-        self._targets: tuple[Target, ...] = (*surfaces, *boxes)
+        targets: tuple[Target, ...] = (*surfaces, *boxes)
+        self._zones = [TipZone(target.triangles) for target in targets]
         solids, kept = tool_solids(tool), process.clearance
-        self._nozzle = CollisionWorld(_inflated(solids[:ROUND_SOLIDS], kept=kept), targets=self._targets)
-        self._carried = CollisionWorld(_inflated(solids[ROUND_SOLIDS:], kept=kept), targets=self._targets)
+        self._nozzle = CollisionWorld(_inflated(solids[:ROUND_SOLIDS], kept=kept), targets=targets)
+        self._carried = CollisionWorld(_inflated(solids[ROUND_SOLIDS:], kept=kept), targets=targets)
         self._radius = tool.needle_diameter / 2.0
         self._standoff = standoff
         links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
@@ -75,7 +76,7 @@ class SinglePoses:
         seen = [tuple(solid_target(solid) for solid in link.solids) for link in links]
         whole = _inflated(with_whole_needle(solids), kept=kept)
         self._in_work = [
-            (link.joint, CollisionWorld(shape, targets=self._targets if link.joint > 1 else (*surfaces, *beside)))
+            (link.joint, CollisionWorld(shape, targets=targets if link.joint > 1 else (*surfaces, *beside)))
             for link, shape in zip(links, shapes, strict=True)
         ]
         # In the frame of the first of two, the second moves past it; -1 is the tool.
@@ -94,8 +95,8 @@ class SinglePoses:
         reaches[:, 0] = NOT_TESTED if deposit else 0.0
         free: BoolArray = np.asarray(~self._nozzle.touches(poses, reaches=reaches).any(axis=(1, 2)))
         asked = np.flatnonzero(free)
-        for target in self._targets if deposit and asked.size else ():
-            rooms = tip_rooms(poses[asked], target.triangles, radius=self._radius, standoff=self._standoff)
+        for zone in self._zones if deposit and asked.size else ():
+            rooms = zone.rooms(poses[asked], radius=self._radius, standoff=self._standoff)
             free[asked] &= rooms >= SMALLEST_ROOM
         return free
 

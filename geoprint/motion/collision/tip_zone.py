@@ -10,6 +10,7 @@ point of the triangle's plane, or where a side of the triangle enters or leaves 
 from __future__ import annotations
 
 from math import inf
+from typing import final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -29,36 +30,71 @@ PLACEMENTS_AT_A_TIME = 2000
 
 
 def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float | FloatArray, standoff: float) -> FloatArray:
-    """Return the room under the needle's end at each placement.
+    """Return the room under the needle's end at each placement; who asks more than once makes a `TipZone`.
 
     Args:
         poses: (k, 4, 4) poses of the tool in the frame of the triangles [mm].
         triangles: (m, 3, 3) corners of a surface [mm].
-        radius: of the circle, one for all placements or (k,) one each [mm].
-        standoff: height at which the tip should be over the surface [mm].
-
-    Returns:
-        (k,) room [mm]; negative where the surface reaches above the tip plane within the circle; infinite where there
-        is none within the circle from BELOW_STANDOFF under the stand-off to TIP_ZONE above the tip plane.
+        radius: as `TipZone.rooms`.
+        standoff: likewise.
     """
-    lowest = -(standoff + BELOW_STANDOFF)
-    middle = (TIP_ZONE + lowest) / 2
-    centres = poses[:, :3, 3] - middle * poses[:, :3, 2]
-    radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(poses))
-    reach = float(np.hypot(radii.max(initial=0.0), TIP_ZONE - middle))
-    tops = np.full(len(poses), -inf)
-    fragments = _fragments_near(triangles, centres, reach=reach)
-    if not len(fragments):
+    return TipZone(triangles).rooms(poses, radius=radius, standoff=standoff)
+
+
+@final
+class TipZone:
+    """A surface that the needle's end passes over, prepared to be asked of many sets of placements.
+
+    Args:
+        triangles: (m, 3, 3) corners of the surface [mm].
+    """
+
+    __slots__ = ("_highest", "_lowest", "_triangles")
+
+    def __init__(self, triangles: FloatArray) -> None:
+        self._triangles = triangles
+        # By axis, so that most triangles are left out by one comparison.
+        self._lowest = np.ascontiguousarray(triangles.min(axis=1).T)
+        self._highest = np.ascontiguousarray(triangles.max(axis=1).T)
+
+    def rooms(self, poses: FloatArray, *, radius: float | FloatArray, standoff: float) -> FloatArray:
+        """Return the room under the needle's end at each placement.
+
+        Args:
+            poses: (k, 4, 4) poses of the tool in the frame of the triangles [mm].
+            radius: of the circle, one for all placements or (k,) one each [mm].
+            standoff: height at which the tip should be over the surface [mm].
+
+        Returns:
+            (k,) room [mm]; negative where the surface reaches above the tip plane within the circle; infinite where
+            there is none within the circle from BELOW_STANDOFF under the stand-off to TIP_ZONE above the tip plane.
+        """
+        lowest = -(standoff + BELOW_STANDOFF)
+        middle = (TIP_ZONE + lowest) / 2
+        centres = poses[:, :3, 3] - middle * poses[:, :3, 2]
+        radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(poses))
+        reach = float(np.hypot(radii.max(initial=0.0), TIP_ZONE - middle))
+        tops = np.full(len(poses), -inf)
+        fragments = _fragments_near(self._around(centres, reach=reach), centres, reach=reach)
+        if not len(fragments):
+            return -tops
+        tree = KDTree(fragments.mean(axis=1))
+        reach += float(circumscribed(fragments)[1].max())
+        for first in range(0, len(poses), PLACEMENTS_AT_A_TIME):
+            block = KDTree(centres[first : first + PLACEMENTS_AT_A_TIME])
+            near = block.sparse_distance_matrix(tree, reach, output_type="ndarray")
+            rows = np.asarray(near["i"], dtype=np.int64) + first
+            corners = _in_tool(fragments[near["j"]], poses=poses[rows])
+            _raise_tops(tops, rows, corners, radii=radii, lowest=lowest)
         return -tops
-    tree = KDTree(fragments.mean(axis=1))
-    reach += float(circumscribed(fragments)[1].max())
-    for first in range(0, len(poses), PLACEMENTS_AT_A_TIME):
-        block = KDTree(centres[first : first + PLACEMENTS_AT_A_TIME])
-        near = block.sparse_distance_matrix(tree, reach, output_type="ndarray")
-        rows = np.asarray(near["i"], dtype=np.int64) + first
-        corners = _in_tool(fragments[near["j"]], poses=poses[rows])
-        _raise_tops(tops, rows, corners, radii=radii, lowest=lowest)
-    return -tops
+
+    def _around(self, points: FloatArray, *, reach: float) -> FloatArray:
+        """Return the triangles whose bounding boxes are within reach of that of some points."""
+        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+        kept = np.flatnonzero((self._highest[0] >= low[0]) & (self._lowest[0] <= high[0]))
+        for axis in (1, 2):
+            kept = kept[(self._highest[axis, kept] >= low[axis]) & (self._lowest[axis, kept] <= high[axis])]
+        return self._triangles[kept]
 
 
 def _raise_tops(tops: FloatArray, rows: IntArray, corners: FloatArray, *, radii: FloatArray, lowest: float) -> None:
@@ -121,10 +157,8 @@ def _highest_on_circle(corners: FloatArray, *, radii: FloatArray) -> FloatArray:
 def _fragments_near(triangles: FloatArray, points: FloatArray, *, reach: float) -> FloatArray:
     """Return what of triangles is within reach of any of the points, cut into fragments of FRAGMENT_RADIUS."""
     tree = KDTree(points)
-    low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
-    around = ((triangles.max(axis=1) >= low) & (triangles.min(axis=1) <= high)).all(axis=1)
     fragments: list[FloatArray] = []
-    rest = triangles[around]
+    rest = triangles
     while len(rest):
         centres, radii = circumscribed(rest)
         bound = reach + float(radii.max())

@@ -8,11 +8,13 @@ then that few are shorter than it likes, then that few use the tolerances up, th
 from __future__ import annotations
 
 from itertools import pairwise
+from math import ceil, log2
+from typing import final
 
 import numpy as np
 
 from geoprint.kernels import njit
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray, frozen
 
 # Share of the tolerances that is used up as long as the rate of targets allows: the closer, the better.
 FINE_SHARE = 0.25
@@ -38,12 +40,31 @@ COARSE = 10.0
 NEAREST = 24
 MOST = 512
 TRIES = 4
+# How many moves from one pose that makes: the near ones, one for each doubling, and that to the one that must follow.
+MOVES = NEAREST + ceil(log2(MOST / NEAREST)) + 1
 
 # Share of a time by which moves that take it may seem shorter.
 TIME_ROUNDING = 1e-9
 
 
-def cheapest_chain(
+@final
+@frozen
+class Weighed:
+    """What the moves between p poses cost.
+
+    Attributes:
+        allowed: (p,) largest distance of each pose from the straight move past it [mm].
+        lasts: (p,) of each pose the next that must be a target; moves end there.
+        costs: (p, c) of the moves from each pose, over so many poses as are tried in turn, and to the one that must be
+            a target; infinite where a pose past them may not be so far off, not a number where they were not tried.
+    """
+
+    allowed: FloatArray
+    lasts: IntArray
+    costs: FloatArray
+
+
+def weighed(
     tips: FloatArray,
     quaternions: FloatArray,
     times: FloatArray,
@@ -53,8 +74,9 @@ def cheapest_chain(
     turn: float,
     tolerance: float,
     periods: tuple[float, float],
-) -> IntArray:
-    """Return the poses that become targets, the required ones among them.
+    known: Weighed | None = None,
+) -> Weighed:
+    """Weigh the moves between poses.
 
     Args:
         tips: (p, 3) [mm].
@@ -65,12 +87,23 @@ def cheapest_chain(
         turn: largest angle of a pose from the attitude there [rad].
         tolerance: distance at which a move counts as wide [mm].
         periods: least time of a move [s], and the time that moves should have.
+        known: the same poses weighed with other distances: moves past none that differs are not weighed again.
     """
+    lasts = required[np.minimum(np.searchsorted(required, np.arange(len(times)), side="right"), len(required) - 1)]
+    if known is None:
+        costs, differs = np.full((len(times), MOVES), np.nan), np.ones(len(times), dtype=np.bool_)
+    else:
+        costs, differs = known.costs.copy(), allowed != known.allowed
+    before = np.append(0, np.cumsum(differs))
+    _weigh(tips, quaternions, times, allowed, lasts, before, costs, turn, tolerance, *periods)
+    return Weighed(allowed.copy(), lasts, costs)
+
+
+def cheapest_chain(moves: Weighed, required: IntArray) -> IntArray:
+    """Return the poses that become targets, the required ones, for which the moves were weighed, among them."""
     chosen = [required[:1]]
     for first, last in pairwise(required.tolist()):
-        part = slice(first, last + 1)
-        rows = _chain(tips[part], quaternions[part], times[part], allowed[part], turn, tolerance, *periods)
-        chosen.append(first + rows[1:])
+        chosen.append(first + _chain(moves.costs[first : last + 1])[1:])
     return np.concatenate(chosen)
 
 
@@ -80,34 +113,58 @@ def chord_shares(tips: FloatArray, chosen: IntArray, *, tolerance: float) -> Flo
 
 
 @njit(cache=True)
-def _chain(  # noqa: PLR0917
+def _weigh(  # noqa: PLR0917
     tips: FloatArray,
     quaternions: FloatArray,
     times: FloatArray,
     allowed: FloatArray,
+    lasts: IntArray,
+    before: IntArray,
+    costs: FloatArray,
     turn: float,
     tolerance: float,
     shortest: float,
     period: float,
-) -> IntArray:
-    """Return the rows of the cheapest chain from the first row to the last."""
-    last = len(times) - 1
-    costs, before = np.full(last + 1, np.inf), np.zeros(last + 1, np.int64)
-    costs[0] = 0.0
-    for start in range(last):
-        tries, end, reach = 0, start, 0
+) -> None:
+    """Weigh the moves from each row past which something differs; of the rows before row i, before[i] do."""
+    for start in range(len(times) - 1):
+        last = lasts[start]
+        if before[min(start + 2 * MOST, last) + 1] == before[start]:
+            continue
+        costs[start] = np.nan
+        tries, end, reach, move = 0, start, 0, 0
         while reach < MOST and end < last and tries < TRIES:
             reach = reach + 1 if reach < NEAREST else 2 * reach
             end = min(start + reach, last)
             if reach == NEAREST and last <= start + MOST:
                 # The whole rest at once, where it is straight.
-                cost = _cost(tips, quaternions, times, allowed, start, last, turn, tolerance, shortest, period)
-                if costs[start] + cost < costs[last]:
-                    costs[last], before[last] = costs[start] + cost, start
+                costs[start, MOVES - 1] = _cost(
+                    tips, quaternions, times, allowed, start, last, turn, tolerance, shortest, period
+                )
             cost = _cost(tips, quaternions, times, allowed, start, end, turn, tolerance, shortest, period)
+            costs[start, move] = cost
             tries = tries + 1 if cost == np.inf else 0
-            if costs[start] + cost < costs[end]:
-                costs[end], before[end] = costs[start] + cost, start
+            move += 1
+
+
+@njit(cache=True)
+def _chain(moves: FloatArray) -> IntArray:
+    """Return the rows of the cheapest chain from the first row to the last."""
+    last = len(moves) - 1
+    costs, before = np.full(last + 1, np.inf), np.zeros(last + 1, np.int64)
+    costs[0] = 0.0
+    for start in range(last):
+        reach = 0
+        for move in range(MOVES - 1):
+            if np.isnan(moves[start, move]):
+                break
+            reach = reach + 1 if reach < NEAREST else 2 * reach
+            end = min(start + reach, last)
+            # What is not a number is not less.
+            if reach == NEAREST and costs[start] + moves[start, MOVES - 1] < costs[last]:
+                costs[last], before[last] = costs[start] + moves[start, MOVES - 1], start
+            if costs[start] + moves[start, move] < costs[end]:
+                costs[end], before[end] = costs[start] + moves[start, move], start
     chain = [last]
     while chain[-1] > 0:
         chain.append(before[chain[-1]])
@@ -161,6 +218,7 @@ def _deviation(  # noqa: PLR0917
         return np.inf
     x, y, z = tips[last, 0] - tips[first, 0], tips[last, 1] - tips[first, 1], tips[last, 2] - tips[first, 2]
     square = x * x + y * y + z * z
+    sine = np.sin(apart)
     worst = 0.0
     for row in range(first + 1, last):
         u, v, w = tips[row, 0] - tips[first, 0], tips[row, 1] - tips[first, 1], tips[row, 2] - tips[first, 2]
@@ -173,7 +231,7 @@ def _deviation(  # noqa: PLR0917
             return np.inf
         ahead, behind = share, 1.0 - share
         if apart >= SMALL_TURN:
-            ahead, behind = np.sin(apart * share) / np.sin(apart), np.sin(apart * (1.0 - share)) / np.sin(apart)
+            ahead, behind = np.sin(apart * share) / sine, np.sin(apart * (1.0 - share)) / sine
         turned = 0.0
         for axis in range(4):
             turned += (quaternions[row, axis] - behind * start[axis] - ahead * end[axis]) ** 2

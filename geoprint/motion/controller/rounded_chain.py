@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.motion.controller.choice import TIME_ROUNDING, cheapest_chain, chord_shares
+from geoprint.motion.controller.choice import TIME_ROUNDING, Weighed, cheapest_chain, chord_shares, weighed
 from geoprint.motion.controller.fitting import fitted_places, rounded_deviations, zones_of
 
 # Where straight moves come too soon, a move may leave the path by so many tolerances, as far as the rounded corners at
@@ -60,11 +60,11 @@ class Course:
     turn: float
     periods: tuple[float, float]
 
-    def chain(self, allowed: FloatArray, required: IntArray) -> IntArray:
-        """Return the cheapest chain of rows through the required ones, given what each row may be off [mm]."""
-        return cheapest_chain(
+    def weighed(self, allowed: FloatArray, required: IntArray, *, known: Weighed | None = None) -> Weighed:
+        """Weigh the moves between rows through the required ones, given what each row may be off [mm]."""
+        return weighed(
             self.tips, self.quaternions, self.times, required, allowed=allowed, turn=self.turn,
-            tolerance=self.tolerance, periods=self.periods,
+            tolerance=self.tolerance, periods=self.periods, known=known,
         )  # fmt: skip
 
     def resting(self, rows: IntArray) -> BoolArray:
@@ -87,23 +87,25 @@ class Course:
 
 def rounded_chain(course: Course) -> tuple[IntArray, FloatArray]:
     """Return (t,) rows that are targets, and (t, 3) where these stand [mm]."""
-    rows = course.chain(np.full(len(course.tips), course.tolerance), course.required)
+    moves = course.weighed(np.full(len(course.tips), course.tolerance), course.required)
+    rows = cheapest_chain(moves, course.required)
     if not course.soon(rows).size:
         return rows, course.tips[rows]
-    rows, moved = _relaxed(course, rows)
+    rows, moved = _relaxed(course, rows, moves)
     rows, moved = _evened(course, rows, moved)
     places = fitted_places(course.tips[rows], moved[rows], course.resting(rows))
     return rows, places
 
 
-def _relaxed(course: Course, rows: IntArray) -> tuple[IntArray, BoolArray]:
+def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, BoolArray]:
     """Let moves be wide about those that come too soon, where corners make up for it; return which rows are moved."""
     last, allowed = rows.size - 1, np.full(len(course.tips), course.tolerance)
     for move in course.soon(rows).tolist():
         allowed[rows[max(move - ABOUT, 0)] : rows[min(move + 1 + ABOUT, last)] + 1] = WIDEST * course.tolerance
     moved = np.zeros(len(course.tips), dtype=np.bool_)
     for left in range(ROUNDS, -1, -1):
-        rows = course.chain(allowed, course.required)
+        moves = course.weighed(allowed, course.required, known=moves)
+        rows = cheapest_chain(moves, course.required)
         wide = chord_shares(course.tips, rows, tolerance=course.tolerance) > 1.0 + TIME_ROUNDING
         moved[:] = False
         moved[rows] = (np.append(wide, np.False_) | np.insert(wide, 0, np.False_)) & ~course.resting(rows)
@@ -222,7 +224,8 @@ def _through(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray
         course, tips=course.tips[cut], quaternions=course.quaternions[cut], times=course.times[cut],
         runs=course.runs[cut], rests=course.rests[cut], laid=course.laid[left:right],
     )  # fmt: skip
-    rows = left + local.chain(allowed, np.concatenate([[left], pattern, [right]]) - left)
+    required = np.concatenate([[left], pattern, [right]]) - left
+    rows = left + cheapest_chain(local.weighed(allowed, required), required)
     shifted = moved.copy()
     shifted[left + 1 : right] = False
     shifted[pattern] = True

@@ -167,19 +167,28 @@ def _around(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
 def _eased_part(
     path: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
 ) -> JointPath | None:
-    """Return the poses of a window eased, all but their configuration data; None where it gains too little."""
+    """Return the poses of a window eased, all but their configuration data; None where it gains too little.
+
+    Of the steps that gain enough, and whose nozzle keeps its room, the one that leaves least; of equal ones the first.
+    """
     before = now = path.between(window.rows.start, window.rows.stop)
-    best, least = None, (1.0 - LEAST_GAIN) * _excess(before, arm, window, speed=easing.speed)
+    enough = (1.0 - LEAST_GAIN) * _excess(before, arm, window, speed=easing.speed)
+    steps: list[tuple[float, JointPath]] = []
     for _ in range(STEPS):
         turns = eased_turns(_stretch(now, arm, window, easing=easing))
         turned = None if turns is None else _turned(now, arm, window, turns, minimum_wrist_angle=minimum_wrist_angle)
         if turned is None:
             break
         now = turned
-        found = _excess(now, arm, window, speed=easing.speed)
-        if found < least and _permitted(now, before, window, easing=easing):
-            best, least = now, found
-    return best
+        left = _excess(now, arm, window, speed=easing.speed)
+        # Where nothing is left, no later step leaves less.
+        if left == 0.0 < enough and _permitted(now, before, window, easing=easing):
+            return now
+        if 0.0 < left < enough:
+            steps.append((left, now))
+    # The room is looked at last, because it costs the most.
+    ordered = (step for _, step in sorted(steps, key=lambda each: each[0]))
+    return next((step for step in ordered if _permitted(step, before, window, easing=easing)), None)
 
 
 def _joined(path: JointPath, parts: list[tuple[_Window, JointPath]], arm: Arm, *, speed: float) -> JointPath:
@@ -283,11 +292,11 @@ def _permitted(path: JointPath, before: JointPath, window: _Window, *, easing: E
     leaning = tilts(path.poses) > np.maximum(easing.largest_lean, tilts(before.poses))
     if leaning[window.places].any():
         return False
-    now, then = (
-        easing.room.lacking(
-            tool_poses(each.poses, T_base_work=each.T_base_work)[window.places],
-            deposit=np.ones(window.places.size, dtype=np.bool_),
-        )
-        for each in (path, before)
-    )
-    return not bool((now & ~then).any())
+    lacking = np.flatnonzero(_lacking_room(path, window.places, easing=easing))
+    return not lacking.size or bool(_lacking_room(before, window.places[lacking], easing=easing).all())
+
+
+def _lacking_room(path: JointPath, places: IntArray, *, easing: Easing) -> BoolArray:
+    """Return where the nozzle lacks room, of places that lay material."""
+    poses = tool_poses(path.poses, T_base_work=path.T_base_work)[places]
+    return easing.room.lacking(poses, deposit=np.ones(places.size, dtype=np.bool_))

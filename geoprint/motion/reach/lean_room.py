@@ -19,9 +19,9 @@ from geoprint.motion.collision import (
     SMALLEST_ROOM,
     CollisionWorld,
     InflatedSolids,
+    TipZone,
     box_target,
     mesh_target,
-    tip_rooms,
     tool_solids,
 )
 
@@ -62,7 +62,7 @@ class NozzleRoom:
         VerificationError: the collision check fails on what is known.
     """
 
-    __slots__ = ("_T_work_base", "_kept", "_radius", "_standoff", "_targets", "_world")
+    __slots__ = ("_T_work_base", "_kept", "_radius", "_standoff", "_world", "_zones")
 
     def __init__(
         self,
@@ -81,8 +81,9 @@ class NozzleRoom:
         boxes = [box_target(box, T_work_base=self._T_work_base) for box in obstacles]
         solids = tool_solids(tool)[:ROUND_SOLIDS]
         kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-        self._targets = (*surfaces, *boxes)
-        self._world = CollisionWorld(InflatedSolids(solids, kept=kept, reaches=(MARGIN,)), targets=self._targets)
+        targets = (*surfaces, *boxes)
+        self._zones = [TipZone(target.triangles) for target in targets]
+        self._world = CollisionWorld(InflatedSolids(solids, kept=kept, reaches=(MARGIN,)), targets=targets)
         self._radius = tool.needle_diameter / 2.0
         self._standoff = standoff
 
@@ -95,8 +96,8 @@ class NozzleRoom:
         reaches[deposit, 0] = NOT_TESTED
         lacking: BoolArray = np.asarray(self._world.touches(poses, reaches=reaches).any(axis=(1, 2)))
         asked = np.flatnonzero(deposit & ~lacking)
-        for target in self._targets if asked.size else ():
-            rooms = tip_rooms(poses[asked], target.triangles, radius=self._radius, standoff=self._standoff)
+        for zone in self._zones if asked.size else ():
+            rooms = zone.rooms(poses[asked], radius=self._radius, standoff=self._standoff)
             lacking[asked] |= rooms < SMALLEST_ROOM + RIM_MARGIN
         return lacking
 

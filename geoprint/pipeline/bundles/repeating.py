@@ -22,7 +22,7 @@ from geoprint.errors import GeoprintError
 from geoprint.export import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
 from geoprint.model import Clearance, JointPath, PoseStream, Targets
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision import clearance
+from geoprint.motion.collision import ClearanceCheck
 from geoprint.motion.controller import ALOFT_STEP, aloft_path, controller_path
 from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
@@ -91,14 +91,12 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
     path, targets = _written_motion(setup, orders, read_trajectory_table(folder / "trajectory.csv"), arm)
     aloft, aloft_targets = aloft_path(path, targets, arm)
 
-    def clear(one: JointPath, of: Targets, *, step: float) -> Clearance:
-        return clearance(
-            controller_path(one, of, arm, step=step), arm, tool=cell.tool, process=cell.process,
-            T_base_work=one.T_base_work, poses=one.poses, part=ground, body=part.body, obstacles=cell.obstacles,
-            below=below,
-        )  # fmt: skip
-
-    return clear(path, targets, step=PRINT_STEP), clear(aloft, aloft_targets, step=ALOFT_STEP)
+    check = ClearanceCheck(
+        arm, tool=cell.tool, process=cell.process, T_base_work=path.T_base_work, part=ground, body=part.body,
+        obstacles=cell.obstacles, below=below,
+    )  # fmt: skip
+    printing = check(controller_path(path, targets, arm, step=PRINT_STEP), poses=path.poses)
+    return printing, check(controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP), poses=aloft.poses)
 
 
 def _written_motion(setup: Setup, orders: Orders, table: TrajectoryTable, arm: Arm) -> tuple[JointPath, Targets]:

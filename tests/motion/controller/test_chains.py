@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray
-from geoprint.motion.controller.choice import cheapest_chain
+from geoprint.motion.controller.choice import Weighed, cheapest_chain, weighed
 from geoprint.motion.controller.fitting import fitted_places, rounded_deviations, rounded_lengths, zones_of
 from geoprint.motion.controller.rounded_chain import Course
 from geoprint.motion.controller.zones import triangle_middles
@@ -24,17 +24,41 @@ def chain(
     tips: FloatArray, times: FloatArray, *, quaternions: FloatArray | None = None, required: tuple[int, ...] = ()
 ) -> list[int]:
     count = len(tips)
-    return cheapest_chain(
-        tips, np.tile(DOWN, (count, 1)) if quaternions is None else quaternions, times,
-        np.union1d(np.array([0, count - 1]), np.array(required, dtype=np.int64)), allowed=np.full(count, 1.0),
-        turn=0.01, tolerance=1.0, periods=PERIODS,
-    ).tolist()  # fmt: skip
+    wanted = np.union1d(np.array([0, count - 1]), np.array(required, dtype=np.int64))
+    moves = weighed(
+        tips, np.tile(DOWN, (count, 1)) if quaternions is None else quaternions, times, wanted,
+        allowed=np.full(count, 1.0), turn=0.01, tolerance=1.0, periods=PERIODS,
+    )  # fmt: skip
+    return cheapest_chain(moves, wanted).tolist()
 
 
 def test_a_straight_line_is_one_move_however_long() -> None:
     tips = np.linspace([0.0, 0.0, 0.0], [70.0, 0.0, 0.0], 71)
     assert chain(tips, 0.1 * np.arange(71.0)) == [0, 70]
     assert chain(tips, 0.1 * np.arange(71.0), required=(7, 50)) == [0, 7, 50, 70]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_moves_that_are_weighed_again_cost_what_they_cost_weighed_afresh(seed: int) -> None:
+    """Rows whose distance changes are far apart and close, at the ends, and beside rows that must be targets."""
+    random = np.random.default_rng(seed)
+    count, required = 2_000, np.array([0, 40, 41, 900, 1_999])
+    tips: FloatArray = np.cumsum(random.normal(np.array([0.1, 0.0, 0.0]), 0.02, (count, 3)), axis=0, dtype=np.float64)
+
+    def of(allowed: FloatArray, known: Weighed | None = None) -> Weighed:
+        return weighed(
+            tips, np.tile(DOWN, (count, 1)), np.linspace(0.0, 10.0, count), required, allowed=allowed, turn=0.01,
+            tolerance=0.1, periods=PERIODS, known=known,
+        )  # fmt: skip
+
+    before = of(np.full(count, 0.1))
+    allowed = before.allowed.copy()
+    allowed[[0, 41, *random.integers(0, count, 3), *range(1_200, 1_230), 1_999]] = 0.3
+    again, afresh = of(allowed, before), of(allowed)
+
+    np.testing.assert_array_equal(again.costs, afresh.costs)
+    assert not np.array_equal(again.costs, before.costs, equal_nan=True)
+    np.testing.assert_array_equal(cheapest_chain(again, required), cheapest_chain(afresh, required))
 
 
 def test_two_straight_legs_meet_in_their_corner_although_moves_past_it_keep_the_tolerance() -> None:

@@ -1,0 +1,96 @@
+"""The tool and what it must not touch, prepared once for all motions of the tool past it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import Box, FloatArray, Process, Surface, Tool
+from geoprint.motion.collision.closest import ranking_trees
+from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
+from geoprint.motion.collision.surroundings import Target, box_target, mesh_target
+from geoprint.motion.collision.sweep import Placements
+from geoprint.motion.collision.tip_zone import TipZone
+from geoprint.motion.collision.tool_solids import Solid, tool_solids
+
+# A box that ends no higher than this in the base frame is what the arm stands on [mm]: rounding of centre and size.
+FOOT_ROUNDING = 1e-6
+
+
+@final
+class Scene:
+    """The tool, inflated, and what it must not touch.
+
+    Args:
+        tool: its solids.
+        process: clearance to keep.
+        part: the surface that is printed on.
+        body: what it lies on, or None.
+        obstacles: boxes in the base frame.
+        T_work_base: (4, 4) base frame in the work frame [mm].
+
+    Attributes:
+        kept: distance that each solid keeps [mm].
+        targets: what the tool must not touch: part, body, obstacles.
+        base_targets: those that the base of the arm must not touch: not what it stands on.
+        trees: fragments of the targets.
+        zones: the targets as the needle's end passes over them.
+        has_body: whether the body is known.
+
+    Raises:
+        InputError: tool, process or an obstacle is impossible.
+        VerificationError: the collision check fails on what is known.
+    """
+
+    __slots__ = ("_tool", "base_targets", "has_body", "kept", "targets", "trees", "zones")
+
+    def __init__(
+        self,
+        tool: Tool,
+        *,
+        process: Process,
+        part: Surface,
+        body: Surface | None,
+        obstacles: tuple[Box, ...],
+        T_work_base: FloatArray,
+    ) -> None:
+        if not 0.0 <= process.clearance < np.inf:
+            raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
+        solids = tool_solids(tool)
+        self.kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
+        bodies = [mesh_target(part, role="part")]
+        bodies += [] if body is None else [mesh_target(body, role="body")]
+        boxes = [box_target(box, T_work_base=T_work_base) for box in obstacles]
+        beside = [target for target, box in zip(boxes, obstacles, strict=True) if not stands_on(box)]
+        self._tool = InflatedSolids(solids, kept=self.kept)
+        self.targets: tuple[Target, ...] = (*bodies, *boxes)
+        self.base_targets: tuple[Target, ...] = (*bodies, *beside)
+        self.trees = ranking_trees(self.targets)
+        self.zones = tuple(TipZone(target.triangles) for target in self.targets)
+        self.has_body = body is not None
+
+    def world(self, placements: Placements) -> CollisionWorld:
+        """Return tool and targets for a motion of the tool.
+
+        The tip is not inflated downwards: where travel rounds a corner, it is longer by what it may be lower there.
+        """
+        tip, *rest = self._tool.solids
+        longer = rounding_on_travel(placements, tip)
+        if longer == 0.0:
+            return CollisionWorld(self._tool, targets=self.targets)
+        solids = (replace(tip, start=tip.start - longer * tip.axis), *rest)
+        return CollisionWorld(InflatedSolids(solids, kept=self.kept, known=self._tool), targets=self.targets)
+
+
+def rounding_on_travel(placements: Placements, tip: Solid) -> float:
+    """Return how far the tip may be off its placements on travel, where the controller rounds corners [mm]."""
+    travels = np.append(placements.travels, np.False_) | np.append(np.False_, placements.travels)
+    return float(placements.rounding((tip,))[travels].max(initial=0.0))
+
+
+def stands_on(box: Box) -> bool:
+    """Say whether the arm stands on a box: it ends no higher than the foot."""
+    return float(box.centre[2] + box.size[2] / 2) <= FOOT_ROUNDING
