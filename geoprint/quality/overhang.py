@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
+from geoprint.transforms import angles_between
 
 # Places that are kept where beads overhang most.
 WORST_PLACES = 5
@@ -68,7 +69,7 @@ def overhang(poses: PoseStream, *, up: FloatArray, critical: float) -> Overhang:
     """
     laid = np.flatnonzero(poses.laid)
     ups = np.broadcast_to(up, poses.normals.shape)
-    ends = [_angles(poses.normals[laid + step], ups[laid + 1]) for step in (0, 1)]
+    ends = [angles_between(poses.normals[laid + step], ups[laid + 1]) for step in (0, 1)]
     low, high = np.minimum(*ends), np.maximum(*ends)
     lengths = np.linalg.norm(poses.tips[laid + 1] - poses.tips[laid], axis=1)
     span = np.where(high > low, high - low, 1.0)
@@ -81,12 +82,6 @@ def overhang(poses: PoseStream, *, up: FloatArray, critical: float) -> Overhang:
     return Overhang(
         critical, length, length / total if total else 0.0, float(angles.max(initial=0.0)), rows, angles[rows]
     )
-
-
-def _angles(normals: FloatArray, ups: FloatArray) -> FloatArray:
-    """Return the (k,) angles between unit vectors [rad], by the half of their difference: exact for small ones, too."""
-    apart, along = np.linalg.norm(normals - ups, axis=1), np.linalg.norm(normals + ups, axis=1)
-    return 2.0 * np.arctan2(apart, along)
 
 
 def _worst(angles: FloatArray, runs: IntArray, *, critical: float) -> IntArray:
