@@ -107,8 +107,8 @@ def angles_between(ones: FloatArray, others: FloatArray) -> FloatArray:
     """Return the (...,) angles [rad] in [0, pi] between (..., 3) unit vectors; small and straight ones are exact, too.
 
     Examples:
-        >>> angles_between(np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])) / np.pi
-        0.5
+        >>> angles_between(np.eye(3)[:2], np.eye(3)[1:]) / np.pi
+        array([0.5, 0.5])
     """
     return 2.0 * np.arctan2(np.linalg.norm(ones - others, axis=-1), np.linalg.norm(ones + others, axis=-1))
 

@@ -21,7 +21,7 @@ Margins: TypeAlias = Callable[[FloatArray], FloatArray]
 DIRECTIONS = 40_000
 # Margins are met up to this share: they are worked out in floating point.
 MARGIN_TOLERANCE = 1e-9
-# Halvings that find how far the table comes on the way to a direction: to 1e-6 of it, far finer than any table repeats.
+# Halvings that find how far the table comes towards a direction: to 1e-6 of the angle, far finer than a table repeats.
 HALVINGS = 20
 # A pose that overhangs whatever the table does may miss by so much more than the least, so that its neighbours share
 # its attitude of the table: tables repeat to hundredths, and no material's angle is known to a degree [rad].

@@ -85,7 +85,7 @@ class Tilts:
 
 @final
 @dataclass(frozen=True, slots=True)
-class _Stretch:
+class _Tilt:
     """Poses from first to before behind, with the direction that points up and the slack of it."""
 
     first: int
@@ -128,7 +128,7 @@ def tilted(
     nearest = within.nearest(normals)
     aims = within.aims(normals, nearest)
     missing = np.maximum(angles_between(normals, nearest) - within.critical, 0.0)
-    stretches: list[_Stretch] = []
+    stretches: list[_Tilt] = []
     while not stretches or stretches[-1].behind < len(normals):
         stretches.append(_next(stretches[-1:], aims, nearest, runs, within=within, served=served))
     starts = np.array([each.first for each in stretches])
@@ -161,8 +161,8 @@ def longest(first: int, aims: FloatArray, *, within: UpRange) -> int:
 
 
 def _next(
-    before: list[_Stretch], aims: FloatArray, nearest: FloatArray, runs: IntArray, *, within: UpRange, served: Served
-) -> _Stretch:
+    before: list[_Tilt], aims: FloatArray, nearest: FloatArray, runs: IntArray, *, within: UpRange, served: Served
+) -> _Tilt:
     """Return the stretch behind the last one; it shares that one's last pose where their run goes on, if it can."""
     behind = before[0].behind if before else 0
     if before and runs[behind] == runs[behind - 1] and len(within.admissible(aims[behind - 1 : behind + 1])):
@@ -179,14 +179,14 @@ def _next(
     return found
 
 
-def _stretch(first: int, aims: FloatArray, nearest: FloatArray, *, within: UpRange, served: Served) -> _Stretch:
+def _stretch(first: int, aims: FloatArray, nearest: FloatArray, *, within: UpRange, served: Served) -> _Tilt:
     """Return the longest stretch from a pose on that the arm serves at its best direction, empty where it does none."""
     behind = longest(first, aims, within=within)
     while True:
         up, slack = _roomiest(aims[first:behind], nearest[first], within=within)
         reached = served(first, behind, up)
         if reached > first or behind == first + 1:
-            return _Stretch(first, reached, up, slack)
+            return _Tilt(first, reached, up, slack)
         # Fewer poses leave other directions.
         behind = first + (behind - first + 1) // 2
 
