@@ -103,6 +103,16 @@ def rotation_angle(rotations: FloatArray) -> FloatArray:
     return np.asarray(Rotation.from_matrix(rotations).magnitude())
 
 
+def angles_between(ones: FloatArray, others: FloatArray) -> FloatArray:
+    """Return the (...,) angles [rad] in [0, pi] between (..., 3) unit vectors; small and straight ones are exact, too.
+
+    Examples:
+        >>> angles_between(np.eye(3)[:2], np.eye(3)[1:]) / np.pi
+        array([0.5, 0.5])
+    """
+    return 2.0 * np.arctan2(np.linalg.norm(ones - others, axis=-1), np.linalg.norm(ones + others, axis=-1))
+
+
 def same_sign(quaternions: FloatArray) -> FloatArray:
     """Flip quaternions so that neighbours lie in one half-space; q and -q are the same attitude.
 

@@ -125,6 +125,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
         uniformity=record_evenness(outcome.uniformity, printed=told.uniformity and told.uniformity.printed),
         paths=told.paths,
         deposition=told.deposition,
+        overhang=told.overhang,
         patches=told.patches,
         middles=told.middles,
         printable=bool(plan.robot) if plan.job.robot else None,

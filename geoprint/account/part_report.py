@@ -88,6 +88,7 @@ def part_report(
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
+        critical_deg=float(np.degrees(workpiece.cell.process.overhang)),
     )
 
 

@@ -12,6 +12,7 @@ from geoprint.account.cautions import notes_of, warnings_of
 from geoprint.account.patches import record_cut
 from geoprint.account.prints.expected import record_printed, says_errors
 from geoprint.account.prints.feedback import record_feedback
+from geoprint.account.prints.overhang import record_overhang
 from geoprint.account.prints.sides import record_side
 from geoprint.account.records.plan import (
     AreaScaleRecord,
@@ -79,6 +80,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         sources=tuple(_source(tried) for tried in plan.workpiece.tried),
         middles=tuple(_middle(tried) for tried in plan.middles),
         deposition=None if plan.laid is None else _deposition(plan.laid, plan),
+        overhang=record_overhang(plan),
         feedback=record_feedback(plan),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
         not_printable=plan.not_printable,

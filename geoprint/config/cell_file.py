@@ -24,6 +24,8 @@ MostFlow = Annotated[float, Field(ge=1.0, le=3.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 # Equipment that follows later than this is not switched in step with a tip; nobody waits that long by design.
 Lag = Annotated[float, Field(ge=0.0, le=2.0)]
+# Level ground carries every bead; where a wall does, too, no table has to tilt.
+Overhang = Annotated[float, Field(gt=0.0, lt=90.0)]
 # A layer that needs more than a day before the next one is a print of its own.
 Pause = Annotated[float, Field(gt=0.0, le=86400.0)]
 
@@ -155,6 +157,7 @@ class ProcessTable(Table):
     least_flow_share: LeastFlow | None = None
     most_flow_share: MostFlow | None = None
     layer_pause_s: Pause | None = None
+    overhang_deg: Overhang | None = None
 
     @model_validator(mode="after")
     def _lifts_clear(self) -> Self:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import radians
 from typing import Literal, final
 
 from geoprint.model.arrays import FloatArray, freeze_arrays
@@ -10,6 +11,8 @@ from geoprint.model.values import comparable, frozen
 SignalMode = Literal["io", "analog"]
 # Files and people name the pressure of the air in kPa.
 PASCAL_PER_KPA = 1000.0
+# From upright, where a cell says nothing else: the angle that the paper names for its silicone [rad].
+CRITICAL_OVERHANG = radians(30.0)
 
 
 @final
@@ -30,6 +33,7 @@ class Process:
         least_flow: of flow that follows the strip, over that of a strip one spacing wide; in (0, 1].
         most_flow: likewise, at least 1.
         layer_pause: how long the arm waits at home between two layers of a stack [s].
+        overhang: critical angle of the surface's outward normal from upright, beyond which a bead may sag [rad].
     """
 
     speed: float
@@ -44,6 +48,7 @@ class Process:
     least_flow: float = 0.5
     most_flow: float = 1.5
     layer_pause: float = 0.0
+    overhang: float = CRITICAL_OVERHANG
 
 
 @final

@@ -5,4 +5,4 @@ from typing import TYPE_CHECKING
 from geoprint.lazy import attached
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = attached(__name__, modules="arm collision controller machine placing reach timing")
+    __getattr__, __dir__ = attached(__name__, modules="arm collision controller machine placing reach tilting timing")

@@ -13,6 +13,7 @@ from geoprint.quality.measuring import (
     PathMeasure as PathMeasure,
     measure_paths as measure_paths,
 )
+from geoprint.quality.overhang import Overhang as Overhang, overhang as overhang
 from geoprint.quality.printed import (
     Interval as Interval,
     Printed as Printed,

@@ -6,6 +6,8 @@ const DISTANCE = ["#fff7d6", "#d3ebb9", "#8fd0bd", "#4aa6c3", "#2f76b5"];
 const SPACING = ["#b2182b", "#ef8a62", "#fddbc7", "#f4f4f2", "#d1e5f0", "#67a9cf", "#2166ac"];
 const LEAN = ["#f7f4f9", "#d4b9da", "#df65b0", "#ce1256", "#67001f"];
 const PACE = ["#67001f", "#b2182b", "#d6604d", "#f4a582", "#fddbc7", "#f4f4f2"];
+// What level ground carries, and what overhangs.
+const OVERHANG = { carried: ["#f7fbff", "#9ecae1"], beyond: ["#fdae6b", "#d94801", "#7f2704"] };
 // The scale of leans reaches so far at least [degrees].
 const LEAST_LEAN = 1;
 const UNMEASURED = "#9a9a9a";
@@ -99,6 +101,18 @@ const COLOURINGS = {
       title: `${what} / ${of} thickness [1]`,
       ticks: ticksOf(part.thicknesses, [[low, `≤ ${low}`], between[0], [1, "1"], between[1], [high, `≥ ${high}`]]),
       legend,
+    };
+  },
+  overhang: (part) => {
+    const { critical, overhang } = part, bound = critical / 180;
+    return {
+      colorscale: [...evenly(OVERHANG.carried).map(([at, colour]) => [at * bound * 0.999, colour]),
+        ...evenly(OVERHANG.beyond, bound)],
+      values: () => ({ intensity: overhang, intensitymode: "vertex", cmin: 0, cmax: 180 }),
+      said: (at) => `${overhang[at].toFixed(1)} degrees from upright`,
+      title: "surface normal from upright [degrees]",
+      ticks: [0, critical, 90, 180].map((angle) => [angle / 180, `${Number(angle.toFixed(1))}`]),
+      legend: `Red: farther than ${Number(critical.toFixed(1))} degrees from upright, where a bead overhangs as the part stands.`,
     };
   },
   coverage: (part, backend) => ({

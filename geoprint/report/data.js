@@ -26,6 +26,7 @@ function unpack(data) {
     vertices: rows(data.vertices),
     faces: rows(data.faces),
     machine: data.machine && machineOf(data.machine),
+    overhang: ifAny(data.overhang, decoded),
     backends: data.backends.map((backend) => ({
       name: backend.name,
       distance: ifAny(backend.distance, decoded),

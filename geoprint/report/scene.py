@@ -48,6 +48,8 @@ def scene_data(part: PartReport) -> Json:
         "winner": part.winner,
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
         "ratios": list(COLOUR_RANGE),
+        "overhang": None if part.critical_deg is None else numbers(_from_upright(normals, part.R_view_work)),
+        "critical": part.critical_deg,
         "leaning": max((float(backend.shades.lean.max()) for backend in part.backends if backend.shades), default=0.0),
         "machine": None if part.machine is None else _machine(part.machine, upright, R_view_work=part.R_view_work),
         "backends": [
@@ -76,6 +78,11 @@ def turned(
         "middle": middle.tolist(),
         "spacing": spacing,
     }
+
+
+def _from_upright(normals: FloatArray, R_view_work: FloatArray) -> FloatArray:
+    """Return the (n,) angles of unit normals from upright [degrees]."""
+    return np.degrees(np.arccos(np.clip(normals @ R_view_work[2], -1.0, 1.0)))
 
 
 def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:

@@ -15,6 +15,7 @@ COLOURS = (
     ("coverage", "Gaps and overlaps"),
     ("distance", "Distance from border or seed"),
 )
+OVERHANG_COLOUR = ("overhang", "Overhang")
 MOTION_COLOURS = (("lean", "Lean of the nozzle"), ("speed", "Speed of the tip"))
 SPEEDS = (1, 5, 20, 50)
 SLIDER_STEPS = 1000
@@ -125,7 +126,16 @@ def _scene(part: PartReport, key: str) -> Markup:
     colours = COLOURS if _distant(part) else COLOURS[:-1]
     controls = [
         choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
-        choice(key, "colour", "Colour", [*colours, *(MOTION_COLOURS if replayed else ())]),
+        choice(
+            key,
+            "colour",
+            "Colour",
+            [
+                *colours,
+                *([OVERHANG_COLOUR] if part.critical_deg is not None else ()),
+                *(MOTION_COLOURS if replayed else ()),
+            ],
+        ),
         *([choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]

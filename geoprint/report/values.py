@@ -234,6 +234,8 @@ class PartReport:
         settings: (name, value), as asked for.
         inputs: (file, SHA-256).
         versions: (program, version).
+        critical_deg: angle of the surface's normal from upright beyond which beads overhang [degrees]; None where
+            nobody asks for it.
     """
 
     name: str
@@ -253,6 +255,7 @@ class PartReport:
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
     versions: tuple[tuple[str, str], ...]
+    critical_deg: float | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, R_view_work="float: 3 3")

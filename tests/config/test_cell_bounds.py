@@ -68,6 +68,8 @@ def refused(changes: Mapping[str, object], match: str) -> None:
         ("process.most_flow_share", 3.0, 3.01),
         ("process.layer_pause_s", 86400.0, 86401.0),
         ("process.layer_pause_s", 0.1, 0.0),
+        ("process.overhang_deg", 0.1, 0.0),
+        ("process.overhang_deg", 89.9, 90.0),
         ("nozzle.cone_half_angle_deg", 88.9, 89.0),
         ("signals.valve_open_s", 2.0, 2.01),
         ("signals.valve_close_s", 2.0, 2.01),

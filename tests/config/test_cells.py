@@ -21,6 +21,7 @@ from tests.motion.cells import bent_cell, straight_cell
 EXAMPLES = (
     "[good_print]\n# pressure_kpa = 10\n# rounds = 20",
     "layer_pause_s = 60",
+    "overhang_deg = 30",
     "pressure_kpa = 10\n# rounds = 20",
     'vacuum = "doVacuum"',
     "[flood]\n# duration_s = 60\n# joints_deg",
@@ -144,6 +145,7 @@ def test_the_packaged_cells_show_what_else_a_cell_may_have_and_their_examples_ar
         assert cell.good_print == GoodPrint(10e3, 20)
         assert (cell.process.pressure, cell.process.rounds, cell.signals.vacuum) == (10e3, 20, "doVacuum")
         assert cell.process.layer_pause == 60.0
+        assert cell.process.overhang == pytest.approx(np.radians(30.0))
         assert cell.flood is not None
         assert cell.flood.duration == 60.0
         assert cell.flood.joints is not None

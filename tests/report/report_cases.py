@@ -158,6 +158,7 @@ def part(
         spacing=SPACING,
         machine=machine(),
         winner=0,
+        critical_deg=30.0,
         backends=views,
         refused=(("third", "the surface has no border."),),
         table=(

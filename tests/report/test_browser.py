@@ -174,8 +174,11 @@ def test_colours_and_backends_switch_by_mouse(page: Page) -> None:
     page.click("[name=part0-colour][value=distance]")
     assert difference(changed(page, coverage), spacing) > CHANGED
     spaced = settled(page)
+    page.click("[name=part0-colour][value=overhang]")
+    overhanging = changed(page, spaced)
+    assert "overhangs as the part stands" in str(page.run("document.querySelector('.legend').textContent"))
     page.click("[name=part0-colour][value=lean]")
-    leaning = changed(page, spaced)
+    leaning = changed(page, overhanging)
     assert "8.0" in str(page.run("document.querySelector('.ticks').textContent"))
     page.click("[name=part0-colour][value=speed]")
     changed(page, leaning)

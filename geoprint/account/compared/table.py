@@ -9,6 +9,7 @@ import numpy as np
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
 from geoprint.account.prints.expected import expected_rows
+from geoprint.account.prints.overhang import overhang_rows
 from geoprint.account.prints.sides import of_spacing, side_rows
 from geoprint.account.records.comparison import PlannedRecord
 from geoprint.account.records.evidence import STAGES
@@ -35,7 +36,15 @@ def report_table(
         plans: in the order of the columns.
     """
     planned, *others = _evenness(rows)
-    table = [planned, *side_rows(rows), *expected_rows(rows), *others, *_path(rows), *_patches(rows)]
+    table = [
+        planned,
+        *side_rows(rows),
+        *expected_rows(rows),
+        *others,
+        *_path(rows),
+        *overhang_rows(rows),
+        *_patches(rows),
+    ]
     if any(plan.flattenings for plan in plans):
         table += _chart([told[row.backend] for row in rows], plans)
     if rows[0].printable is not None:

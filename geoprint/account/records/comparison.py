@@ -10,6 +10,7 @@ from typing import Literal, final
 
 from pydantic import Field
 
+from geoprint.account.records.overhang import OverhangRecord
 from geoprint.account.records.plan import (
     DepositionRecord,
     EvennessRecord,
@@ -34,6 +35,7 @@ class PlannedRecord(Record):
     uniformity: EvennessRecord = Field(description="as in plan.json")
     paths: PathsRecord = Field(description="as in plan.json")
     deposition: DepositionRecord | None = Field(description="as in plan.json")
+    overhang: OverhangRecord | None = Field(default=None, description="as in plan.json")
     patches: tuple[PatchRecord, ...] = Field(description="as in plan.json")
     middles: tuple[MiddleRecord, ...] = Field(default=(), description="as in plan.json")
     printable: bool | None = Field(description="null where that was not asked")

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from pydantic import Field, create_model
 
 from geoprint.account.records.feedback import FeedbackRecord
+from geoprint.account.records.overhang import OverhangRecord
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
@@ -326,6 +327,7 @@ class PlanRecord(Record):
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")
+    overhang: OverhangRecord | None = Field(default=None, description="of beads; older versions did not measure it")
     feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
     robot: tuple[RobotRecord, ...] = Field(description="one a placement of the part; none without a robot")
     not_printable: str | None = Field(default=None, description="why the robot cannot print what was compared")

@@ -17,6 +17,7 @@ from geoprint.account.texts.tables import GAP, Cells, fitting, grid, left_out, l
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
     "backend": 0, "mean": 9, "CV": 1, "left CV": 3, "right CV": 3, "printed CV": 5, "p95": 7, "gap": 2, "overlap": 4,
+    "overhang": 13,
     "runs": 8, "length mm": 10, "print s": 6, "printable": 3, "clear mm": 11, "planned in s": 12,
 }  # fmt: skip
 # Of paths whose runs have no level; others have no such columns.
@@ -43,7 +44,8 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
 
     Mean, CV and p95 are of the spacing over the wanted one, left and right CV of either side where runs have no level;
     gap is the share of the area farther than 0.55 spacings from every path, overlap the share within 0.45 spacings of
-    two stretches; printed CV is the mean of prints and, in brackets, what 95 of 100 of them have.
+    two stretches; printed CV is the mean of prints and, in brackets, what 95 of 100 of them have; overhang is the share
+    of the deposit beyond the critical angle.
 
     Args:
         told: what is said of the comparison.
@@ -121,6 +123,7 @@ def _row(row: PlannedRecord, seconds: float) -> Cells:
         "p95": _NONE if spacing is None else f"{spacing.p95:.3f}",
         "gap": f"{measured.gap:.2%}",
         "overlap": f"{measured.overlap:.2%}",
+        "overhang": _NONE if row.overhang is None else f"{row.overhang.share:.1%}",
         "runs": str(row.paths.runs),
         "length mm": f"{row.paths.deposit_mm:.0f}",
         "print s": _NONE if row.print_time_s is None else f"{row.print_time_s:.0f}",

@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.prints.expected import WORDS, expected_text
+from geoprint.account.prints.overhang import overhang_text
 from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
@@ -54,6 +55,8 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         ]
     if told.deposition is not None:
         lines.append(_layer_text(told.deposition))
+    if told.overhang is not None:
+        lines.append(overhang_text(told.overhang))
     for robot in told.robot:
         lines += _robot_text(robot, speed=settings.speed_mm_s)
     if told.not_printable is not None:

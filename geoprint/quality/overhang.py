@@ -1,0 +1,92 @@
+"""How much of what is deposited overhangs: where gravity pulls a bead off the surface that it lies on, or along it."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
+from geoprint.transforms import angles_between
+
+# Places that are kept where beads overhang most.
+WORST_PLACES = 5
+
+
+@final
+@frozen
+class Overhang:
+    """What of a deposit overhangs.
+
+    Attributes:
+        critical: angle beyond which a bead overhangs [rad].
+        length: deposited length that overhangs [mm].
+        share: of the deposited length; 0 where nothing is deposited.
+        largest: angle [rad]; 0 where nothing is deposited.
+        rows: (w,) poses at which the worst stretches overhang most, at most five, the worst first.
+        angles: (w,) of these [rad].
+    """
+
+    critical: float
+    length: float
+    share: float
+    largest: float
+    rows: IntArray
+    angles: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, rows="int: w", angles="float: w")
+
+
+def overhang(poses: PoseStream, *, up: FloatArray, critical: float) -> Overhang:
+    r"""Measure what overhangs of what is deposited.
+
+    The angle of overhang is the one between the outward normal n of the surface on which the bead lies and up, against
+    gravity g. The bead lies on level ground at 0, on a wall at 90 and below a ceiling at 180 degrees:
+
+             up                    n    up
+             ^                      \   |
+             | n                     \ a|
+             |                        \ |
+         ____o____  bead               \|
+                                        o  bead
+           a = 0                     __/
+             |                    __/     a > critical: it overhangs
+             v g               __/
+                                  surface
+
+    It changes linearly along the straight line between two poses, so that the share of a line that overhangs is that
+    of its angles. A line is laid in the attitude of the pose that ends it: a table that tilts does so before.
+
+    Args:
+        poses: p of them; only what is laid counts.
+        up: (3,) unit direction in the work frame that points up, or (p, 3) the one while each pose is printed.
+        critical: angle of the material, in (0, pi / 2) [rad].
+
+    Returns:
+        The figures. A worst place is the steepest of neighbouring poses of one run that overhang; the earlier one
+        among equals.
+    """
+    laid = np.flatnonzero(poses.laid)
+    ups = np.broadcast_to(up, poses.normals.shape)
+    ends = [angles_between(poses.normals[laid + step], ups[laid + 1]) for step in (0, 1)]
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    lengths = np.linalg.norm(poses.tips[laid + 1] - poses.tips[laid], axis=1)
+    span = np.where(high > low, high - low, 1.0)
+    shares = np.where(high > low, np.clip((high - critical) / span, 0.0, 1.0), high > critical)
+    length, total = float(lengths @ shares), float(lengths.sum())
+    angles = np.zeros(poses.count)
+    for step in (0, 1):
+        np.maximum.at(angles, laid + step, ends[step])
+    rows = _worst(angles, poses.runs, critical=critical)
+    return Overhang(
+        critical, length, length / total if total else 0.0, float(angles.max(initial=0.0)), rows, angles[rows]
+    )
+
+
+def _worst(angles: FloatArray, runs: IntArray, *, critical: float) -> IntArray:
+    """Return the pose of the largest angle of each stretch that overhangs, of the worst ones."""
+    over = np.flatnonzero(angles > critical)
+    breaks = np.flatnonzero((np.diff(over) > 1) | (np.diff(runs[over]) > 0)) + 1
+    steepest = [int(rows[np.argmax(angles[rows])]) for rows in np.split(over, breaks) if rows.size]
+    return np.array(sorted(steepest, key=lambda row: (-angles[row], row))[:WORST_PLACES], dtype=np.int64)
