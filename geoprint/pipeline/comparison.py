@@ -11,7 +11,7 @@ from geoprint.errors import FieldError, InputError
 from geoprint.pipeline.choice import check_part, with_backend
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.planning import compared_workpiece, plan_compared
-from geoprint.pipeline.processes import Beside, beside
+from geoprint.pipeline.processes import OtherProcesses, beside
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import with_rounds
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece
@@ -78,7 +78,7 @@ def compare_parts(
 
 
 def _compare(
-    job: Job, backends: Sequence[str] | None, observe: Callable[[str], None], helper: Beside | None
+    job: Job, backends: Sequence[str] | None, observe: Callable[[str], None], helper: OtherProcesses | None
 ) -> Comparison:
     """Compare backends, in this process and where there is one in a helper's."""
     backends = compared_backends() if backends is None else tuple(dict.fromkeys(backends))

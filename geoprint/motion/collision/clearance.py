@@ -21,7 +21,7 @@ from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, arm_mo
 from geoprint.motion.collision.closest import smallest_distance, worst_hit
 from geoprint.motion.collision.contact import CollisionWorld, check_rigid
 from geoprint.motion.collision.link_solids import link_solids
-from geoprint.motion.collision.scene import Scene
+from geoprint.motion.collision.scene import CheckedWorld
 from geoprint.motion.collision.sides import inside
 from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import ALLOWANCE, Hits, Placements, find_hits
@@ -126,7 +126,7 @@ class ClearanceCheck:
         self._arm, self._tool, self._process, self._below = arm, tool, process, below
         self._T_work_base = transforms.inverse(T_base_work)
         self._links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
-        self._scene = Scene(
+        self._scene = CheckedWorld(
             tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=self._T_work_base
         )
         self._of_arm = ArmCheck(
@@ -175,12 +175,12 @@ def check_placements(
         InputError: a placement is not a rigid transform, or tool, process or an obstacle is impossible.
         VerificationError: the check fails on what is known, or part and placements do not belong together.
     """
-    scene = Scene(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
+    scene = CheckedWorld(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
     return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
 
 
 def _check_tool(
-    placements: Placements, scene: Scene, *, tool: Tool, process: Process, standoff: float | None
+    placements: Placements, scene: CheckedWorld, *, tool: Tool, process: Process, standoff: float | None
 ) -> Clearance:
     """Check the tool; without a stand-off nothing is laid."""
     check_rigid(placements.poses)

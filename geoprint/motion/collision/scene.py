@@ -21,7 +21,7 @@ FOOT_ROUNDING = 1e-6
 
 
 @final
-class Scene:
+class CheckedWorld:
     """The tool, inflated, and what it must not touch.
 
     Args:

@@ -8,11 +8,12 @@ from itertools import combinations
 from pathlib import Path
 from typing import final
 
-from geoprint.account import as_json, verify_record
+from geoprint.account import as_json
 from geoprint.account.appraised.figures import record_appraisal
 from geoprint.account.appraised.picture import appraisal_pictures
 from geoprint.account.appraised.tables import appraisal_tables
 from geoprint.account.records.appraisal import AppraisalRecord
+from geoprint.account.records.rounding import verify_record
 from geoprint.account.texts.appraising import appraisal_text
 from geoprint.appraisal import (
     Appraisal,

@@ -9,9 +9,10 @@ from typing import final
 
 import numpy as np
 
-from geoprint.account import as_json, verify_record
+from geoprint.account import as_json
 from geoprint.account.appraised.scan_page import scan_page
 from geoprint.account.appraised.scans import parts_table, record_lying, record_scan
+from geoprint.account.records.rounding import verify_record
 from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
 from geoprint.account.texts.scanning import lying_text, scan_text
 from geoprint.appraisal.scanned import (

@@ -1,6 +1,6 @@
 """Work that is shared with processes beside this one."""
 
 from geoprint.pipeline.processes.beside import (
-    Beside as Beside,
+    OtherProcesses as OtherProcesses,
     beside as beside,
 )

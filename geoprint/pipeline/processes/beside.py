@@ -27,7 +27,7 @@ _Found = TypeVar("_Found")
 
 
 @final
-class Beside:
+class OtherProcesses:
     """Processes beside this one.
 
     Args:
@@ -69,7 +69,7 @@ class Beside:
 
 
 @contextmanager
-def beside(count: int) -> Generator[Beside | None]:
+def beside(count: int) -> Generator[OtherProcesses | None]:
     """Keep processes beside this one while the body runs; None where there are to be none.
 
     They are started when they are first asked.
@@ -79,7 +79,7 @@ def beside(count: int) -> Generator[Beside | None]:
         return
     with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
-            yield Beside(pool, count)
+            yield OtherProcesses(pool, count)
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

@@ -44,7 +44,7 @@ def _first_equal(bits: BitArray, room: int) -> IntArray:
         mixed ^= mixed >> np.uint64(32)
         place = (mixed * FACTORS[0] >> np.uint64(16)) & mask
         while True:
-            other = table[place]
+            other = int(table[place])
             if other < 0:
                 table[place], found[point] = point, point
                 break

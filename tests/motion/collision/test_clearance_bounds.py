@@ -11,7 +11,7 @@ import pytest
 from geoprint.errors import ClearanceError
 from geoprint.model import Box, Clearance, FloatArray, Surface
 from geoprint.motion.collision.clearance import check_placements
-from geoprint.motion.collision.scene import Scene, rounding_on_travel
+from geoprint.motion.collision.scene import CheckedWorld, rounding_on_travel
 from geoprint.motion.collision.sweep import Placements
 from geoprint.motion.collision.tool_solids import tool_solids
 from tests.meshes import plate
@@ -42,7 +42,11 @@ def test_the_arm_keeps_clear_of_all_obstacles_but_what_it_stands_on() -> None:
     size = np.array([40.0, 40.0, 60.0])
     boxes = tuple(Box(name, np.array([500.0, 0.0, top - 30.0]), size) for name, top in tops.items())
 
-    scene = Scene(CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=boxes, T_work_base=np.eye(4))
+    scene = CheckedWorld(
+        CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=boxes, T_work_base=np.eye(4)
+    )
+        CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=boxes, T_work_base=np.eye(4)
+    )
 
     assert [target.name.split()[-1] for target in scene.targets[1:]] == list(tops)
     assert [target.name.split()[-1] for target in scene.base_targets[1:]] == ["sheet", "ledge", "wall"]
@@ -83,7 +87,7 @@ def test_the_tip_zone_is_lengthened_by_corners_where_travel_begins_goes_on_and_e
     found = rounding_on_travel(placements, TIP)
 
     assert found == pytest.approx(0.2 if counts else 0.0, abs=3e-3)
-    scene = Scene(CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=(), T_work_base=np.eye(4))
+    scene = CheckedWorld(CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=(), T_work_base=np.eye(4))
     tip, *_ = scene.world(placements).solids
     # The nozzle is the tool's z axis, and nothing of it lies before the origin.
     np.testing.assert_allclose(tip.start, [0.0, 0.0, found], atol=1e-9)
