@@ -45,8 +45,6 @@ def test_the_arm_keeps_clear_of_all_obstacles_but_what_it_stands_on() -> None:
     scene = CheckedWorld(
         CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=boxes, T_work_base=np.eye(4)
     )
-        CELL.tool, process=CELL.process, part=plate(), body=None, obstacles=boxes, T_work_base=np.eye(4)
-    )
 
     assert [target.name.split()[-1] for target in scene.targets[1:]] == list(tops)
     assert [target.name.split()[-1] for target in scene.base_targets[1:]] == ["sheet", "ledge", "wall"]
