@@ -10,7 +10,7 @@ from pathlib import Path
 
 from benchmarks.field.figures import loaded
 from benchmarks.field.picture import field_picture
-from benchmarks.guide import appraised, cells, measured, paper_prints, proof, sections, surfaces, through
+from benchmarks.guide import appraised, cells, measured, paper_prints, proof, sections, surfaces, through, tilted
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -84,6 +84,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "sliced.png": sections.sliced,
     "fibres.png": surfaces.fibres,
     "through.png": through.through,
+    "overhang.png": tilted.tilted,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
     "again.png": proof.again,

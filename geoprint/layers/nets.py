@@ -6,6 +6,7 @@ middle is farther from the level than its corners are from the middle holds none
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +33,8 @@ SMALLEST = 1e-9
 DIAGONALS: IntArray = np.array([[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]])
 
 
-def _sheets() -> BoolArray:
+@cache
+def several_sheets() -> BoolArray:
     """Return (256,) whether corners on one side of the level hang together along edges in two parts or more.
 
     A side is the number whose bits say which corners are on it.
@@ -44,9 +46,6 @@ def _sheets() -> BoolArray:
             linked = EDGES[side[EDGES].all(axis=1)]
             found[number] |= np.unique(connected_nodes(linked[:, 0], linked[:, 1], nodes=8)[side]).size > 1
     return found
-
-
-SEVERAL = _sheets()
 
 
 class Net(NamedTuple):
@@ -112,7 +111,7 @@ def _unambiguous(over: FloatArray, corners: IntArray) -> FloatArray:
     over = over.copy()
     for _ in range(CHANGES):
         own = over[corners]
-        several = np.flatnonzero(SEVERAL[(own < 0.0) @ (1 << np.arange(8))])
+        several = np.flatnonzero(several_sheets()[(own < 0.0) @ (1 << np.arange(8))])
         if not several.size:
             break
         changed = np.unique(corners[several, np.abs(own[several]).argmin(axis=1)])

@@ -49,6 +49,7 @@ from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream, with_flow_of
+from geoprint.pipeline.tilting import with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
@@ -130,7 +131,9 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     paths, measured = measured_cover(job, workpiece, stage)
     with stage("layer"):
         stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
-    return with_feedback(replace(paths, poses=stream, laid=laid, timings=tuple(stage.timings)))
+    with stage("overhang"):
+        paths = with_table(replace(paths, poses=stream, laid=laid))
+    return with_feedback(replace(paths, timings=tuple(stage.timings)))
 
 
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:

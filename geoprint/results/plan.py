@@ -30,6 +30,7 @@ from geoprint.model import (
     frozen,
 )
 from geoprint.quality import Printed, Thickness, Uniformity
+from geoprint.results.tilting import Tilting
 from geoprint.results.workpiece import Workpiece
 from geoprint.surfaces import united
 
@@ -171,6 +172,7 @@ class Plan:
         printed: the spacing that prints are expected to have; None where none was measured.
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
         fed: what the last print taught, or None where the job names none.
+        tilting: how a table is to tilt the part, or None where it stands still.
     """
 
     job: Job
@@ -189,6 +191,7 @@ class Plan:
     printed: Printed | None = None
     followed: FollowedLines | None = None
     fed: Fed | None = None
+    tilting: Tilting | None = None
 
     @property
     def flat_surface(self) -> Surface:

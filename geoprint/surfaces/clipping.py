@@ -82,6 +82,9 @@ def closest_once(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, Floa
     """
     from geoprint.surfaces.triangle_sizes import nearest_middle  # as in `faces_within`
 
+    if not np.isfinite(xyz).all():
+        # It refuses them, in its own words.
+        return closest(surface, xyz)
     centre = 0.5 * (xyz.min(axis=0) + xyz.max(axis=0))
     spread = float(np.linalg.norm(xyz - centre, axis=1).max())
     nearest = nearest_middle(surface.vertices, surface.faces, centre)

@@ -8,7 +8,7 @@ import pytest
 from geoprint.errors import FieldError, InputError, MeshError
 from geoprint.layers import level_surface
 from geoprint.layers.feet import Ground
-from geoprint.layers.nets import SEVERAL, net
+from geoprint.layers.nets import net, several_sheets
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import (
     boundary_loops,
@@ -159,8 +159,8 @@ def test_lengths_are_positive_numbers(name: str, value: float) -> None:
 
 def test_a_cell_is_crossed_by_one_sheet() -> None:
     # One corner, an edge and a face on one side are one sheet; two corners that share no edge are two.
-    assert not SEVERAL[[0, 1, 0b11, 0b1111, 255]].any()
-    assert SEVERAL[[0b1001, 0b10000001, 0b01101001]].all()
+    assert not several_sheets()[[0, 1, 0b11, 0b1111, 255]].any()
+    assert several_sheets()[[0b1001, 0b10000001, 0b01101001]].all()
     groove = turned_over(_ridge(60.0))
     for shift in (0.0, 0.3, 0.6):
         found = net(Ground(groove), height=0.3, cell=0.35, shift=shift)

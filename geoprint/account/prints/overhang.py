@@ -7,11 +7,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geoprint.account.records.comparison import PlannedRecord
-from geoprint.account.records.overhang import OverhangPlaceRecord, OverhangRecord
+from geoprint.account.records.overhang import AttitudeRecord, OverhangPlaceRecord, OverhangRecord, TableRecord
 from geoprint.account.records.rounding import place_of
 from geoprint.quality import overhang
 from geoprint.report import Row
-from geoprint.results import Plan
+from geoprint.results import Plan, Tilting
+
+# A table of so many axes turns about each of them.
+ROTARY_AXES = 2
 
 
 def record_overhang(plan: Plan) -> OverhangRecord:
@@ -28,6 +31,33 @@ def record_overhang(plan: Plan) -> OverhangRecord:
             OverhangPlaceRecord(run=int(poses.runs[row]), place_mm=place_of(place), angle_deg=float(np.degrees(angle)))
             for row, place, angle in zip(found.rows, poses.surface_points[found.rows], found.angles, strict=True)
         ),
+        table=None if plan.tilting is None else _table(plan.tilting),
+    )
+
+
+def _table(found: Tilting) -> TableRecord:
+    kept, by_attitude = found.moves
+    return TableRecord(
+        name=found.table,
+        order=found.order,
+        moves_kept=kept,
+        moves_gathered=by_attitude,
+        length_mm=found.overhanging,
+        missing_deg=float(np.degrees(found.missing)),
+        attitudes=tuple(
+            AttitudeRecord(
+                up=place_of(one.up),
+                # Two axes are those of a tilt-turn table, and angles.
+                axes=tuple((np.degrees(axes) if len(axes) == ROTARY_AXES else axes).tolist()),
+                slack=one.slack,
+                length_mm=length,
+                pieces=len(one.pieces),
+                move_s=seconds,
+            )
+            for one, axes, length, seconds in zip(
+                found.attitudes, found.axes, found.lengths, found.seconds, strict=True
+            )
+        ),
     )
 
 
@@ -43,6 +73,19 @@ def overhang_text(told: OverhangRecord) -> str:
     )
 
 
+def table_text(told: TableRecord) -> str:
+    """Return the line on the attitudes of a table, and what still overhangs with them."""
+    left = "nothing overhangs then"
+    if told.length_mm > 0.0:
+        left = f"{told.length_mm:.0f} mm overhang still, by up to {told.missing_deg:.0f} degrees more"
+    order = f"pieces of runs gathered by attitude; {told.moves_kept} in their own order"
+    kept = f"runs in their own order; {told.moves_gathered} with pieces of them gathered"
+    return (
+        f"{told.name}: {len(told.attitudes)} attitudes, {order if told.order == 'gathered' else kept}; {left}; "
+        f"moves take {sum(one.move_s for one in told.attitudes):.0f} s at least"
+    )
+
+
 def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     """Return the rows of a report on overhang; none where it was not measured.
 
@@ -53,10 +96,20 @@ def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     if not told:
         return []
     meaning = f"outward normal farther than {told[0].critical_deg:g} degrees from upright, as the part stands"
-    return [
+    found = [
         _row(rows, "deposit that overhangs", meaning, lambda one: f"{one.share:.1%}, {one.length_mm:.0f} mm"),
         _row(rows, "steepest bead [degrees]", "0 on level ground, 90 on a wall", lambda one: f"{one.largest_deg:.1f}"),
     ]
+    if told[0].table is not None:
+        tilted = f"with the {told[0].table.name}: attitudes, and what overhangs still"
+        found.append(_row(rows, "attitudes of the table", tilted, _with_table))
+    return found
+
+
+def _with_table(told: OverhangRecord) -> str:
+    if told.table is None:
+        return "-"
+    return f"{len(told.table.attitudes)}; {told.table.length_mm:.0f} mm"
 
 
 def _row(rows: Sequence[PlannedRecord], quantity: str, meaning: str, text: Callable[[OverhangRecord], str]) -> Row:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from geoprint.account.records.rounding import Count, Place, Record, Rounded
@@ -15,6 +17,35 @@ class OverhangPlaceRecord(Record):
     angle_deg: Rounded = Field(description="of the outward normal from upright [degrees]")
 
 
+class AttitudeRecord(Record):
+    """One attitude of the table, and what is printed in it."""
+
+    up: Place = Field(description="unit direction of the part that points up")
+    axes: tuple[Rounded, ...] = Field(
+        description="lengths of the six legs [mm], or angles of tilting and turning [degrees]"
+    )
+    slack: Rounded = Field(
+        description="share left of the critical angle, or of the table's range where less of that is; 0 at a limit"
+    )
+    length_mm: Rounded = Field(description="deposited in it [mm]")
+    pieces: Count = Field(description="of runs that are printed in it")
+    move_s: Rounded = Field(description="that the table takes at least to come here [s]")
+
+
+class TableRecord(Record):
+    """How a table is to tilt the part, so that as little as possible overhangs."""
+
+    name: str = Field(description="of the table")
+    order: Literal["kept", "gathered"] = Field(
+        description="whether runs are printed as they come, or pieces of them gathered by attitude"
+    )
+    moves_kept: Count = Field(description="attitudes that runs as they come need")
+    moves_gathered: Count = Field(description="attitudes that pieces gathered by attitude need")
+    length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
+    missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")
+    attitudes: tuple[AttitudeRecord, ...] = Field(description="in the order of printing")
+
+
 class OverhangRecord(Record):
     """What of the deposit overhangs, as the part stands."""
 
@@ -25,3 +56,4 @@ class OverhangRecord(Record):
     length_mm: Rounded = Field(description="deposited length that overhangs [mm]")
     largest_deg: Rounded = Field(description="angle of all that is deposited [degrees]")
     worst_places: tuple[OverhangPlaceRecord, ...] = Field(description="at most five, the worst first, a stretch each")
+    table: TableRecord | None = Field(default=None, description="that tilts the part, where the cell has one")

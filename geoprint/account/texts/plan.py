@@ -7,7 +7,7 @@ from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.prints.expected import WORDS, expected_text
-from geoprint.account.prints.overhang import overhang_text
+from geoprint.account.prints.overhang import overhang_text, table_text
 from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
@@ -57,6 +57,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(_layer_text(told.deposition))
     if told.overhang is not None:
         lines.append(overhang_text(told.overhang))
+        lines += [] if told.overhang.table is None else [table_text(told.overhang.table)]
     for robot in told.robot:
         lines += _robot_text(robot, speed=settings.speed_mm_s)
     if told.not_printable is not None:

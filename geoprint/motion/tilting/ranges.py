@@ -61,6 +61,11 @@ class UpRange:
                 margin=float(found.max()),
             )
 
+    @property
+    def directions(self) -> FloatArray:
+        """(g, 3) directions all over what the table can bring up, 1.1 degrees apart, those with most margin first."""
+        return self._grid
+
     def admissible(self, normals: FloatArray, *, slack: float = 0.0) -> FloatArray:
         """Return a direction that may point up while a surface with these normals is printed.
 

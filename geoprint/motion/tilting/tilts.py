@@ -183,7 +183,7 @@ def _stretch(first: int, aims: FloatArray, nearest: FloatArray, *, within: UpRan
     """Return the longest stretch from a pose on that the arm serves at its best direction, empty where it does none."""
     behind = longest(first, aims, within=within)
     while True:
-        up, slack = _roomiest(aims[first:behind], nearest[first], within=within)
+        up, slack = roomiest(aims[first:behind], nearest[first], within=within)
         reached = served(first, behind, up)
         if reached > first or behind == first + 1:
             return _Tilt(first, reached, up, slack)
@@ -191,7 +191,7 @@ def _stretch(first: int, aims: FloatArray, nearest: FloatArray, *, within: UpRan
         behind = first + (behind - first + 1) // 2
 
 
-def _roomiest(aims: FloatArray, single: FloatArray, *, within: UpRange) -> tuple[FloatArray, float]:
+def roomiest(aims: FloatArray, single: FloatArray, *, within: UpRange) -> tuple[FloatArray, float]:
     """Return the admissible direction of a feasible stretch with the largest slack, and that.
 
     Args:

@@ -193,6 +193,12 @@ def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if not job.robot:
         return
+    if cell.table is not None:
+        raise UsageError(
+            f"the cell {cell.name} has a table that tilts the part, and no program over one is written yet: add "
+            "`--no-robot`, which tells in which attitudes of the table the paths do not overhang, or leave [table] out "
+            "of a cell in which the part stands still."
+        )
     if job.place is None:
         _fixture(cell)
     check_cell(cell)

@@ -10,7 +10,7 @@ from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError, LimitError, ReachError
 from geoprint.model import FloatArray, IntArray
-from geoprint.motion.tilting import Tilts, UpRange, reordered, tilted
+from geoprint.motion.tilting import Tilts, UpRange, tilted
 from geoprint.transforms import angles_between
 from tests.motion.tilting.cones import CRITICAL, Z, cone, directions, meridian
 
@@ -237,34 +237,3 @@ def test_poses_without_normals_runs_or_arcs_are_refused() -> None:
         tilted(np.array([Z, Z]), runs=np.zeros(1, np.int64), arcs=np.zeros(2), within=within, overlap=0.0)
     with pytest.raises(InputError, match="found 0, 0 and 0"):
         tilted(np.empty((0, 3)), runs=np.empty(0, np.int64), arcs=np.empty(0), within=within, overlap=0.0)
-
-
-def test_runs_that_go_to_and_fro_are_put_together_and_layers_stay_in_order() -> None:
-    # Short runs on two sides of a cap in turn, in each of two layers.
-    sides = [directions(np.full(5, 60.0), np.linspace(0.0, 8.0, 5) + turn) for turn in (0.0, 180.0) * 6]
-    normals, runs, layers = np.concatenate(sides), np.repeat(np.arange(12), 5), np.repeat([0, 1], 30)
-    within = UpRange(cone(60.0), rest=Z, critical=CRITICAL)
-    arcs = np.tile(np.arange(5.0), 12)
-    given_order = tilted(normals, runs=runs, arcs=arcs, within=within, overlap=1.0)
-    order, found = reordered(normals, runs=runs, layers=layers, arcs=arcs, within=within, overlap=1.0)
-    assert (given_order.moves, found.moves) == (12, 3)
-    assert sorted(order.tolist()) == list(range(60))
-    assert (np.diff(layers[order]) >= 0).all()
-    assert (np.diff(order.reshape(12, 5), axis=1) == 1).all()
-    holds(found, normals[order], runs[order], range_deg=60.0)
-
-
-@settings(max_examples=20, deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), range_deg=st.sampled_from([30.0, 90.0]))
-def test_reordering_never_needs_more_moves_than_the_given_order(seed: int, range_deg: float) -> None:
-    random = np.random.default_rng(seed)
-    runs = np.repeat(np.arange(8), random.integers(1, 6, 8))
-    count = runs.size
-    normals = directions(random.uniform(0.0, 80.0, count), random.uniform(0.0, 360.0, 8)[runs])
-    layers, arcs = runs // 4, np.arange(count, dtype=np.float64)
-    within = UpRange(cone(range_deg), rest=Z, critical=CRITICAL)
-    given_order = tilted(normals, runs=runs, arcs=arcs, within=within, overlap=0.0)
-    order, found = reordered(normals, runs=runs, layers=layers, arcs=arcs, within=within, overlap=0.0)
-    assert found.moves <= given_order.moves
-    assert (np.diff(layers[order]) >= 0).all()
-    assert sorted(order.tolist()) == list(range(count))

@@ -1,0 +1,36 @@
+"""What a plan keeps of a table that tilts the part."""
+
+from __future__ import annotations
+
+from typing import Literal, final
+
+from geoprint.model import FloatArray, frozen
+from geoprint.motion.tilting import Attitude
+
+
+@final
+@frozen
+class Tilting:
+    """How a table is to tilt the part, so that as little as possible overhangs, with few moves.
+
+    Attributes:
+        table: what messages call it.
+        attitudes: in the order of printing, with what is printed in each: rows of the deposited poses.
+        axes: of the table in each, lengths of its legs or angles of tilting and turning [mm or rad].
+        lengths: deposited in each [mm].
+        seconds: that the table takes at least to come to each, from the one before or from rest.
+        order: whether runs are printed as they come, or pieces of them gathered by what one attitude admits.
+        moves: attitudes in each of these orders.
+        overhanging: length that still overhangs [mm].
+        missing: largest angle beyond the critical one that is left [rad].
+    """
+
+    table: str
+    attitudes: tuple[Attitude, ...]
+    axes: tuple[FloatArray, ...]
+    lengths: tuple[float, ...]
+    seconds: tuple[float, ...]
+    order: Literal["kept", "gathered"]
+    moves: tuple[int, int]
+    overhanging: float
+    missing: float

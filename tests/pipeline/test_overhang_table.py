@@ -1,0 +1,64 @@
+"""What a plan tells of a table that tilts the part, and that no program is written over one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from geoprint import job_of, plan
+from geoprint.account.prints.overhang import overhang_rows, record_overhang, table_text
+from geoprint.account.records.comparison import PlannedRecord
+from geoprint.config import packaged_cell_text
+from geoprint.errors import UsageError
+from geoprint.quality import overhang
+
+PART = Path(__file__).parents[2] / "data" / "heart_apex_patch.ply"
+
+
+def tilting_cell(folder: Path, kind: str) -> Path:
+    path = folder / f"{kind}.toml"
+    path.write_text(f'{packaged_cell_text("irb120-bent45")}\n[table]\nkind = "{kind}"\nposition_mm = [300, 0, 20]\n')
+    return path
+
+
+@pytest.mark.parametrize("backend", ["heat", "lscm"])
+def test_a_tilt_turn_table_leaves_nothing_overhanging_and_all_of_it_printed_once(backend: str, tmp_path: Path) -> None:
+    cell = tilting_cell(tmp_path, "tilt-turn")
+    planned = plan(job_of(surface=PART, unit="mm", spacing=2.0, backend=backend, robot=False, cell=cell))
+    told = record_overhang(planned)
+    assert told.share > 0.2
+    assert told.table is not None
+    assert (told.table.length_mm, told.table.missing_deg) == (0.0, 0.0)
+    assert len(told.table.attitudes) == min(told.table.moves_kept, told.table.moves_gathered) > 1
+    total = overhang(planned.poses, up=planned.workpiece.upright[2], critical=1e-6).length
+    assert sum(one.length_mm for one in told.table.attitudes) == pytest.approx(total, rel=0.01)
+    assert all(one.slack >= -1e-6 and len(one.axes) == 2 for one in told.table.attitudes)
+    assert "nothing overhangs then" in table_text(told.table)
+
+
+def test_a_hexapod_tells_what_it_cannot_bring_up(tmp_path: Path) -> None:
+    cell = tilting_cell(tmp_path, "hexapod")
+    planned = plan(job_of(surface=PART, unit="mm", spacing=3.0, backend="heat", robot=False, cell=cell))
+    told = record_overhang(planned)
+    assert told.table is not None
+    # It tilts by up to 15 degrees to any side: what is steeper than critical by more than that misses by the rest.
+    assert told.largest_deg - told.critical_deg - 15.5 <= told.table.missing_deg <= told.largest_deg - told.critical_deg
+    assert 0.0 < told.table.length_mm < told.length_mm
+    assert "overhang still" in table_text(told.table)
+    assert all(len(one.axes) == 6 for one in told.table.attitudes)
+
+
+def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Path) -> None:
+    cell = tilting_cell(tmp_path, "tilt-turn")
+    job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False)
+    found = [record_overhang(plan(each)) for each in (job, job.model_copy(update={"cell": cell}))]
+    still, tilted = (overhang_rows([PlannedRecord.model_construct(overhang=one)]) for one in found)
+    assert [row.quantity for row in tilted[: len(still)]] == [row.quantity for row in still]
+    assert [row.quantity for row in tilted[len(still) :]] == ["attitudes of the table"]
+
+
+def test_with_a_robot_a_cell_with_a_table_is_refused(tmp_path: Path) -> None:
+    cell = tilting_cell(tmp_path, "tilt-turn")
+    with pytest.raises(UsageError, match="no program over one is written yet: add `--no-robot`"):
+        plan(job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell))
