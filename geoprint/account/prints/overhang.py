@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geoprint.account.records.comparison import PlannedRecord
-from geoprint.account.records.overhang import AttitudeRecord, OverhangPlaceRecord, OverhangRecord, TableRecord
+from geoprint.account.records.overhang import TableAttitudeRecord, OverhangPlaceRecord, OverhangRecord, TableRecord
 from geoprint.account.records.rounding import place_of
 from geoprint.quality import overhang
 from geoprint.report import Row
@@ -45,7 +45,7 @@ def _table(found: Tilting) -> TableRecord:
         length_mm=found.overhanging,
         missing_deg=float(np.degrees(found.missing)),
         attitudes=tuple(
-            AttitudeRecord(
+            TableAttitudeRecord(
                 up=place_of(one.up),
                 # Two axes are those of a tilt-turn table, and angles.
                 axes=tuple((np.degrees(axes) if len(axes) == ROTARY_AXES else axes).tolist()),

@@ -17,7 +17,7 @@ class OverhangPlaceRecord(Record):
     angle_deg: Rounded = Field(description="of the outward normal from upright [degrees]")
 
 
-class AttitudeRecord(Record):
+class TableAttitudeRecord(Record):
     """One attitude of the table, and what is printed in it."""
 
     up: Place = Field(description="unit direction of the part that points up")
@@ -43,7 +43,7 @@ class TableRecord(Record):
     moves_gathered: Count = Field(description="attitudes that pieces gathered by attitude need")
     length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
     missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")
-    attitudes: tuple[AttitudeRecord, ...] = Field(description="in the order of printing")
+    attitudes: tuple[TableAttitudeRecord, ...] = Field(description="in the order of printing")
 
 
 class OverhangRecord(Record):
