@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from geoprint.account.records.comparison import PlannedRecord
-from geoprint.account.records.overhang import TableAttitudeRecord, OverhangPlaceRecord, OverhangRecord, TableRecord
+from geoprint.account.records.overhang import OverhangPlaceRecord, OverhangRecord, TableAttitudeRecord, TableRecord
 from geoprint.account.records.rounding import place_of
 from geoprint.quality import overhang
 from geoprint.report import Row
