@@ -123,7 +123,10 @@ class PoseStream:
 
     def between(self, first: int, behind: int) -> PoseStream:
         """Return the poses from row `first` to before row `behind`."""
-        rows = slice(first, behind)
+        return self.taken(slice(first, behind))
+
+    def taken(self, rows: slice | IntArray) -> PoseStream:
+        """Return some of the poses, in their order."""
         return replace(
             self, tips=self.tips[rows], quaternions=self.quaternions[rows], normals=self.normals[rows],
             runs=self.runs[rows], levels=self.levels[rows], layers=self.layers[rows], deposit=self.deposit[rows],

@@ -131,8 +131,10 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     paths, measured = measured_cover(job, workpiece, stage)
     with stage("layer"):
         stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
-    with stage("overhang"):
-        paths = with_table(replace(paths, poses=stream, laid=laid))
+    paths = replace(paths, poses=stream, laid=laid)
+    if workpiece.cell.table is not None:
+        with stage("table"):
+            paths = with_table(paths, workpiece.cell.table)
     return with_feedback(replace(paths, timings=tuple(stage.timings)))
 
 

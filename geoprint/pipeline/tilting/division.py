@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from geoprint.model import FloatArray, PoseStream, TiltingTable
+from geoprint.model import FloatArray, Hexapod, PoseStream, TiltingTable, TiltTurn
 from geoprint.motion.machine import move_seconds, table_machine
 from geoprint.motion.tilting import Attitude, UpRange, attitudes_of, gathered, tilted
 from geoprint.results import Plan, Tilting
@@ -18,8 +18,8 @@ LEAST_MARGIN = 0.02
 NOTHING = 1e-6
 
 
-def with_table(paths: Plan) -> Plan:
-    """Add to a plan of paths how the table of its cell is to tilt the part; nothing where the part stands still.
+def with_table(paths: Plan, table: Hexapod | TiltTurn) -> Plan:
+    """Add to a plan of paths how the table of its cell is to tilt the part.
 
     Runs keep their order, unless pieces of them gathered by attitude need fewer moves.
 
@@ -27,37 +27,35 @@ def with_table(paths: Plan) -> Plan:
         InputError: a hexapod at rest is beyond one of its limits.
         LimitError: the table brings nothing up.
     """
-    cell = paths.workpiece.cell
-    if cell.table is None:
-        return paths
-    table, poses = table_machine(cell.table), _deposited(paths.poses)
-    R_plate_work = table.T_base_table[:3, :3].T @ paths.workpiece.upright
+    machine, poses = table_machine(table), paths.poses.taken(np.flatnonzero(paths.poses.deposit))
+    R_plate_work = machine.T_base_table[:3, :3].T @ paths.workpiece.upright
     within = UpRange(
-        lambda ups: table.margins(table.plates(ups @ R_plate_work.T)),
+        lambda ups: machine.margins(machine.plates(ups @ R_plate_work.T)),
         rest=R_plate_work[2],
-        critical=cell.process.overhang,
+        critical=paths.workpiece.cell.process.overhang,
         least=LEAST_MARGIN,
     )
     lengths = _lengths(poses)
     kept = attitudes_of(tilted(poses.normals, runs=poses.runs, arcs=poses.arcs, within=within, overlap=0.0), poses.runs)
     other = gathered(poses.normals, runs=poses.runs, layers=poses.layers, lengths=lengths, within=within)
-    attitudes = other if len(other) < len(kept) else kept
-    told = _told(table, attitudes, poses, lengths, R_plate_work=R_plate_work, critical=within.critical)
     return replace(
-        paths, tilting=replace(told, order="kept" if attitudes is kept else "gathered", moves=(len(kept), len(other)))
+        paths,
+        tilting=_tilting(machine, kept, other, poses, lengths, R_plate_work=R_plate_work, critical=within.critical),
     )
 
 
-def _told(
+def _tilting(
     table: TiltingTable,
-    attitudes: tuple[Attitude, ...],
+    kept: tuple[Attitude, ...],
+    other: tuple[Attitude, ...],
     poses: PoseStream,
     lengths: FloatArray,
     *,
     R_plate_work: FloatArray,
     critical: float,
 ) -> Tilting:
-    """Return what the attitudes mean for the table and the deposit."""
+    """Return the attitudes of the order that needs fewer, and what they mean for the table and the deposit."""
+    attitudes = other if len(other) < len(kept) else kept
     Ts_table_plate = table.plates(np.stack([R_plate_work @ one.up for one in attitudes]))
     before = np.concatenate([np.eye(4)[None], Ts_table_plate[:-1]])
     angles, own = np.full(poses.count, np.inf), np.zeros(poses.count, dtype=np.int64)
@@ -74,21 +72,11 @@ def _told(
         axes=tuple(table.axes(Ts_table_plate)),
         lengths=tuple(np.bincount(own, lengths, minlength=len(attitudes)).tolist()),
         seconds=tuple(move_seconds(table, Ts_from=before, Ts_to=Ts_table_plate).tolist()),
-        order="kept",
-        moves=(len(attitudes), len(attitudes)),
+        order="kept" if attitudes is kept else "gathered",
+        moves=(len(kept), len(other)),
         overhanging=float(lengths[over].sum()),
         missing=float(np.where(over, angles - critical, 0.0).max()),
     )
-
-
-def _deposited(poses: PoseStream) -> PoseStream:
-    """Return the poses that deposit."""
-    rows = np.flatnonzero(poses.deposit)
-    return replace(
-        poses, tips=poses.tips[rows], quaternions=poses.quaternions[rows], normals=poses.normals[rows],
-        runs=poses.runs[rows], levels=poses.levels[rows], layers=poses.layers[rows], deposit=poses.deposit[rows],
-        stops=poses.stops[rows], arcs=poses.arcs[rows], flow=poses.flow[rows],
-    )  # fmt: skip
 
 
 def _lengths(poses: PoseStream) -> FloatArray:
