@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from geoprint.pipeline.stacks.processes import layer_processes
+from geoprint.pipeline.processes.layer_by_layer import layer_processes
 
 # Arrays of 2 MB, each freed but the last: a heap that has grown around them cannot shrink below that one.
 COUNT, MB = 100, 2
@@ -39,7 +39,7 @@ def _given_back(code: str) -> float:
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="what is free is given back as glibc is told to")
 def test_large_arrays_go_back_as_soon_as_they_are_free() -> None:
-    told = "from geoprint.pipeline.stacks.processes import give_back_memory\ngive_back_memory()"
+    told = "from geoprint.pipeline.processes.layer_by_layer import give_back_memory\ngive_back_memory()"
     assert _given_back(told) > 0.9 * MB * (COUNT - 1)
     # Without that it would keep them, and this test would tell nothing.
     assert _given_back("") < 0.5 * MB * (COUNT - 1)

@@ -120,48 +120,19 @@ def arm_motion(
     return motion if parts.max() == 1 else _motion(refined(path, parts=parts), arm, T_work_base=T_work_base)
 
 
-def check_arm(
-    motion: ArmMotion,
-    *,
-    links: tuple[Link, ...],
-    tool: tuple[Solid, ...],
-    kept: float,
-    targets: tuple[Target, ...],
-    base_targets: tuple[Target, ...],
-    trees: Trees,
-) -> ArmFinding:
-    """Prove that links keep clear of targets and one another, and the tool of links, at and between placements.
+@final
+class ArmCheck:
+    """Proves that links keep clear of targets and one another, and the tool of links, on any motion of them.
+
+    Links, tool and targets are prepared once.
 
     Args:
-        motion: of links and tool.
         links: the base and the links 1 to 6.
         tool: its solids.
         kept: distance that the links keep from the targets [mm].
         targets: what the links must not touch, in the work frame.
         base_targets: those that the base and link 1 must not touch: not what the arm stands on.
         trees: fragments of the targets.
-
-    Raises:
-        ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link does
-            so to a link.
-        InputError: placements are too far apart.
-        VerificationError: the check fails on what is known.
-    """
-    check = ArmCheck(links, tool=tool, kept=kept, targets=targets, base_targets=base_targets, trees=trees)
-    return check(motion)
-
-
-@final
-class ArmCheck:
-    """Links, tool and targets, prepared once for all motions of links and tool.
-
-    Args:
-        links: as for `check_arm`.
-        tool: likewise.
-        kept: likewise.
-        targets: likewise.
-        base_targets: likewise.
-        trees: likewise.
 
     Raises:
         VerificationError: the check fails on what is known.
@@ -198,7 +169,13 @@ class ArmCheck:
         ]
 
     def __call__(self, motion: ArmMotion) -> ArmFinding:
-        """Prove that a motion keeps clear, as `check_arm` does."""
+        """Prove that a motion keeps clear, at and between placements.
+
+        Raises:
+            ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link
+                does so to a link.
+            InputError: placements are too far apart.
+        """
         placements = motion.tool
         in_work = [(world, motion.link_placements(link)) for link, world in self._in_work]
         seen = [

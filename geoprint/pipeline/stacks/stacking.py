@@ -31,9 +31,9 @@ from geoprint.pipeline.choice import check_options
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.folders.stack_program import stack_program
 from geoprint.pipeline.planning import plan
+from geoprint.pipeline.processes.layer_by_layer import layer_processes
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
-from geoprint.pipeline.stacks.processes import layer_processes
 from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
 from geoprint.results import StackedLayer
 from geoprint.surfaces import face_areas

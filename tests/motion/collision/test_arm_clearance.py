@@ -13,7 +13,7 @@ from geoprint.errors import ClearanceError, InputError
 from geoprint.model import Box, Cell, Clearance, ControllerPath, FloatArray, Lamp, Surface
 from geoprint.motion.arm.kinematics import MILLIMETRES_PER_METRE, Arm
 from geoprint.motion.arm.urdf import read_urdf
-from geoprint.motion.collision.arm_clearance import ArmFinding, ArmMotion, arm_control, arm_motion, check_arm
+from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, ArmMotion, arm_control, arm_motion
 from geoprint.motion.collision.clearance import check_placements, clearance
 from geoprint.motion.collision.closest import ranking_trees
 from geoprint.motion.collision.link_solids import link_solids
@@ -131,14 +131,8 @@ def test_links_inside_a_closed_body_are_refused_although_no_surface_is_near():
     solids = tool_solids(CELL.tool)
 
     with pytest.raises(ClearanceError, match="the arm's base is inside the closed body hall"):
-        check_arm(
-            arm_motion(PATH, ARM, tool=solids, links=LINKS, T_work_base=np.eye(4)),
-            links=LINKS,
-            tool=solids,
-            kept=0.5,
-            targets=(hall,),
-            base_targets=(hall,),
-            trees=ranking_trees((hall,)),
+        ArmCheck(LINKS, tool=solids, kept=0.5, targets=(hall,), base_targets=(hall,), trees=ranking_trees((hall,)))(
+            arm_motion(PATH, ARM, tool=solids, links=LINKS, T_work_base=np.eye(4))
         )
 
 
@@ -250,10 +244,10 @@ def test_links_that_run_into_one_another_are_refused(
     far = mesh_target(block((5000.0, 0.0, 0.0), (5010.0, 10.0, 10.0)), role="part")
 
     def check() -> ArmFinding:
-        return check_arm(
-            arm_motion(path, ARM, tool=solids, links=LINKS, T_work_base=np.eye(4)),
-            links=LINKS, tool=solids, kept=0.5, targets=(far,), base_targets=(far,), trees=ranking_trees((far,)),
-        )  # fmt: skip
+        prepared = ArmCheck(
+            LINKS, tool=solids, kept=0.5, targets=(far,), base_targets=(far,), trees=ranking_trees((far,))
+        )
+        return prepared(arm_motion(path, ARM, tool=solids, links=LINKS, T_work_base=np.eye(4)))
 
     if hit is None:
         assert any("three joints on" in pair for pair in check().checked)

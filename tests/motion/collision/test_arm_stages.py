@@ -15,10 +15,10 @@ import pytest
 from geoprint.errors import ClearanceError, VerificationError
 from geoprint.model import FloatArray
 from geoprint.motion.collision.arm_clearance import (
+    ArmCheck,
     ArmMotion,
     _refuse_inside,  # pyright: ignore[reportPrivateUsage]
     arm_control,
-    check_arm,
 )
 from geoprint.motion.collision.closest import ranking_trees
 from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
@@ -60,7 +60,7 @@ def motion(mover: int, past: FloatArray) -> ArmMotion:
 def refused(found: ArmMotion, *, targets: tuple[Target, ...] = (FAR,), base: tuple[Target, ...] = (FAR,)) -> bool:
     trees = ranking_trees((*targets, *base))
     try:
-        check_arm(found, links=LINKS, tool=NOZZLE, kept=KEPT, targets=targets, base_targets=base, trees=trees)
+        ArmCheck(LINKS, tool=NOZZLE, kept=KEPT, targets=targets, base_targets=base, trees=trees)(found)
     except ClearanceError:
         return True
     return False
