@@ -92,11 +92,14 @@ def superlu(matrix: csc_array) -> Factor:
 
     Raises:
         FieldError: the matrix is singular.
+        MemoryError: memory ran out; SuperLU says so in several ways, of which SciPy knows one.
     """
     try:
         with single_threaded_blas():
             return splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
+        if "singular" not in str(error):
+            raise MemoryError(str(error)) from error
         raise _singular(matrix, error) from error
 
 

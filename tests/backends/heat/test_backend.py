@@ -226,3 +226,12 @@ def test_rows_and_columns_are_picked_in_their_order(*, factor: complex) -> None:
     assert found.dtype == dense.dtype
     np.testing.assert_array_equal(found, dense[chosen][:, chosen])
     assert picked(matrix, chosen[:0]).shape == (0, 0)
+
+
+def test_memory_that_ends_while_factorising_is_not_taken_for_a_singular_matrix(monkeypatch: pytest.MonkeyPatch) -> None:
+    def without_memory(*_: object, **__: object) -> None:
+        raise RuntimeError("SUPERLU_MALLOC fails for buf in intMalloc() at line 162 in file memory.c")
+
+    monkeypatch.setattr("geoprint.backends.sparse_solver.splu", without_memory)
+    with pytest.raises(MemoryError, match="SUPERLU_MALLOC"):
+        superlu(csc_array(eye_array(3)))
