@@ -18,7 +18,13 @@ from geoprint.report.stacked.slice_figure import (
     sliced_figure as sliced_figure,
     thickness_figure as thickness_figure,
 )
-from geoprint.report.stacked.values import FlowView as FlowView, StackReport as StackReport
+from geoprint.report.stacked.values import (
+    OF_BACKENDS as OF_BACKENDS,
+    OF_FLOWS as OF_FLOWS,
+    FlowView as FlowView,
+    StackPaths as StackPaths,
+    StackReport as StackReport,
+)
 from geoprint.report.switching_figure import switching_figure as switching_figure
 from geoprint.report.values import (
     COVERED as COVERED,

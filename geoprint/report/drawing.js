@@ -50,8 +50,8 @@ function movingPlaces(part, replay, time, colours) {
 
 // Paths as they are shown: of a stack those of the layers up to one, the uppermost of them set off.
 function pathTrace(part, backend, state, width) {
-  if (!part.layers) return { ...line(backend.path, PATH, width), visible: state.paths };
-  const [before, count] = [part.layers[state.layers - 2] ?? 0, part.layers[state.layers - 1] ?? 0];
+  if (!backend.layers) return { ...line(backend.path, PATH, width), visible: state.paths };
+  const [before, count] = [backend.layers[state.layers - 2] ?? 0, backend.layers[Math.min(state.layers, backend.layers.length) - 1] ?? 0];
   if (!count) return { ...line(NOTHING, PATH, width), visible: false };
   const drawn = line(backend.path.map((row) => row.subarray(0, count)), PATH, width);
   drawn.line.color = Array.from({ length: count }, (_, at) => (at < before ? PATH_BELOW : PATH));
@@ -96,7 +96,7 @@ function boxes(part) {
   if (part.boxes) return part.boxes;
   const { machine } = part, surface = boxOf(part.vertices);
   // Layers stand over the part, and out beyond it.
-  const own = part.layers ? boxOf(part.backends[0].path, surface) : surface;
+  const own = part.backends.reduce((box, { layers, path }) => (layers ? boxOf(path, box) : box), surface);
   const replays = part.backends.flatMap(({ replay }) => replay ?? []);
   let robot = own, all = own;
   if (machine && replays.length) {

@@ -108,6 +108,11 @@ def test_stacks_of_backends_stand_side_by_side(
         stack = json.loads((tmp_path / "both" / row.backend / "stack.json").read_text())
         assert row.runs == sum(layer["runs"] for layer in stack["layers"])
         assert not check_folder(tmp_path / "both" / row.backend).findings
+    page = (tmp_path / "both" / "report.html").read_text()
+    assert told.verdict[0] in page
+    for backend in ("lscm", "heat"):
+        assert f'href="{backend}/report.html"' in page
+        assert (tmp_path / "both" / backend / "report.html").is_file()
     with pytest.raises(InputError, match=r"compared stacks; check one of them: .*both/(heat|lscm) or"):
         check_folder(tmp_path / "both")
 

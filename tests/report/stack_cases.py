@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from geoprint.report import FlowView, Picture, StackReport
+from geoprint.report import OF_BACKENDS, OF_FLOWS, FlowView, Picture, StackPaths, StackReport
 from tests.report.report_cases import PIXEL, RADIUS, SPACING, circles, dome
 
 LAYERS = 3
+RADII = [19.0, 15.0, 11.0, 7.0, 3.0]
 
 
 def flow(name: str, *, error: float) -> FlowView:
@@ -24,11 +27,21 @@ def flow(name: str, *, error: float) -> FlowView:
     )
 
 
-def stack(name: str = "dome.ply") -> StackReport:
-    """Return a stack of three layers, each a millimetre over the one below, and two flows."""
-    places, offsets = circles([19.0, 15.0, 11.0, 7.0, 3.0])
-    runs = len(offsets) - 1
+def paths(radii: list[float]) -> StackPaths:
+    """Return circles of these radii in three layers, each a millimetre over the one below."""
+    places, offsets = circles(radii)
     shifts = np.arange(LAYERS)[:, None, None] * np.array([0.0, 0.0, 1.0])
+    return StackPaths(
+        places=(places + shifts).reshape(-1, 3),
+        offsets=np.concatenate(
+            [offsets[:-1] + layer * len(places) for layer in range(LAYERS)] + [[LAYERS * len(places)]]
+        ),
+        layers=(len(offsets) - 1) * np.arange(1, LAYERS + 1),
+    )
+
+
+def stack(name: str = "dome.ply") -> StackReport:
+    """Return a stack of three layers and two flows."""
     return StackReport(
         name=name,
         verdict=("Finished thickness varies by 1%.", f"{name}: 3 mm in 3 layers."),
@@ -36,16 +49,27 @@ def stack(name: str = "dome.ply") -> StackReport:
         surface=dome(rings=12),
         R_view_work=np.eye(3),
         spacing=SPACING,
+        words=OF_FLOWS,
         flows=(flow("following flow", error=0.01), flow("constant flow", error=0.08)),
-        places=(places + shifts).reshape(-1, 3),
-        offsets=np.concatenate(
-            [offsets[:-1] + layer * len(places) for layer in range(LAYERS)] + [[LAYERS * len(places)]]
-        ),
-        layers=runs * np.arange(1, LAYERS + 1),
+        paths=(paths(RADII),),
         columns=("layer", "runs"),
-        rows=tuple((str(number), str(runs)) for number in range(1, LAYERS + 1)),
+        rows=tuple((str(number), str(len(RADII))) for number in range(1, LAYERS + 1)),
+        pages=(),
         pictures=(("Sliced open", (Picture("A cut", "png", PIXEL),)), ("Empty", ())),
         settings=(("spacing", "2 mm"),),
         inputs=((name, 64 * "0"),),
         versions=(("geoprint", "0.0"),),
+    )
+
+
+def compared_stacks() -> StackReport:
+    """Return the stacks of two backends, the second with fewer circles."""
+    return replace(
+        stack(),
+        words=OF_BACKENDS,
+        flows=(flow("heat", error=0.01), flow("lscm", error=0.08)),
+        paths=(paths(RADII), paths(RADII[:2])),
+        columns=("backend", "runs"),
+        rows=(("lscm", "6"), ("heat", "15")),
+        pages=(("heat", "heat/report.html"), ("lscm", "lscm/report.html")),
     )

@@ -16,9 +16,11 @@ from geoprint.config import Job
 from geoprint.model import FloatArray
 from geoprint.quality.stacked import Finished
 from geoprint.report import (
+    OF_FLOWS,
     FlowView,
     Picture,
     SlicedView,
+    StackPaths,
     StackReport,
     ViewSurface,
     seams_figure,
@@ -61,10 +63,8 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
         job: that was planned.
     """
     flows = _flows(stack, told)
-    view = _view(stack, faces=VIEWED_FACES // len(flows))
+    view = base_view(stack, faces=VIEWED_FACES // len(flows))
     table = _table(stack, told)
-    counts = [layer.offsets.size - 1 for layer in stack.layers]
-    lengths = np.concatenate([np.diff(layer.offsets) for layer in stack.layers])
     how = [each.strip() for each in finished_sentences(told)]
     said = [*(each[0].upper() + each[1:] for each in how), stack_sentence(told)]
     page = StackReport(
@@ -74,16 +74,16 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
         surface=view.surface,
         R_view_work=stack.upright,
         spacing=stack.layers[0].spacing,
+        words=OF_FLOWS,
         flows=tuple(_flow_view(stack, view, flow) for flow in flows),
-        places=np.concatenate([layer.places for layer in stack.layers]),
-        offsets=np.concatenate([[0], np.cumsum(lengths)]),
-        layers=np.cumsum(counts),
+        paths=(stack_paths(stack),),
         columns=tuple(column for column, _ in table),
         rows=tuple(zip(*(cells for _, cells in table), strict=True)),
+        pages=(),
         pictures=(("Sliced open", tuple(sliced_pictures(stack))), ("Where runs start", (_seams(stack, view),))),
-        settings=_settings(job, told),
+        settings=(*thickness_settings(job, told), ("backend", job.backend)),
         inputs=stack.inputs,
-        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
+        versions=made_with(),
     )
     return stack_report(page, title=f"geoprint plan: {told.part}, {told.thickness_mm:g} mm")
 
@@ -113,7 +113,7 @@ def sliced_pictures(stack: FinishedStack) -> list[Picture]:
     return pictures
 
 
-def _view(stack: FinishedStack, *, faces: int) -> ViewSurface:
+def base_view(stack: FinishedStack, *, faces: int) -> ViewSurface:
     """Return the part as fine as the thickness over it varies, as far as so many faces allow."""
     # Of as many equilateral triangles as there may be.
     edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(stack.base).sum() / faces))
@@ -129,6 +129,22 @@ def _flows(stack: FinishedStack, told: StackRecord) -> list[_Flow]:
     )
     order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
     return [_Flow(*words[flow], stack.flows[flow]) for flow in order]
+
+
+def stack_paths(stack: FinishedStack) -> StackPaths:
+    """Return the paths of all layers."""
+    lengths = np.concatenate([np.diff(layer.offsets) for layer in stack.layers])
+    return StackPaths(
+        places=np.concatenate([layer.places for layer in stack.layers]),
+        offsets=np.concatenate([[0], np.cumsum(lengths)]),
+        layers=np.cumsum([layer.offsets.size - 1 for layer in stack.layers]),
+    )
+
+
+def printed_view(stack: FinishedStack, told: StackRecord, view: ViewSurface, *, backend: str) -> FlowView:
+    """Return the view of a stack as a backend's program prints it."""
+    printed = _flows(stack, told)[0]
+    return _flow_view(stack, view, printed._replace(name=backend, title=printed.name))
 
 
 def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView:
@@ -221,14 +237,19 @@ def _cautions(told: StackRecord) -> tuple[str, ...]:
     )
 
 
-def _settings(job: Job, told: StackRecord) -> tuple[tuple[str, str], ...]:
+def made_with() -> tuple[tuple[str, str], ...]:
+    """Return the names and versions of what figures depend on."""
+    return (("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES))
+
+
+def thickness_settings(job: Job, told: StackRecord) -> tuple[tuple[str, str], ...]:
+    """Return the names and values of what was asked for, but for the backend."""
     asked = (
         ("thickness [mm]", f"{told.thickness_mm:g}"),
         ("target", told.target),
         ("feather [mm]", None if job.feather is None else f"{job.feather:g}"),
         ("spacing [mm]", None if job.spacing is None else f"{job.spacing:g}"),
         ("rounds", None if job.rounds is None else str(job.rounds)),
-        ("backend", job.backend),
         ("pattern", job.pattern),
         ("robot", "yes" if job.robot else "no"),
     )

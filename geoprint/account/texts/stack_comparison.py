@@ -27,7 +27,7 @@ def stack_comparison_text(told: StackComparisonRecord, *, width: int | None = No
         width: letters in a line, where they are counted; columns that do not fit are left out.
         verbose: whether to list all that was not checked.
     """
-    rows = [*map(_cells, told.backends)]
+    rows = [*map(stack_cells, told.backends)]
     names = fitting([*COLUMNS], rows, width=width, weights=COLUMNS)
     lines = [f"{told.part}: {told.thickness_mm:.3g} mm in {told.layers} layers, all of them compared", ""]
     lines += [*grid(names, [rows], left=_LEFT), ""]
@@ -39,7 +39,8 @@ def stack_comparison_text(told: StackComparisonRecord, *, width: int | None = No
     return "\n".join([*lines, *told.verdict, *marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)])
 
 
-def _cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
+def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
+    """Return what the columns say of a backend."""
     if isinstance(row, RefusedStackRecord):
         return {**dict.fromkeys(COLUMNS, _NONE), "backend": row.backend, "printable": "refused"}
     finished = row.finished

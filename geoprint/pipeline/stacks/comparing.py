@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 from geoprint.account.records.rounding import as_json
 from geoprint.account.records.stack import StackRecord
 from geoprint.account.records.stack_comparison import StackComparisonRecord
+from geoprint.account.stacked.compared_page import compared_stacks_page
 from geoprint.account.stacked.comparison import best_stack, compared_stack, stack_verdict
 from geoprint.backends import compared_backends
 from geoprint.config import Job
@@ -18,7 +19,8 @@ from geoprint.errors import FieldError
 from geoprint.export import check_writable, json_bytes
 from geoprint.pipeline.bundles.contents import STACKS
 from geoprint.pipeline.choice import check_options, with_backend
-from geoprint.pipeline.stacks.stacking import check_stacked, save_stacks, stack_into
+from geoprint.pipeline.stacks.stacking import REPORT, check_stacked, save_stacks, stack_into
+from geoprint.results import FinishedStack
 
 
 def compare_stacks(
@@ -29,7 +31,7 @@ def compare_stacks(
     overwrite: bool = False,
     observe: Callable[[str], None] = lambda _: None,
 ) -> StackComparisonRecord:
-    """Plan every layer of a thickness with several backends, and write their stacks and stacks.json: all or nothing.
+    """Plan every layer of a thickness with several backends; write stacks, stacks.json and report.html: all or nothing.
 
     As in `compare`, all of them plan a layer on the same surface, and what the robot cannot print is planned, too.
 
@@ -54,27 +56,34 @@ def compare_stacks(
     check_writable(directory, overwrite=overwrite)
     with TemporaryDirectory() as staging:
         found = [(name, _stack(with_backend(job, name), names, Path(staging, name), observe)) for name in names]
-        stacks = [told for _, told in found if isinstance(told, StackRecord)]
+        stacks = {name: stack for name, stack in found if not isinstance(stack, str)}
         if not stacks:
             raise FieldError(next(told for _, told in found if isinstance(told, str)))
-        rows = [compared_stack(name, told, asked=job.robot) for name, told in found]
+        first, _ = next(iter(stacks.values()))
+        rows = [
+            compared_stack(name, stack if isinstance(stack, str) else stack[0], asked=job.robot)
+            for name, stack in found
+        ]
         record = StackComparisonRecord(
             schema=1,
             version=version("geoprint"),
             part=job.surface.name,
-            thickness_mm=stacks[0].thickness_mm,
-            layers=len(stacks[0].layers),
+            thickness_mm=first.thickness_mm,
+            layers=len(first.layers),
             verdict=stack_verdict(rows, part=job.surface.name),
             best=best_stack(rows)[0].backend,
             backends=tuple(rows),
         )
         Path(staging, STACKS).write_bytes(json_bytes(as_json(record)))
+        Path(staging, REPORT).write_bytes(compared_stacks_page(stacks, record, job, page=REPORT))
         save_stacks(Path(staging), directory, overwrite=overwrite, told={STACKS: record})
     return record
 
 
-def _stack(job: Job, compared: Sequence[str], folder: Path, observe: Callable[[str], None]) -> StackRecord | str:
-    """Return what is said of the stack of one of the compared backends, or why it cannot plan a layer."""
+def _stack(
+    job: Job, compared: Sequence[str], folder: Path, observe: Callable[[str], None]
+) -> tuple[StackRecord, FinishedStack] | str:
+    """Return what is said of the stack of a compared backend and how it comes out, or why it cannot plan a layer."""
     try:
         return stack_into(
             job.model_copy(update={"compared": [*compared]}),

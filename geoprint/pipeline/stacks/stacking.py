@@ -35,10 +35,10 @@ from geoprint.pipeline.processes.layer_by_layer import layer_processes
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
 from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
-from geoprint.results import StackedLayer
+from geoprint.results import FinishedStack, StackedLayer
 from geoprint.surfaces import face_areas
 
-# The page beside stack.json.
+# The page beside stack.json, and beside stacks.json.
 REPORT = "report.html"
 # What is said and kept of a layer, or why there is nothing to print in it.
 _Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
@@ -68,7 +68,7 @@ def plan_stack(
     check_options(job, [job.backend])
     check_writable(directory, overwrite=overwrite)
     with TemporaryDirectory() as staging:
-        told = stack_into(job, Path(staging), observe=observe)
+        told, _ = stack_into(job, Path(staging), observe=observe)
         save_stacks(Path(staging), directory, overwrite=overwrite, told={STACK: told})
     return told
 
@@ -84,13 +84,16 @@ def check_stacked(job: Job) -> None:
     check_single(job)
 
 
-def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> StackRecord:
+def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tuple[StackRecord, FinishedStack]:
     """Plan every layer of a thickness, and write all that a stack's folder holds into one that nobody sees yet.
 
     Args:
         job: of all layers.
         folder: an empty one.
         observe: called with what is being done.
+
+    Returns:
+        What stack.json says, and how the stack comes out.
 
     Raises:
         GeoprintError: as `plan_stack`.
@@ -99,12 +102,13 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> Sta
     layers = [record for record, _ in _printed(found)]
     files, program = stack_program(folder, layers, part_name=job.surface.name)
     observe("finished thickness")
-    told, page = _finished(job, read_stack(job), found, program=program)
+    told, finished = _finished(job, read_stack(job), found, program=program)
+    page = stack_page(finished, told, job)
     for name, content in {STACK: json_bytes(as_json(told)), REPORT: page, **files}.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(content)
-    return told
+    return told, finished
 
 
 def save_stacks(staging: Path, directory: Path | str, *, overwrite: bool, told: Mapping[str, Record]) -> None:
@@ -139,8 +143,8 @@ def _printed(found: Sequence[_Found]) -> list[tuple[StackedLayerRecord, StackedL
 
 def _finished(
     job: Job, stack: Stack, found: Sequence[_Found], *, program: StackProgramRecord | None
-) -> tuple[StackRecord, bytes]:
-    """Return what stack.json says when all layers are planned, and report.html."""
+) -> tuple[StackRecord, FinishedStack]:
+    """Return what stack.json says when all layers are planned, and how they come out."""
     printed = _printed(found)
     finished = finished_stack(job, stack, [layer for _, layer in printed])
     layers = tuple(record for record, _ in printed)
@@ -156,8 +160,7 @@ def _finished(
         program=program,
         left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
     )
-    told = with_cure(untold, load_cell(job.cell))
-    return told, stack_page(finished, told, job)
+    return with_cure(untold, load_cell(job.cell)), finished
 
 
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:

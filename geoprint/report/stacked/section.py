@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from geoprint.report.blocks import choice, fact_table, figure, row_table, said, scene_block, view
 from geoprint.report.histogram import histograms
-from geoprint.report.markup import Markup, element
+from geoprint.report.markup import Markup, element, joined
 from geoprint.report.stacked.values import StackReport
-
-PRINTED = "what is printed; it is shown where there is room for one"
 
 
 def stack_section(stack: StackReport, *, key: str) -> Markup:
@@ -21,8 +19,9 @@ def stack_section(stack: StackReport, *, key: str) -> Markup:
         element("p", stack.verdict[0], class_="verdict"),
         _scene(stack, key),
         said(stack.verdict[1:], stack.cautions),
-        element("h2", "Layer by layer"),
+        element("h2", stack.words.table),
         _layers(stack),
+        _pages(stack),
         element("h2", "How the finished thickness is distributed"),
         element(
             "p", "Share of the area by its finished thickness; shaded: within 5% of the wanted one. Each row has its "
@@ -44,14 +43,14 @@ def stack_section(stack: StackReport, *, key: str) -> Markup:
 def _scene(stack: StackReport, key: str) -> Markup:
     """Return the views of the flows side by side, and how many layers of paths are shown on them."""
     names = [(str(place), flow.name) for place, flow in enumerate(stack.flows)]
-    count = int(stack.layers.size)
+    count = max(paths.layers.size for paths in stack.paths)
     shown = element(
         "label", "Paths of layers up to ",
         element("input", type="range", name=f"{key}-layers", min=0, max=count, value=0, step=1),
         element("output", "none", class_="layers"),
     )  # fmt: skip
     controls = [
-        choice(key, "backend", "Flow", [("all", "Side by side"), *names] if len(names) > 1 else names),
+        choice(key, "backend", stack.words.view, [("all", "Side by side"), *names] if len(names) > 1 else names),
         choice(key, "colour", "Colour", [("thickness", "Finished thickness")]),
         element(
             "fieldset", element("legend", "Show"), shown, element("button", "Reset view", type="button", class_="reset")
@@ -61,7 +60,7 @@ def _scene(stack: StackReport, key: str) -> Markup:
         view(
             flow.still, key=key, place=place, name=flow.name, title=flow.title, figures=flow.figures,
             label=f"3D view of {stack.name}, {flow.name}",
-            mark=("printed", PRINTED) if place == 0 and len(names) > 1 else None,
+            mark=(stack.words.mark, stack.words.marked) if place == 0 and len(names) > 1 else None,
         )
         for place, flow in enumerate(stack.flows)
     ]  # fmt: skip
@@ -69,4 +68,11 @@ def _scene(stack: StackReport, key: str) -> Markup:
 
 
 def _layers(stack: StackReport) -> Markup:
-    return row_table(stack.columns, stack.rows, label=f"Layers of the stack on {stack.name}")
+    return row_table(stack.columns, stack.rows, label=f"{stack.words.rows} over {stack.name}")
+
+
+def _pages(stack: StackReport) -> Markup:
+    if not stack.pages:
+        return Markup("")
+    links = joined(*(element("li", element("a", name, href=address)) for name, address in stack.pages))
+    return element("p", "Each of them, layer by layer:", element("ul", links), class_="note")

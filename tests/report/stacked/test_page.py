@@ -16,7 +16,7 @@ from geoprint.report.stacked.page import stack_scene_data
 from geoprint.report.stacked.slice_figure import bead_outlines
 from tests.report.browser import Page, opened_browser
 from tests.report.report_cases import circles, dome
-from tests.report.stack_cases import LAYERS, flow, stack
+from tests.report.stack_cases import LAYERS, RADII, compared_stacks, flow, paths, stack
 from tests.report.test_browser import CHANGED, HOSTILE, changed, coloured, settled
 from tests.report.test_page import Reader
 
@@ -102,6 +102,21 @@ def test_layers_are_laid_one_upon_another_by_the_slider(browser: Page, report: P
     assert page.errors() == []
 
 
+def test_compared_stacks_each_have_their_own_paths_and_page(browser: Page, tmp_path: Path) -> None:
+    path = tmp_path / "report.html"
+    path.write_bytes(stack_report(compared_stacks(), title="Two"))
+    page = opened(browser, path, width=1440)
+    seen = settled(page)
+    slid(page, 2)
+    changed(page, seen)
+    drawn = page.run("[...document.querySelectorAll('.plot')].map((one) => one.data[1].z.length)")
+    assert drawn == [2 * 5 * 120 + 9, 2 * 2 * 120 + 3]
+    assert page.run("document.querySelector('.view:not([hidden]) em').textContent") == "best"
+    links = page.run("[...document.querySelectorAll('a')].map((one) => one.getAttribute('href'))")
+    assert links == ["heat/report.html", "lscm/report.html"]
+    assert page.errors() == []
+
+
 def test_where_there_is_room_for_one_flow_it_is_the_printed_one(browser: Page, report: Path) -> None:
     page = opened(browser, report, width=390)
     assert page.run("document.querySelectorAll('.view:not([hidden])').length") == 1
@@ -110,7 +125,9 @@ def test_where_there_is_room_for_one_flow_it_is_the_printed_one(browser: Page, r
 
 def test_a_page_that_does_not_fit_together_is_refused() -> None:
     with pytest.raises(InputError, match="each layer needs a run"):
-        replace(stack(), layers=np.array([5, 5, 15]))
+        replace(paths(RADII), layers=np.array([5, 5, 15]))
+    with pytest.raises(InputError, match="every flow needs its paths"):
+        replace(stack(), paths=())
     with pytest.raises(InputError, match="needs 2 cells"):
         replace(stack(), rows=(("1",),))
     with pytest.raises(InputError, match="values for"):
