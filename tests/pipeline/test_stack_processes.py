@@ -5,6 +5,8 @@ from __future__ import annotations
 import platform
 import subprocess
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
@@ -49,6 +51,48 @@ def test_large_arrays_go_back_as_soon_as_they_are_free() -> None:
 def test_no_layer_is_planned_in_the_process_of_another() -> None:
     with layer_processes() as pool:
         assert len({pool.submit(_process).result() for _ in range(3)}) == 3
+
+
+# Says which process works, and then works longer than anybody waits.
+FORSAKEN = """
+import os, time
+from geoprint.pipeline.processes.{module} import {pool}
+
+def work():
+    print(os.getpid(), flush=True)
+    time.sleep(600)
+
+if __name__ == "__main__":
+    with {pool}({arguments}) as pool:
+        getattr(pool, "_pool", pool).submit(work).result()
+"""
+
+
+@pytest.mark.dear
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="only Linux tells by a file whether a process is there")
+@pytest.mark.parametrize(
+    ("module", "pool", "arguments"), [("layer_by_layer", "layer_processes", ""), ("beside", "beside", "1")]
+)
+def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, module: str, pool: str, arguments: str) -> None:
+    script = tmp_path / "forsaken.py"
+    script.write_text(FORSAKEN.format(module=module, pool=pool, arguments=arguments))
+    with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as started:
+        assert started.stdout is not None
+        worker = Path("/proc", started.stdout.readline().strip())
+        assert worker.exists()
+        started.kill()
+        ends = time.monotonic() + 60.0
+        while _runs(worker) and time.monotonic() < ends:
+            time.sleep(0.1)
+    assert not _runs(worker)
+
+
+def _runs(process: Path) -> bool:
+    """Say whether a process runs: one that has ended is there until its parent has asked how."""
+    try:
+        return "State:\tZ" not in (process / "status").read_text()
+    except OSError:
+        return False
 
 
 def _process() -> int:

@@ -16,6 +16,7 @@ from importlib import import_module
 from typing import TypeVar, cast, final
 
 from geoprint.errors import ResourceError
+from geoprint.pipeline.processes.ending import end_with_parent
 
 # The first protocol that keeps read-only arrays read-only.
 PROTOCOL = 5
@@ -77,7 +78,9 @@ def beside(count: int) -> Generator[OtherProcesses | None]:
     if count < 1:
         yield None
         return
-    with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(
+        count, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent
+    ) as pool:
         try:
             yield OtherProcesses(pool, count)
         except BaseException:

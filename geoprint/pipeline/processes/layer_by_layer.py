@@ -11,6 +11,8 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 
+from geoprint.pipeline.processes.ending import end_with_parent
+
 # Plans at a time: each takes up to a gigabyte.
 WORKERS = 2
 # What glibc's mallopt calls the free memory at the end of its heap that goes back to the system, and the size from
@@ -27,8 +29,13 @@ def layer_processes() -> ProcessPoolExecutor:
         WORKERS,
         mp_context=multiprocessing.get_context("spawn"),
         max_tasks_per_child=1,
-        initializer=give_back_memory,
+        initializer=_begin,
     )
+
+
+def _begin() -> None:
+    end_with_parent()
+    give_back_memory()
 
 
 def give_back_memory() -> None:
