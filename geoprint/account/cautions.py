@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from geoprint.account.prints.feedback import feedback_notes
+from geoprint.account.prints.laid import laid_warnings
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.verdict import coverage_advice, covers, middle_sentences
@@ -42,6 +43,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_unsearched(workpiece),
         *coverage_warnings(told),
         *placement_warnings(told.robot),
+        *laid_warnings(told),
         *(sentence for robot in told.robot for sentence in _close_targets(robot)),
         *_uncertain(workpiece),
         *_unheld(workpiece),

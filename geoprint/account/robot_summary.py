@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
+from geoprint.account.prints.laid import laid_share
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
 from geoprint.account.records.robot import (
     BendRecord,
@@ -176,6 +177,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         share_on_ramps=trajectory.share_on_ramps,
         share_slowed=SlowedRecord(**asdict(slowed_shares(trajectory))),
         largest_even_speed_mm_s=_largest_even_speed(plan, robot),
+        laid_share=laid_share(plan, robot),
         slowdowns=tuple(_slowdown(slowdown) for slowdown in trajectory.slowdowns),
         placement_calibrated=placement.calibrated,
         placement_missing=tuple(placement.missing),

@@ -149,6 +149,11 @@ class MotionRecord(Record):
         description="set speed up to which all of the deposit but the ramps keeps within 1 % of it, as the joints move"
         " here [mm/s]; left out where nothing is laid",
     )
+    laid_share: Rounded | None = Field(
+        default=None,
+        description="volume that the program lays as it was executed, over that of its paths; left out where nothing"
+        " is laid",
+    )
     slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")
     placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
     placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")

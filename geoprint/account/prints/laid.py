@@ -1,0 +1,45 @@
+"""How much a program lays as it was executed, over what its paths ask for, and what to do where that is not alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from geoprint.account.records.plan import PlanRecord
+from geoprint.quality.stacked import flow_by_length, flow_by_time, laid_volume
+from geoprint.results import Plan, RobotPlan
+
+# A bead whose volume is off by less than this is even enough not to speak of it.
+NOTABLE_EXCESS = 0.05
+
+
+def laid_share(plan: Plan, robot: RobotPlan) -> float | None:
+    """Return the volume that a part of the program lays as it was executed, over that of its paths; None without any.
+
+    A valve that only opens and shuts lets through in every second what the set speed asks for; an output follows the
+    speed.
+    """
+    poses, cell, material = robot.joint_path.poses, plan.workpiece.cell, robot.switching.material
+    wanted, times = laid_volume(poses, poses.flow), robot.trajectory.pose_times
+    if wanted == 0.0:
+        return None
+    if cell.signals.mode == "analog":
+        return laid_volume(poses, flow_by_length(poses, times, material)) / wanted
+    rate = float(poses.flow.max()) * cell.process.speed
+    return laid_volume(poses, flow_by_time(poses, times, material, rate=rate)) / wanted
+
+
+def laid_warnings(told: PlanRecord) -> Iterator[str]:
+    """Say where a program lays more than its paths ask for, because the tip does not hold the set speed."""
+    for robot in told.robot:
+        motion = robot.motion
+        if motion.laid_share is None or motion.laid_share < 1.0 + NOTABLE_EXCESS:
+            continue
+        held, speed = motion.largest_even_speed_mm_s, told.settings.speed_mm_s
+        lowered = held is not None and held < speed
+        why = f"the joints do not hold {speed:g} mm/s" if lowered else f"short runs hardly reach {speed:g} mm/s"
+        slower = f"a speed_mm_s of {held:.1f}, with the pressure that lays the bead at it, or " if lowered else ""
+        yield (
+            f"THE PROGRAM LAYS {motion.laid_share:.2f} TIMES THE VOLUME of its paths: {why}, and a valve that only "
+            f'opens and shuts lays by time. Set in the cell {slower}[signals] mode = "analog", with which the flow '
+            "follows the speed."
+        )
