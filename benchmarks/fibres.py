@@ -171,7 +171,7 @@ def _figures(part: Surface, field: DirectionField, strokes: Strokes, *, spacing:
 
 def _ends_demanded(field: DirectionField, *, spacing: float) -> float:
     """Return the integral of the divergence of the lines, without its sign, over the spacing."""
-    net = net_of(field)
+    net = net_of(field, spacings=np.full(len(field.angles), spacing))
     slopes = slopes_of(field.surface, net, senses_of(field.surface, net))
     parted = slopes.pull(along=np.ones(slopes.areas.size), across=np.zeros(slopes.areas.size))
     inside = np.ones(parted.size, dtype=np.bool_)

@@ -194,7 +194,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "field_text": lambda: config.field_text(gone),
-        "field_volume": lambda: config.field_volume(gone),
+        "field_files": lambda: config.field_files(gone),
         "read_field": lambda: config.read_field(gone),
         "feedback_text": lambda: feedback_text(gone),
         "read_wanted_flow": lambda: export.read_wanted_flow(gone, planned.poses),

@@ -45,8 +45,18 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *(sentence for robot in told.robot for sentence in _close_targets(robot)),
         *_uncertain(workpiece),
         *_unheld(workpiece),
+        *_unchanging(workpiece),
         *([plan.laid.light.lacking] if plan.laid and plan.laid.light and plan.laid.light.lacking else []),
     )
+
+
+def _unchanging(workpiece: Workpiece) -> Iterator[str]:
+    """Yield that the cell cannot lay beads of more than one width, where they are wanted."""
+    if workpiece.widths is not None and workpiece.cell.signals.mode != "analog":
+        yield (
+            f"the cell {workpiece.cell.name} can only open and shut its valve, and these paths are of more than one "
+            'width: a program for them needs a cell with signals.mode "analog".'
+        )
 
 
 def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:

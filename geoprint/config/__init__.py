@@ -18,8 +18,9 @@ from geoprint.config.field_file import (
     PreferenceTable as PreferenceTable,
     ThroughTable as ThroughTable,
     WallTable as WallTable,
+    WidthTable as WidthTable,
+    field_files as field_files,
     field_text as field_text,
-    field_volume as field_volume,
     read_field as read_field,
 )
 from geoprint.config.job import Job as Job

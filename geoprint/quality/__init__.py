@@ -47,3 +47,4 @@ from geoprint.quality.uniformity import (
     Uniformity as Uniformity,
     uniformity as uniformity,
 )
+from geoprint.quality.wanted import WantedSpacing as WantedSpacing

@@ -17,9 +17,10 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface,
 from geoprint.quality.apart import beside, levelled, outwards
 from geoprint.quality.coverage import coverage
 from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, levels_at, sampled
-from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial
+from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, Places, SurfacePath, flat_mesh, spatial
 from geoprint.quality.sides import SideSpacing
 from geoprint.quality.spans import Spans, no_spans
+from geoprint.quality.wanted import WantedSpacing
 from geoprint.surfaces.remesh import refine
 
 # Samples per spacing along each run.
@@ -197,7 +198,14 @@ class Uniformity:
         return tuple(found)
 
 
-def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL) -> Uniformity:
+def uniformity(
+    poses: PoseStream,
+    surface: Surface,
+    *,
+    spacing: float,
+    windows: int = WINDOWS_IN_ALL,
+    wanted: WantedSpacing | None = None,
+) -> Uniformity:
     """Measure how evenly the deposited runs cover the surface.
 
     Args:
@@ -206,6 +214,8 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         spacing: wanted distance between neighbouring levels [mm].
         windows: budget of work for each of the three questions asked (spacing, nearest stretch, second stretch); what
             is left over then is bounded or unknown, and counted as such.
+        wanted: what the spacing shall be at each place, where that differs; everything is over that then. Levels have
+            one spacing.
 
     Raises:
         FieldError: the path lies on another surface.
@@ -215,11 +225,11 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     path = deposited_path(poses, fine, mesh, spacing=spacing)
     distance = GeodesicDistance(mesh, path, windows=windows)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
-    covered = coverage(mesh, path, distance, samples, spacing=spacing)
+    covered = coverage(mesh, path, distance, samples, spacing=spacing, wanted=wanted)
     found = (
         outwards(mesh, path, distance, samples, spacing=spacing)
-        if levelled(poses)
-        else beside(mesh, path, samples, spacing=spacing, windows=windows)
+        if wanted is None and levelled(poses)
+        else beside(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
     )
     measured = samples.some(found.kept)
     return Uniformity(
@@ -241,9 +251,17 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         judged_places=spatial(mesh, covered.places),
         gaps=covered.gaps,
         overlaps=covered.overlaps,
-        fill=float(path.lengths.sum()) * spacing / covered.area,
+        fill=_laid_area(mesh, path, wanted, spacing=spacing) / covered.area,
         length=float(path.lengths.sum()),
         spacing=spacing,
         spans=found.spans,
         sides=found.sides,
     )
+
+
+def _laid_area(mesh: FlatMesh, path: SurfacePath, wanted: WantedSpacing | None, *, spacing: float) -> float:
+    """Return how much a path covers where it is as wide as the wanted spacing [mm2]."""
+    if wanted is None:
+        return float(path.lengths.sum()) * spacing
+    middles = Places(path.faces, 0.5 * (path.starts + path.ends))
+    return float(np.abs(path.ends - path.starts) @ wanted(spatial(mesh, middles)))

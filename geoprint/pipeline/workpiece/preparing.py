@@ -12,7 +12,8 @@ from typing import final
 import numpy as np
 
 from geoprint.backends import Piecewise, backend
-from geoprint.config import Job, cell_text, field_text, field_volume, load_cell
+from geoprint.config import Job, cell_text, field_files, field_text, load_cell
+from geoprint.deposition import WidthsOver
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Surface, TouchedPoints, frozen
@@ -36,6 +37,7 @@ from geoprint.pipeline.workpiece.several_patches import PreparedPart, prepared_p
 from geoprint.pipeline.workpiece.siding import printed_side
 from geoprint.pipeline.workpiece.sources import seed_of
 from geoprint.pipeline.workpiece.targets import read_target
+from geoprint.pipeline.workpiece.widths import check_widths, least_spacing, widths_of
 from geoprint.results import Side, StackPlace, TargetFile, Workpiece
 from geoprint.surfaces import (
     closest,
@@ -76,11 +78,13 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
         sided = sided_part(job, loaded, cell)
+        widths = _widths(job, cell, sided)
         turnable = _turnable(job, cell, sided)
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
     with stage("refining"):
-        surface, edge_length = _refined(sided.part, backends, spacing=_wanted_spacing(job, sided.part))
+        finest = least_spacing(widths, _wanted_spacing(job, sided.part))
+        surface, edge_length = _refined(sided.part, backends, spacing=finest)
         workpiece = Workpiece(
             cell=stack_cell(cell, sided.place),
             part=sided.part,
@@ -99,11 +103,20 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             turnable=turnable,
             place=sided.place,
             field_text=None if job.field is None else field_text(job.field),
-            field_volume=None if job.field is None else field_volume(job.field),
+            field_files={} if job.field is None else field_files(job.field),
+            widths=widths,
             feedback_text=None if job.feedback is None else feedback_text(job.feedback),
         )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
+
+
+def _widths(job: Job, cell: Cell, sided: SidedPart) -> WidthsOver | None:
+    """Return how wide the fibres of a job are, after checking that the cell can lay that."""
+    widths = widths_of(job, sided.part, sided.place)
+    if widths is not None:
+        check_widths(widths, job, cell, sided.place)
+    return widths
 
 
 def _turnable(job: Job, cell: Cell, sided: SidedPart) -> bool:
