@@ -16,12 +16,12 @@ from geoprint.config.field_file import (
     FIELD_EXAMPLE as FIELD_EXAMPLE,
     FieldFile as FieldFile,
     PreferenceTable as PreferenceTable,
+    StoredField as StoredField,
     ThroughTable as ThroughTable,
     WallTable as WallTable,
     WidthTable as WidthTable,
-    field_files as field_files,
-    field_text as field_text,
     read_field as read_field,
+    stored_field as stored_field,
 )
 from geoprint.config.job import Job as Job
 from geoprint.config.job_file import (

@@ -6,8 +6,10 @@ fibres of a ventricle's wall.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, final
 
 from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
 
@@ -212,7 +214,7 @@ class FieldFile(Table):
         return self
 
 
-def field_text(path: Path | str) -> str:
+def _text(path: Path | str) -> str:
     """Return the text of a field file.
 
     Raises:
@@ -231,7 +233,7 @@ def read_field(path: Path | str) -> FieldFile:
         UsageError: it is missing, not TOML, or has an unknown, missing or meaningless key, and the sentence names the
             line; or what it names is no file.
     """
-    text, name = field_text(path), Path(path).name
+    text, name = _text(path), Path(path).name
     try:
         found = FieldFile.model_validate(parsed_toml(text, name=name))
     except ValidationError as error:
@@ -257,8 +259,22 @@ def _beside(path: Path | str, table: str, key: str, named: str) -> str:
     return str(file)
 
 
-def field_files(path: Path | str) -> dict[tuple[str, str], tuple[str, bytes]]:
-    """Return name and bytes of the files that a field file names, by the table and the key that name them.
+@final
+@dataclass(frozen=True, slots=True)
+class StoredField:
+    """A field file with all that it names, from which it can be read again.
+
+    Attributes:
+        text: of the file.
+        files: name and bytes of each file that it names, by the table and the key that name it.
+    """
+
+    text: str
+    files: Mapping[tuple[str, str], tuple[str, bytes]]
+
+
+def stored_field(path: Path | str) -> StoredField:
+    """Return a field file with the files that it names.
 
     Raises:
         UsageError: as `read_field`, or one of them cannot be read.
@@ -276,4 +292,4 @@ def field_files(path: Path | str) -> dict[tuple[str, str], tuple[str, bytes]]:
             found[table, key] = Path(each).name, Path(each).read_bytes()
         except OSError as error:
             raise UsageError(f"the {key} {each} of {Path(path).name} cannot be read ({error}).") from error
-    return found
+    return StoredField(_text(path), found)

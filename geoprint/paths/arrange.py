@@ -66,8 +66,6 @@ def arrange(
     """
     spacing = float(strokes.spacing.min())
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
-    if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
-        raise _lost(min(lost) if runs else None, spacing=spacing)
     ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
     closed = [run.closed for run in ordered]
     smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
@@ -146,10 +144,17 @@ def _length(run: _Run) -> float:
 
 
 def _worth_printing(runs: list[_Run], *, spacing: float) -> tuple[list[_Run], list[_Run]]:
-    """Part runs into those to print and those to drop; an open run too short to have two points is dropped too."""
+    """Part runs into those to print and those to drop; an open run too short to have two points is dropped too.
+
+    Raises:
+        FieldError: nothing is left of a piece.
+    """
     long_enough = [_length(run) >= (spacing if run.closed else spacing / 100) for run in runs]
     kept = [run for run, keep in zip(runs, long_enough, strict=True) if keep]
-    return kept, [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+    dropped = [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+    if lost := {run.piece for run in dropped} - {run.piece for run in kept}:
+        raise _lost(min(lost) if kept else None, spacing=spacing)
+    return kept, dropped
 
 
 def _lost(piece: int | None, *, spacing: float) -> FieldError:

@@ -14,9 +14,8 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream
 from geoprint.quality.deposited import Samples, deposited_rows
 from geoprint.quality.oracle import FOUND, UNKNOWN, FlatMesh, GeodesicDistance, SurfacePath
 from geoprint.quality.sides import SideSpacing, side_spacing
-from geoprint.quality.spacing import meeting_share, outer_distance
+from geoprint.quality.spacing import SpacingAt, meeting_share, outer_distance
 from geoprint.quality.spans import Spans, joined_spans, spans_to
-from geoprint.quality.wanted import WantedSpacing
 
 
 class Apart(NamedTuple):
@@ -89,7 +88,7 @@ def beside(
     *,
     spacing: float,
     windows: int,
-    wanted: WantedSpacing | None = None,
+    wanted: SpacingAt | None = None,
 ) -> Apart:
     """Measure to the left and to the right of the path; what has no neighbour squarely beside it is left out.
 

@@ -29,8 +29,7 @@ from geoprint.quality.oracle import (
     small_triangles,
     spatial,
 )
-from geoprint.quality.spacing import APART
-from geoprint.quality.wanted import WantedSpacing, shares_at
+from geoprint.quality.spacing import APART, SpacingAt, shares_at
 from geoprint.quality.widths import strip_widths
 
 # Surface farther than this share of the spacing from every run is a gap.
@@ -105,7 +104,7 @@ def coverage(
     samples: Samples,
     *,
     spacing: float,
-    wanted: WantedSpacing | None = None,
+    wanted: SpacingAt | None = None,
 ) -> Coverage:
     """Measure how the path covers the surface.
 
@@ -151,7 +150,7 @@ def coverage(
 
 
 def _nearest_two(
-    mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float, wanted: WantedSpacing | None
+    mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float, wanted: SpacingAt | None
 ) -> tuple[_NearestTwo, FloatArray, float]:
     """Return the stretches near small triangles, how much area each of these stands for, and the unknown share of it.
 

@@ -29,10 +29,9 @@ from geoprint.quality.oracle import (
     neighbours,
     spatial,
 )
-from geoprint.quality.spacing import APART
+from geoprint.quality.spacing import APART, SpacingAt, shares_at
 from geoprint.quality.spans import Spans, no_spans, spans_to_segments
 from geoprint.quality.stretches import joined
-from geoprint.quality.wanted import WantedSpacing, shares_at
 
 # How far a neighbour may be, in spacings.
 REACH = 3.0
@@ -155,7 +154,7 @@ def side_spacing(
     *,
     spacing: float,
     windows: int = WINDOWS_IN_ALL,
-    wanted: WantedSpacing | None = None,
+    wanted: SpacingAt | None = None,
 ) -> SideSpacing:
     """Measure the spacing to the left and to the right of a path.
 
@@ -173,13 +172,10 @@ def side_spacing(
     middles = mesh.corners.reshape(-1, 3)[faces].mean(axis=1)
     inside = samples.places.flat + INWARDS * (middles - samples.places.flat)
     axes = mesh.axes[faces]
-    flat: ComplexArray = np.einsum("kpx,kx->kp", axes, ahead) @ np.array([1.0, 1.0j])
-    # Where the chord is square to its face the path is a tip as sharp as a needle; any direction serves.
-    flat[np.abs(flat) < np.finfo(np.float64).tiny] = 1.0
     here = shares_at(mesh, samples.places, wanted, spacing=spacing)
     found = neighbours(
-        mesh, path, stretches.segments, Places(faces, inside), ahead=flat, own=stretches.of[samples.runs],
-        arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing,
+        mesh, path, stretches.segments, Places(faces, inside), ahead=_in_faces(axes, ahead),
+        own=stretches.of[samples.runs], arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing,
         limit=REACH * spacing * max(float(here.max()), 1.0), windows=windows,
     )  # fmt: skip
     ratios = found.distances / (spacing * _between(mesh, path, found.segments, here, wanted, spacing=spacing))
@@ -203,12 +199,20 @@ def side_spacing(
     )
 
 
+def _in_faces(axes: FloatArray, ahead: FloatArray) -> ComplexArray:
+    """Return (k, 3) directions in the planes that (k, 2, 3) axes span."""
+    flat: ComplexArray = np.einsum("kpx,kx->kp", axes, ahead) @ np.array([1.0, 1.0j])
+    # Where the chord is square to its face the path is a tip as sharp as a needle; any direction serves.
+    flat[np.abs(flat) < np.finfo(np.float64).tiny] = 1.0
+    return flat
+
+
 def _between(
     mesh: FlatMesh,
     path: SurfacePath,
     segments: IntArray,
     here: FloatArray,
-    wanted: WantedSpacing | None,
+    wanted: SpacingAt | None,
     *,
     spacing: float,
 ) -> FloatArray:

@@ -14,13 +14,13 @@ from typing import NamedTuple, final
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
-from geoprint.quality.apart import beside, levelled, outwards
-from geoprint.quality.coverage import coverage
-from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, levels_at, sampled
+from geoprint.quality.apart import Apart, beside, levelled, outwards
+from geoprint.quality.coverage import Coverage, coverage
+from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, levels_at, sampled
 from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, Places, SurfacePath, flat_mesh, spatial
 from geoprint.quality.sides import SideSpacing
+from geoprint.quality.spacing import SpacingAt
 from geoprint.quality.spans import Spans, no_spans
-from geoprint.quality.wanted import WantedSpacing
 from geoprint.surfaces.remesh import refine
 
 # Samples per spacing along each run.
@@ -204,7 +204,7 @@ def uniformity(
     *,
     spacing: float,
     windows: int = WINDOWS_IN_ALL,
-    wanted: WantedSpacing | None = None,
+    wanted: SpacingAt | None = None,
 ) -> Uniformity:
     """Measure how evenly the deposited runs cover the surface.
 
@@ -214,8 +214,7 @@ def uniformity(
         spacing: wanted distance between neighbouring levels [mm].
         windows: budget of work for each of the three questions asked (spacing, nearest stretch, second stretch); what
             is left over then is bounded or unknown, and counted as such.
-        wanted: what the spacing shall be at each place, where that differs; everything is over that then. Levels have
-            one spacing.
+        wanted: what the spacing shall be at each place, where that differs; everything is over that then.
 
     Raises:
         FieldError: the path lies on another surface.
@@ -226,11 +225,27 @@ def uniformity(
     distance = GeodesicDistance(mesh, path, windows=windows)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
     covered = coverage(mesh, path, distance, samples, spacing=spacing, wanted=wanted)
-    found = (
-        outwards(mesh, path, distance, samples, spacing=spacing)
-        if wanted is None and levelled(poses)
-        else beside(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
-    )
+    # Levels are those of a distance, and so one spacing apart.
+    if wanted is None and levelled(poses):
+        found = outwards(mesh, path, distance, samples, spacing=spacing)
+    else:
+        found = beside(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
+    laid = _laid_area(mesh, path, wanted, spacing=spacing)
+    return _uniformity(poses, mesh, path, samples, covered=covered, found=found, laid=laid, spacing=spacing)
+
+
+def _uniformity(
+    poses: PoseStream,
+    mesh: FlatMesh,
+    path: SurfacePath,
+    samples: Samples,
+    *,
+    covered: Coverage,
+    found: Apart,
+    laid: float,
+    spacing: float,
+) -> Uniformity:
+    """Return what was found of a path that covers so much where it is as wide as is wanted [mm2]."""
     measured = samples.some(found.kept)
     return Uniformity(
         places=spatial(mesh, measured.places),
@@ -251,7 +266,7 @@ def uniformity(
         judged_places=spatial(mesh, covered.places),
         gaps=covered.gaps,
         overlaps=covered.overlaps,
-        fill=_laid_area(mesh, path, wanted, spacing=spacing) / covered.area,
+        fill=laid / covered.area,
         length=float(path.lengths.sum()),
         spacing=spacing,
         spans=found.spans,
@@ -259,7 +274,7 @@ def uniformity(
     )
 
 
-def _laid_area(mesh: FlatMesh, path: SurfacePath, wanted: WantedSpacing | None, *, spacing: float) -> float:
+def _laid_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, spacing: float) -> float:
     """Return how much a path covers where it is as wide as the wanted spacing [mm2]."""
     if wanted is None:
         return float(path.lengths.sum()) * spacing

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from geoprint.config import FIELD_EXAMPLE, FieldFile, field_files, job_of, read_field
+from geoprint.config import FIELD_EXAMPLE, FieldFile, job_of, read_field, stored_field
 from geoprint.errors import UsageError
 
 WALL = """\
@@ -120,12 +120,12 @@ def test_the_volume_of_a_wall_is_named_from_the_folder_of_the_file(tmp_path: Pat
     found = read_field(_written(tmp_path, WALL)).wall
     assert found is not None
     assert found.volume == str(tmp_path / "heart.nii")
-    assert field_files(tmp_path / "field.toml") == {("wall", "volume"): ("heart.nii", b"labels")}
+    assert stored_field(tmp_path / "field.toml").files == {("wall", "volume"): ("heart.nii", b"labels")}
     (tmp_path / "w.csv").write_bytes(b"x,y,z,width")
     both = _written(tmp_path, f"{WALL}[width]\ntable = 'w.csv'\n")
-    assert field_files(both)["width", "table"] == ("w.csv", b"x,y,z,width")
-    assert len(field_files(both)) == 2
-    assert field_files(_written(tmp_path, RIM)) == {}
+    assert stored_field(both).files["width", "table"] == ("w.csv", b"x,y,z,width")
+    assert len(stored_field(both).files) == 2
+    assert (stored_field(_written(tmp_path, RIM)).text, stored_field(tmp_path / "field.toml").files) == (RIM, {})
 
 
 def test_a_job_file_names_it_from_its_own_folder(tmp_path: Path) -> None:

@@ -24,8 +24,8 @@ def _rows(*, without: int | None = None) -> PoseStream:
     """Return level rows, each where the integral of one over the wanted spacing is half past a whole number."""
     count = round(np.log(MOST / LEAST) / SLOPE)
     heights: FloatArray = LEAST / SLOPE * (np.exp(SLOPE * (np.arange(count) + 0.5)) - 1.0)
-    kept = heights[np.arange(count) != without]
-    lines = [straight_line((0.0, y), (WIDE, y), points=121) for y in kept.tolist()]
+    kept = [float(height) for row, height in enumerate(heights) if row != without]
+    lines = [straight_line((0.0, y), (WIDE, y), points=121) for y in kept]
     return deposited(lines, range(len(lines)))
 
 

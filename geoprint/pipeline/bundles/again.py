@@ -147,10 +147,10 @@ def _target_files(workpiece: Workpiece) -> dict[str, bytes]:
 
 def _field_files(workpiece: Workpiece) -> dict[str, bytes]:
     """Return the field file and, in a folder beside it, the files that it names; nothing without a field."""
-    text, named = workpiece.field_text, dict[str, bytes]()
-    if text is None:
+    if workpiece.field is None:
         return {}
-    for (table, key), (name, content) in workpiece.field_files.items():
+    text, named = workpiece.field.text, dict[str, bytes]()
+    for (table, key), (name, content) in workpiece.field.files.items():
         beside = f"{FIELD_FOLDER}/{name}"
         if tomllib.loads(text)[table][key] != beside:
             text = edited(text, table=table, values={key: beside}, name=FIELD)

@@ -28,7 +28,7 @@ from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
 from geoprint.pipeline.bundles.again import JOB
 from geoprint.pipeline.bundles.paths import stream_of
-from geoprint.pipeline.workpiece import SidedPart, read_part, widths_of
+from geoprint.pipeline.workpiece import SidedPart, read_part
 from geoprint.quality import uniformity
 
 # Clearances agree with those of the plan to this [mm], and figures of evenness to this.
@@ -80,9 +80,8 @@ def _found(file: str, check: Callable[[], _T], findings: list[Finding]) -> _T | 
 def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord | None:
     if told.uniformity is None:
         return None
-    widths = widths_of(job_of(surface=folder / JOB), part.part, part.place)
-    found = uniformity(stream_of(folder, told), part.part, spacing=told.settings.spacing_mm, wanted=widths)
-    return record_evenness(found)
+    stream, spacing = stream_of(folder, told), told.settings.spacing_mm
+    return record_evenness(uniformity(stream, part.part, spacing=spacing, wanted=part.widths))
 
 
 def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> tuple[Clearance, Clearance]:

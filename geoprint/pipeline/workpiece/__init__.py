@@ -16,4 +16,3 @@ from geoprint.pipeline.workpiece.siding import (
     printed_side as printed_side,
     shape_in_words as shape_in_words,
 )
-from geoprint.pipeline.workpiece.widths import widths_of as widths_of
