@@ -14,7 +14,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import IntArray
+from geoprint.model import BoolArray, IntArray
 from geoprint.patterns.fibres.nearest import NOBODY, gaps, nearest, no_segments, rim_segments, window_room, with_room
 from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides
 from geoprint.patterns.fibres.tracing import FULL, RETURNED, Rules, lay, lay_straight, straight, streamline, take_back
@@ -74,17 +74,18 @@ class Weave(NamedTuple):
     dropped: list[float]
 
 
-def laid_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray) -> Weave:
+def laid_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray) -> Weave:
     """Lay strokes until there is no gap for another one.
 
     Args:
         net: a surface in one piece with a field.
         first: where the first one begins: a face, and the place in its plane.
         spread: (k,) faces all over the surface, nearer together than gaps are wide.
+        beside_rim: (k,) whether the middle of each may lie nearer to the rim than a spacing.
     """
-    laying = _Laying(net, spread=spread)
+    laying = _Laying(net)
     laying.beside(laying.begun(*first, row=0))
-    laying.fill()
+    laying.fill(spread, beside_rim)
     return Weave(laying.strokes, laying.dropped)
 
 
@@ -94,10 +95,9 @@ class _Laying:
 
     Args:
         net: a surface with a field.
-        spread: (k,) faces all over the surface in whose middles gaps are looked for.
     """
 
-    def __init__(self, net: LineNet, *, spread: IntArray) -> None:
+    def __init__(self, net: LineNet) -> None:
         self._net, self._spacings = net, net.spacings
         self._laid, self._room = no_segments(len(net.corners), room=ROOM), window_room()
         self._rules = Rules(
@@ -108,7 +108,7 @@ class _Laying:
         # What was dropped: a gap with room for a short stroke is met from many places.
         self._left = no_segments(len(net.corners), room=ROOM)
         self._middles: ComplexArray = net.corners.sum(axis=1) / 3.0
-        self._rim, self._spread = rim_segments(net), spread
+        self._rim = rim_segments(net)
 
     def begun(self, face: int, place: complex, *, row: int) -> LaidStroke | None:
         """Lay the stroke through a place; None where it is not worth a start."""
@@ -153,13 +153,14 @@ class _Laying:
                     new = self.begun(face, place, row=stroke.row + 1)
                     waiting += [] if new is None else [new]
 
-    def fill(self) -> None:
-        """Lay strokes in gaps, the widest first, and others beside them."""
-        faces, middles, spacings = self._spread, self._middles[self._spread], self._spacings[self._spread]
-        found = np.minimum(
-            gaps(self._net, self._laid, self._room, faces, middles, FAR * spacings) / spacings,
-            gaps(self._net, self._rim, self._room, faces, middles, spacings) / spacings + 0.5,
-        )
+    def fill(self, faces: IntArray, beside_rim: BoolArray) -> None:
+        """Lay strokes in gaps about the middles of (k,) faces, the widest first, and others beside them."""
+        middles, spacings = self._middles[faces], self._spacings[faces]
+        found = gaps(self._net, self._laid, self._room, faces, middles, FAR * spacings) / spacings
+        # From most places the rim is farther than is looked, and nothing shortens the look.
+        near = np.flatnonzero(beside_rim)
+        rim = gaps(self._net, self._rim, self._room, faces[near], middles[near], spacings[near])
+        found[near] = np.minimum(found[near], rim / spacings[near] + 0.5)
         waiting = [
             (-width, face) for width, face in zip(found.tolist(), faces.tolist(), strict=True) if width >= GAP_SHARE
         ]

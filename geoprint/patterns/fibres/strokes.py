@@ -10,11 +10,21 @@ import numpy as np
 from geoprint.backends import Backend
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.fields import AlongRim, DirectionField, smoothest_field
-from geoprint.model import FloatArray, FollowedLines, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
+from geoprint.model import (
+    BoolArray,
+    FloatArray,
+    FollowedLines,
+    IntArray,
+    ScalarField,
+    Seed,
+    Strokes,
+    Surface,
+    SurfaceCurves,
+)
 from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, Weave, first_place, laid_strokes
 from geoprint.patterns.fibres.net import LineNet, net_of, places_of, surface_points
 from geoprint.patterns.fibres.stripes import stripes
-from geoprint.surfaces import Piece, all_curves, boundary_half_edges, pieces
+from geoprint.surfaces import Piece, PolylineDistance, all_curves, boundary_half_edges, boundary_loops, pieces
 
 # Fibres are lines: who prints one may begin at either end.
 LINES = 2
@@ -111,7 +121,7 @@ class FibrePattern:
         if self._laying == STRIPES:
             return stripes(surface, net, first=first, through=inside is None)
         spread = _spread(surface, step=SPREAD_SHARE * float(net.spacings.min()))
-        return laid_strokes(net, first=first, spread=spread)
+        return laid_strokes(net, first=first, spread=spread, beside_rim=_beside_rim(surface, net, spread))
 
 
 def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
@@ -140,6 +150,15 @@ def _spread(surface: Surface, *, step: float) -> IntArray:
     """Return faces all over a surface, one in each cube of a side [mm], and all where they are larger."""
     cubes = np.floor(surface.vertices[surface.faces].mean(axis=1) / step).astype(np.int64)
     return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
+
+
+def _beside_rim(surface: Surface, net: LineNet, faces: IntArray) -> BoolArray:
+    """Return which of (k,) faces have the rim within a spacing of their middle, straight, which is never farther."""
+    loops = [surface.vertices[np.append(loop, loop[0])] for loop in boundary_loops(surface)]
+    if not loops:
+        return np.zeros(faces.size, dtype=np.bool_)
+    away = PolylineDistance(loops, step=float(net.spacings.min()))(surface.vertices[surface.faces[faces]].mean(axis=1))
+    return np.asarray(away <= net.spacings[faces])
 
 
 def _rows(stroke: LaidStroke) -> FloatArray:
