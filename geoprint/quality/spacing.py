@@ -128,3 +128,11 @@ def _in_space(
 def shares_at(mesh: FlatMesh, places: Places, wanted: SpacingAt | None, *, spacing: float) -> FloatArray:
     """Return the (k,) spacing wanted at k places over a usual one [mm]; 1 where it is the same everywhere."""
     return np.ones(places.faces.size) if wanted is None else wanted(spatial(mesh, places)) / spacing
+
+
+def laid_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, spacing: float) -> float:
+    """Return how much a path covers where it is as wide as the wanted spacing [mm2]."""
+    if wanted is None:
+        return float(path.lengths.sum()) * spacing
+    middles = Places(path.faces, 0.5 * (path.starts + path.ends))
+    return float(np.abs(path.ends - path.starts) @ wanted(spatial(mesh, middles)))

@@ -17,9 +17,9 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface,
 from geoprint.quality.apart import Apart, beside, levelled, outwards
 from geoprint.quality.coverage import Coverage, coverage
 from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, levels_at, sampled
-from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, Places, SurfacePath, flat_mesh, spatial
+from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
 from geoprint.quality.sides import SideSpacing
-from geoprint.quality.spacing import SpacingAt
+from geoprint.quality.spacing import SpacingAt, laid_area
 from geoprint.quality.spans import Spans, no_spans
 from geoprint.surfaces.remesh import refine
 
@@ -230,7 +230,7 @@ def uniformity(
         found = outwards(mesh, path, distance, samples, spacing=spacing)
     else:
         found = beside(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
-    laid = _laid_area(mesh, path, wanted, spacing=spacing)
+    laid = laid_area(mesh, path, wanted, spacing=spacing)
     return _uniformity(poses, mesh, path, samples, covered=covered, found=found, laid=laid, spacing=spacing)
 
 
@@ -272,11 +272,3 @@ def _uniformity(
         spans=found.spans,
         sides=found.sides,
     )
-
-
-def _laid_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, spacing: float) -> float:
-    """Return how much a path covers where it is as wide as the wanted spacing [mm2]."""
-    if wanted is None:
-        return float(path.lengths.sum()) * spacing
-    middles = Places(path.faces, 0.5 * (path.starts + path.ends))
-    return float(np.abs(path.ends - path.starts) @ wanted(spatial(mesh, middles)))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geoprint.model import FloatArray, PoseStream
-from geoprint.quality import uniformity
+from geoprint.model import FloatArray, Polylines, PoseStream
+from geoprint.quality import measure_paths, uniformity
 from tests.meshes import plate
 from tests.quality.deposits import deposited, straight_line
 
@@ -20,10 +20,19 @@ def _wanted(places: FloatArray) -> FloatArray:
     return LEAST + SLOPE * places[:, 1]
 
 
+def _lines() -> Polylines:
+    """Return the same rows as what another program may have written."""
+    stream = _rows()
+    laid = np.flatnonzero(stream.deposit)
+    begins = np.flatnonzero(np.diff(stream.runs[laid], prepend=-1))
+    return Polylines(stream.surface_points[laid], np.append(begins, laid.size))
+
+
 def _rows(*, without: int | None = None) -> PoseStream:
     """Return level rows, each where the integral of one over the wanted spacing is half past a whole number."""
-    count = round(np.log(MOST / LEAST) / SLOPE)
-    heights: FloatArray = LEAST / SLOPE * (np.exp(SLOPE * (np.arange(count) + 0.5)) - 1.0)
+    count = round(float(np.log(MOST / LEAST)) / SLOPE)
+    levels = np.arange(count, dtype=np.float64) + 0.5
+    heights: FloatArray = LEAST / SLOPE * (np.exp(SLOPE * levels) - 1.0)
     kept = [float(height) for row, height in enumerate(heights) if row != without]
     lines = [straight_line((0.0, y), (WIDE, y), points=121) for y in kept]
     return deposited(lines, range(len(lines)))
@@ -38,6 +47,9 @@ def test_rows_as_far_apart_as_is_wanted_there_are_even_and_leave_nothing() -> No
     assert found.fill == pytest.approx(1.0, abs=0.03)
     inside = (found.places[:, 1] > 3.0) & (found.places[:, 1] < HIGH - 4.0)
     np.testing.assert_allclose(found.widths[inside], 1.0, atol=0.02)
+    own = measure_paths(SURFACE, _lines(), spacing=SPACING, wanted=_wanted)
+    assert (own.fill, own.gap) == (pytest.approx(found.fill), pytest.approx(found.uncovered, abs=0.002))
+    assert own.sides.both.cv < 0.002
     # Over one spacing for all the same rows are uneven.
     assert uniformity(_rows(), SURFACE, spacing=SPACING).cv > 0.1
 
