@@ -97,11 +97,9 @@ def measure_paths(
         InputError: the spacing is no positive number.
         FieldError: the paths lie farther off, are too short or too many, or cannot be connected over the surface.
     """
-    if not (np.isfinite(spacing) and spacing > 0.0):
-        raise InputError(f"the spacing must be a positive number of mm, found {spacing}.")
+    _check_spacing(spacing)
     begun = time.process_time()
-    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
-    mesh = flat_mesh(fine)
+    mesh = flat_mesh(fine := refine(surface, edge_length=LARGEST_TRIANGLE * spacing))
     path, off = _laid(fine, mesh, curves, spacing=spacing, offset_up_to=offset_up_to)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
     distance = GeodesicDistance(mesh, path, windows=windows)
@@ -124,6 +122,11 @@ def measure_paths(
         overlaps=covered.overlaps,
         seconds=time.process_time() - begun,
     )
+
+
+def _check_spacing(spacing: float) -> None:
+    if not (np.isfinite(spacing) and spacing > 0.0):
+        raise InputError(f"the spacing must be a positive number of mm, found {spacing}.")
 
 
 def _laid(
