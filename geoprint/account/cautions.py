@@ -127,8 +127,9 @@ def near_borders(motion: MotionRecord) -> list[str]:
 
 
 def _wide_needle(plan: Plan, told: PlanRecord) -> list[str]:
-    workpiece, (layer,) = plan.workpiece, told.layers
-    return wide_needle_notes(workpiece.cell, told.settings.spacing_mm, standoff=layer.standoff_mm)
+    workpiece, (layer,), widths = plan.workpiece, told.layers, told.paths.widths_mm
+    nearest = told.settings.spacing_mm if widths is None else widths[0]
+    return wide_needle_notes(workpiece.cell, nearest, standoff=layer.standoff_mm)
 
 
 def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[str]:
@@ -136,7 +137,7 @@ def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[st
 
     Args:
         cell: its tool and process.
-        spacing: of the paths [mm].
+        spacing: of the paths, where they lie closest [mm].
         standoff: of the tip over what the layer lies on [mm].
     """
     width, height = cell.tool.needle_diameter, standoff - cell.process.layer_height

@@ -247,7 +247,7 @@ def _low_or_high(
 def _easing(paths: Plan, leaning: Leaning) -> Easing:
     """Return how attitudes may be eased: leaning lowers the needle's rim, by a tenth of the spacing at most."""
     process, radius = paths.workpiece.cell.process, paths.workpiece.cell.tool.needle_diameter / 2.0
-    lowered = float(np.arcsin(min(RIM_SHARE * paths.contours.spacing / radius, 1.0)))
+    lowered = float(np.arcsin(min(RIM_SHARE * paths.toolpath.spacing / radius, 1.0)))
     return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room)
 
 
