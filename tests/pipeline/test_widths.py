@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -65,11 +66,14 @@ def test_rows_flow_and_evenness_follow_the_width_with_both_backends(tmp_path: Pa
 def test_a_table_is_kept_in_the_bundle_which_is_planned_and_measured_again_alike(tmp_path: Path) -> None:
     rows = ["x,y,z,width", "0,0,0,0.8", "10,0,0,0.8", f"0,{HIGH},0,1.6", f"10,{HIGH},0,1.6"]
     (tmp_path / "own.csv").write_text("\n".join(rows))
-    job = _job(tmp_path, LINES + "[width]\ntable = 'own.csv'\n")
+    job = _job(tmp_path, LINES + "[width]\ntable = 'own.csv'\n", cell=None)
     paths = plan(job)
     assert _off_the_wanted(paths) < 0.1
     save_plan(paths, tmp_path / "out")
     (tmp_path / "own.csv").unlink()
+    told = json.loads((tmp_path / "out" / "plan.json").read_text())
+    np.testing.assert_allclose(told["paths"]["widths_mm"], (0.8, 1.6), atol=0.06)
+    assert any("can only open and shut its valve" in warning for warning in told["warnings"])
     assert (tmp_path / "out" / "field" / "own.csv").read_text().startswith("x,y,z,width")
     save_plan(plan(geoprint.job_from(tmp_path / "out")), tmp_path / "again")
     assert (tmp_path / "out" / "manifest.json").read_bytes() == (tmp_path / "again" / "manifest.json").read_bytes()
