@@ -109,6 +109,7 @@ def _prepared(job: Job) -> None:
             ALONG.replace("0.8", "0.11").replace("1.6", "0.2"), {"spacing": 0.18}, InputError,
             r"asks for 0.11 mm at .* a strand of 0.265 mm, thinner than the stand-off of 0.3 mm .* nothing presses",
         ),
+        (ALONG.replace("1.0, 0.0]\nbegin", "0.0, 1.0]\nbegin"), {}, InputError, r"plate.ply measures 0 mm along it"),
         (ALONG, {"spacing": None, "rounds": 5}, UsageError, r"\[width\] says how wide .*: give `--spacing`"),
         (
             LINES + "[width]\nplaces = [[5.0, 8.0, 3.0]]\nat_mm = 1.5\nwithin_mm = 6.0\n", {}, InputError,

@@ -89,6 +89,7 @@ class FibrePattern:
         """Return the strokes; the row at which one starts is how many lie side by side from the first to it.
 
         Raises:
+            UsageError: the field is of crosses.
             InputError: a spacing at the vertices is not positive, or there is not one for each.
             FieldError: no stroke is worth a start on a piece, or there is no such field.
         """
@@ -127,7 +128,7 @@ class FibrePattern:
 def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
     """Return the (n,) spacing at the vertices of a surface [mm]."""
     if not isinstance(spacing, ScalarField):
-        return np.full(len(surface.vertices), spacing)
+        return np.full(len(surface.vertices), float(spacing))
     values, count = spacing.values, len(surface.vertices)
     if values.size != count or values.min(initial=1.0) <= 0.0:
         raise InputError(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from geoprint.config import Job, WidthTable, read_field
@@ -16,6 +18,8 @@ from geoprint.surfaces import in_words
 
 # A width may be beyond what a cell lays by this share: what is written has few digits.
 ROUNDING = 1e-9
+# A part that measures less along a direction [mm] does not extend along it.
+SHORTEST = 1e-6
 
 
 def widths_of(job: Job, part: Surface, place: StackPlace | None) -> WidthsOver | None:
@@ -101,7 +105,7 @@ def _rule(table: WidthTable, base: Surface, *, spacing: float) -> WidthRule:
     """Return the widths that a table gives to a part."""
     if table.table is not None:
         places, values = read_widths(table.table)
-        check_on_part(places, base, name=table.table.rpartition("/")[2])
+        check_on_part(places, base, name=Path(table.table).name)
         return WidthsBetween(places, values)
     if table.places is not None and table.at_mm is not None and table.within_mm is not None:
         places = np.array(table.places)
@@ -112,6 +116,16 @@ def _rule(table: WidthTable, base: Surface, *, spacing: float) -> WidthRule:
 
 
 def _along(base: Surface, direction: FloatArray, widths: FloatArray) -> WidthsAlong:
+    """Return widths that change along a direction.
+
+    Raises:
+        InputError: the part is flat along it, so that it neither begins nor ends.
+    """
     unit = direction / np.linalg.norm(direction)
     heights = base.vertices @ unit
+    if np.ptp(heights) < SHORTEST:
+        raise InputError(
+            f"[width] changes along {direction.tolist()}, but {base.name} measures {np.ptp(heights):.2g} mm along it: "
+            "give a direction along which it extends."
+        )
     return WidthsAlong(base.vertices[heights.argmin()], base.vertices[heights.argmax()], unit, widths)
