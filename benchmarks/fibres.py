@@ -11,7 +11,10 @@ points too, with the share of the length that is then left out; the mean angle t
 at most; crossings; how many ends rows exactly one spacing apart and along the field would have, as the divergence of
 its lines says; and the processor time of field and strokes.
 
-The second table is of processor time on bumpy sheets with strokes 1 mm apart along their rim, and the exponent of the
+The second table is of the same parts with a width that rises along their longest axis, by 0.75 to 1.35 spacings, with
+strokes along that axis and across it: everything is over the width that is wanted at each place then.
+
+The third table is of processor time on bumpy sheets with strokes 1 mm apart along their rim, and the exponent of the
 number of faces, fitted to all but the smallest.
 """
 
@@ -28,9 +31,10 @@ from scipy.spatial import KDTree
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
 from geoprint.backends import BACKENDS
+from geoprint.deposition import WidthsAlong
 from geoprint.errors import GeoprintError
 from geoprint.fields import AlongCurvature, AlongDirection, AlongRim, DirectionField, Preference, smoothest_field
-from geoprint.model import BoolArray, FloatArray, Polylines, Strokes, Surface
+from geoprint.model import BoolArray, FloatArray, Polylines, ScalarField, Strokes, Surface
 from geoprint.patterns.fibres import LAYINGS, FibrePattern
 from geoprint.patterns.fibres.evened import slopes_of
 from geoprint.patterns.fibres.net import net_of
@@ -50,6 +54,8 @@ HEADINGS = (
 )  # fmt: skip
 # Ends within the part: farther than so many spacings from its rim; what is nearer than so many to one is left out.
 WITHIN, AWAY = 0.5, 2.0
+# Widths where a part begins and where it ends, over the spacing.
+WIDENING = 0.75, 1.35
 
 
 def main() -> None:
@@ -77,6 +83,11 @@ def main() -> None:
         for name, preference in _preferences(part):
             for line in _rows(part, fine, name, preference, spacing=spacing):
                 print(line, flush=True)
+    for line in table(*HEADINGS):
+        print(line, flush=True)
+    for file in [*(DATA / name for name in OWN), *arguments.parts]:
+        for line in _widening(prepare(load(file, unit="mm"))[0], spacing=spacing):
+            print(line, flush=True)
     for line in _times([500, 1_000] if arguments.smoke else arguments.faces):
         print(line, flush=True)
 
@@ -99,13 +110,25 @@ def _times(sizes: Sequence[int]) -> Iterator[str]:
         yield row(laying, *(f"{each:.2f} s" for each in seconds), exponent)
 
 
-def _strokes(field: DirectionField, *, laying: str, spacing: float) -> Strokes:
+def _strokes(field: DirectionField, *, laying: str, spacing: float, widths: WidthsAlong | None = None) -> Strokes:
     surface = field.surface
     seed = (
         boundary_seed(surface) if boundary_loops(surface) else point_seed(surface, surface.vertices[0], tolerance=1.0)
     )
     pattern = FibrePattern(field=lambda _: field, laying=laying)
-    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
+    wanted = spacing if widths is None else ScalarField(widths(surface.vertices))
+    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=wanted)
+
+
+def _widening(part: Surface, *, spacing: float) -> Iterator[str]:
+    """Yield rows for strokes along and across the direction in which they grow wider."""
+    _, _, axes = np.linalg.svd(part.vertices - part.vertices.mean(axis=0), full_matrices=False)
+    heights = part.vertices @ axes[0]
+    ends = part.vertices[[heights.argmin(), heights.argmax()]]
+    widths = WidthsAlong(ends[0], ends[1], axes[0], spacing * np.array(WIDENING))
+    fine = refine(part, edge_length=BACKENDS["heat"].edge_length(part, spacing=WIDENING[0] * spacing))
+    for name, axis in (("along it", axes[0]), ("across it", axes[1])):
+        yield from _rows(part, fine, name, AlongDirection(axis), spacing=spacing, widths=widths)
 
 
 def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
@@ -118,7 +141,15 @@ def _preferences(part: Surface) -> Sequence[tuple[str, Preference]]:
     ]
 
 
-def _rows(part: Surface, fine: Surface, name: str, preference: Preference, *, spacing: float) -> Iterator[str]:
+def _rows(
+    part: Surface,
+    fine: Surface,
+    name: str,
+    preference: Preference,
+    *,
+    spacing: float,
+    widths: WidthsAlong | None = None,
+) -> Iterator[str]:
     begun = time.process_time()
     try:
         field = smoothest_field(fine, symmetry=2, preferences=[preference])
@@ -129,24 +160,27 @@ def _rows(part: Surface, fine: Surface, name: str, preference: Preference, *, sp
     for laying in LAYINGS:
         begun = time.process_time()
         try:
-            strokes = _strokes(field, laying=laying, spacing=spacing)
+            strokes = _strokes(field, laying=laying, spacing=spacing, widths=widths)
         except GeoprintError as error:
             yield _refused(fine, name, laying, error)
             continue
         laid = time.process_time() - begun
-        yield row(
-            fine.name, name, laying, *_figures(part, field, strokes, spacing=spacing), f"{made:.2f} s", f"{laid:.2f} s"
-        )
+        figures = _figures(part, field, strokes, spacing=spacing, widths=widths)
+        yield row(fine.name, name, laying, *figures, f"{made:.2f} s", f"{laid:.2f} s")
 
 
 def _refused(fine: Surface, name: str, laying: str, error: GeoprintError) -> str:
     return row(fine.name, name, laying, str(error)[:110].replace("|", "/"), *[""] * (len(HEADINGS) - 4))
 
 
-def _figures(part: Surface, field: DirectionField, strokes: Strokes, *, spacing: float) -> list[str]:
+def _figures(
+    part: Surface, field: DirectionField, strokes: Strokes, *, spacing: float, widths: WidthsAlong | None
+) -> list[str]:
     fine = field.surface
     drawn = lines(fine, strokes)
-    found = measure_paths(part, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing)
+    found = measure_paths(
+        part, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing, wanted=widths
+    )
     sides = found.sides.sides()
     away = _away(fine, strokes, found.sides.places, spacing=spacing)
     off, lengths = off_field(field, strokes.curves)
@@ -171,7 +205,7 @@ def _figures(part: Surface, field: DirectionField, strokes: Strokes, *, spacing:
 
 def _ends_demanded(field: DirectionField, *, spacing: float) -> float:
     """Return the integral of the divergence of the lines, without its sign, over the spacing."""
-    net = net_of(field)
+    net = net_of(field, spacings=np.full(len(field.angles), spacing))
     slopes = slopes_of(field.surface, net, senses_of(field.surface, net))
     parted = slopes.pull(along=np.ones(slopes.areas.size), across=np.zeros(slopes.areas.size))
     inside = np.ones(parted.size, dtype=np.bool_)

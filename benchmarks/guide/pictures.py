@@ -83,6 +83,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "layers.png": sections.layers,
     "sliced.png": sections.sliced,
     "fibres.png": surfaces.fibres,
+    "widths.png": surfaces.widths,
     "through.png": through.through,
     "overhang.png": tilted.tilted,
     "several-patches.png": surfaces.several_patches,

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from benchmarks.guide.shaded import (
@@ -30,14 +31,17 @@ from geoprint.guide import page_named
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline import compare, plan
 from geoprint.report import inspection_figure
+from geoprint.report.beads import bead_sides, normals_at
 from geoprint.results import Plan
-from geoprint.surfaces import mean_normal
+from geoprint.surfaces import mean_normal, positions
 from geoprint.surfaces.files import load
 from geoprint.surfaces.repair import inspect
 
 TIP = [1.5, 0.0, -57.5]
 SECOND = [9.0, -10.0, -54.0]
 BELOW = view_from(np.array([0.35, -0.55, -0.8]), up=np.array([0.0, 0.0, 1.0]))
+# Width of a drawn bead over its own: a seam between it and the next.
+BEAD_SHARE = 0.72
 SIDE = view_from(np.array([0.2, -0.7, -1.0]), up=np.array([0.0, 0.0, 1.0]))
 
 
@@ -131,6 +135,33 @@ def fibres(data: Path) -> bytes:
             view = view_from(mean_normal(planned.workpiece.surface), up=np.array([0.0, 1.0, 0.0]))
             _draw_paths(axis, planned, view, colour=BLUE)
             axis.set_title(f"{line[1]}: {planned.toolpath.curves.count} runs", fontsize=10)
+    return small_png(figure)
+
+
+def widths(data: Path) -> bytes:
+    """Draw the apex covered by the strokes of the page's field files, each as wide as it is."""
+    blocks = [block for block in page_named("widths").blocks if block.language == "toml"]
+    figure, axes = panels(len(blocks), width=7.2, height=3.6)
+    with tempfile.TemporaryDirectory() as folder:
+        for axis, block in zip(axes, blocks, strict=True):
+            file = Path(folder) / block.word
+            file.write_text(block.text)
+            job = job_of(
+                surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.4, robot=False, pattern="fibres", field=file
+            )
+            planned = plan(job)
+            surface, curves = planned.workpiece.surface, planned.toolpath.curves
+            view = view_from(mean_normal(surface), up=np.array([0.0, 1.0, 0.0]))
+            draw_surface(axis, surface, view)
+            places = positions(surface, curves.points)
+            sides = bead_sides(surface, places, curves.offsets, width=BEAD_SHARE * planned.toolpath.spacings)
+            left, right = (side @ view.T for side in sides)
+            begins = np.setdiff1d(np.arange(len(places) - 1), curves.offsets[1:-1] - 1)
+            seen = np.einsum("kx,x->k", normals_at(surface, places[begins]), view[2]) > 0.05
+            begins = begins[seen]
+            corners = np.stack([right[begins], right[begins + 1], left[begins + 1], left[begins]], axis=1)[:, :, :2]
+            axis.add_collection(PolyCollection(list(corners), facecolors=BLUE, edgecolors=BLUE, linewidths=0.4))
+            axis.set_title(f"{file.name}: {curves.count} runs", fontsize=10)
     return small_png(figure)
 
 

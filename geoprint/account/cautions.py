@@ -47,8 +47,18 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *(sentence for robot in told.robot for sentence in _close_targets(robot)),
         *_uncertain(workpiece),
         *_unheld(workpiece),
+        *_unchanging(workpiece),
         *([plan.laid.light.lacking] if plan.laid and plan.laid.light and plan.laid.light.lacking else []),
     )
+
+
+def _unchanging(workpiece: Workpiece) -> Iterator[str]:
+    """Yield that the cell cannot lay beads of more than one width, where they are wanted."""
+    if workpiece.widths is not None and workpiece.cell.signals.mode != "analog":
+        yield (
+            f"the cell {workpiece.cell.name} can only open and shut its valve, and these paths are of more than one "
+            'width: a program for them needs a cell with signals.mode "analog".'
+        )
 
 
 def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
@@ -119,8 +129,9 @@ def near_borders(motion: MotionRecord) -> list[str]:
 
 
 def _wide_needle(plan: Plan, told: PlanRecord) -> list[str]:
-    workpiece, (layer,) = plan.workpiece, told.layers
-    return wide_needle_notes(workpiece.cell, told.settings.spacing_mm, standoff=layer.standoff_mm)
+    workpiece, (layer,), widths = plan.workpiece, told.layers, told.paths.widths_mm
+    nearest = told.settings.spacing_mm if widths is None else widths[0]
+    return wide_needle_notes(workpiece.cell, nearest, standoff=layer.standoff_mm)
 
 
 def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[str]:
@@ -128,7 +139,7 @@ def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[st
 
     Args:
         cell: its tool and process.
-        spacing: of the paths [mm].
+        spacing: of the paths, where they lie closest [mm].
         standoff: of the tip over what the layer lies on [mm].
     """
     width, height = cell.tool.needle_diameter, standoff - cell.process.layer_height

@@ -102,13 +102,16 @@ def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
     breaks = np.flatnonzero((np.diff(rows) != 1) | (np.diff(poses.runs[rows]) != 0)) + 1
     counts = np.diff(np.concatenate([[0], breaks, [rows.size]])) if rows.size else np.empty(0, dtype=np.int64)
     sizes = np.concatenate([np.diff(measured.offsets), counts])
+    places = np.concatenate([measured.places, poses.surface_points[outermost]])
+    wanted = outcome.plan.workpiece.widths
     return CoveragePanel(
         title=name,
         caption=f"{spread_of(measured, digits=1)}, uncovered {measured.uncovered:.1%}",
-        places=np.concatenate([measured.places, poses.surface_points[outermost]]),
+        places=places,
         offsets=np.concatenate([[0], np.cumsum(sizes)]),
         ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
         gaps=measured.judged_places[measured.gaps],
+        widths=1.0 if wanted is None else wanted(places) / measured.spacing,
     )
 
 

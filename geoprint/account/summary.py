@@ -221,6 +221,9 @@ def _paths(plan: Plan) -> PathsRecord:
         fragments=int((of_runs < FRAGMENT_SPACINGS * plan.contours.spacing).sum()),
         dropped_runs=toolpath.dropped_runs,
         dropped_mm=toolpath.dropped_length,
+        widths_mm=None
+        if plan.workpiece.widths is None
+        else (float(toolpath.spacings.min()), float(toolpath.spacings.max())),
         largest_distance_mm=plan.contours.distance.maximum,
         largest_lean_deg=float(np.degrees(largest_lean(poses))),
         mean_lean_deg=float(np.degrees(mean_lean(poses))),

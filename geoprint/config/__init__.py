@@ -16,11 +16,12 @@ from geoprint.config.field_file import (
     FIELD_EXAMPLE as FIELD_EXAMPLE,
     FieldFile as FieldFile,
     PreferenceTable as PreferenceTable,
+    StoredField as StoredField,
     ThroughTable as ThroughTable,
     WallTable as WallTable,
-    field_text as field_text,
-    field_volume as field_volume,
+    WidthTable as WidthTable,
     read_field as read_field,
+    stored_field as stored_field,
 )
 from geoprint.config.job import Job as Job
 from geoprint.config.job_file import (

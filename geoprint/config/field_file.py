@@ -6,8 +6,10 @@ fibres of a ventricle's wall.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, final
 
 from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
 
@@ -65,8 +67,21 @@ weight = 100.0
 # inner_deg = 60.0            # at the part
 # outer_deg = -60.0           # where the layers end
 
-# Instead of all of the above: the fibres of a ventricle's wall, on surfaces within it and layers through it, from the
-# labels of a volume in the part's coordinates. The helix angle goes from that of the outside to that at the cavity.
+# How wide fibres are, which lie as far from one another, where that is not `--spacing` everywhere: from a table, or
+# along a direction from where the part begins to where it ends, or at places and fading to the spacing around them. A
+# cell lays from least_flow_share to most_flow_share of the spacing, and flow that follows takes its mode "analog".
+# [width]
+# table = "widths.csv"        # beside this file: x,y,z,width in mm of points on the part
+# direction = [0.0, 0.0, 1.0]
+# begin_mm = 0.8
+# end_mm = 1.6
+# places = [[0.0, 0.0, 30.0]]
+# at_mm = 1.6
+# within_mm = 8.0             # so far from the places, straight, it is the spacing again
+
+# Instead of all tables but the width: the fibres of a ventricle's wall, on surfaces within it and layers through it,
+# from the labels of a volume in the part's coordinates. The helix angle goes from that of the outside to that at the
+# cavity.
 # [wall]
 # volume = "heart.nii.gz"     # beside this file; .nii, .nii.gz, .nrrd or .dcm
 # labels = [1, 7]             # of the wall
@@ -152,6 +167,31 @@ class WallTable(Table):
         return self
 
 
+class WidthTable(Table):
+    """How wide fibres are where that differs: by a table, along a direction, or about places."""
+
+    table: Annotated[str | None, Field(min_length=1)] = None
+    direction: Triple | None = None
+    begin_mm: PositiveFloat | None = None
+    end_mm: PositiveFloat | None = None
+    places: Annotated[list[Triple] | None, Field(min_length=1, max_length=MOST_TABLES)] = None
+    at_mm: PositiveFloat | None = None
+    within_mm: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        given = [name for name, value in self if value is not None]
+        if given not in (["table"], ["direction", "begin_mm", "end_mm"], ["places", "at_mm", "within_mm"]):
+            found = " and ".join(given) if given else "none"
+            raise ValueError(
+                "a width is from a table, along a direction with begin_mm and end_mm, or about places with at_mm and "
+                f"within_mm, found {found}"
+            )
+        if self.direction is not None and not any(self.direction):
+            raise ValueError("a direction must have a length; [0.0, 0.0, 1.0] is the part's z axis")
+        return self
+
+
 class FieldFile(Table):
     """The lines that fibres follow."""
 
@@ -159,13 +199,14 @@ class FieldFile(Table):
     singularities: Annotated[list[SingularityTable], Field(max_length=MOST_TABLES)] = Field(default=[])
     helix: HelixTable | None = None
     through: ThroughTable | None = None
+    width: WidthTable | None = None
     wall: WallTable | None = None
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
         designed = bool(self.preferences or self.singularities)
         if self.wall is not None and (designed or self.helix or self.through):
-            raise ValueError("a wall says every line through it: leave out all other tables, or the wall")
+            raise ValueError("a wall says every line through it: leave out all tables but the width, or the wall")
         if designed and self.helix is not None:
             raise ValueError("a helix says every line: leave out the preferences and singularities, or the helix")
         if not designed and self.helix is None and self.wall is None:
@@ -173,7 +214,7 @@ class FieldFile(Table):
         return self
 
 
-def field_text(path: Path | str) -> str:
+def _text(path: Path | str) -> str:
     """Return the text of a field file.
 
     Raises:
@@ -186,36 +227,69 @@ def field_text(path: Path | str) -> str:
 
 
 def read_field(path: Path | str) -> FieldFile:
-    """Read and validate a field file; the volume of a wall is then named from where the file is.
+    """Read and validate a field file; the files that it names are then named from where it is.
 
     Raises:
         UsageError: it is missing, not TOML, or has an unknown, missing or meaningless key, and the sentence names the
-            line; or the volume that it names is no file.
+            line; or what it names is no file.
     """
-    text, name = field_text(path), Path(path).name
+    text, name = _text(path), Path(path).name
     try:
         found = FieldFile.model_validate(parsed_toml(text, name=name))
     except ValidationError as error:
         where = line_of(error, text, name=name)
         raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a commented field.toml.") from error
-    if found.wall is None:
-        return found
-    volume = Path(path).parent / found.wall.volume
-    if not volume.is_file():
-        raise UsageError(f"{name}: [wall] names the volume {found.wall.volume}, but there is no file {volume}.")
-    return found.model_copy(update={"wall": found.wall.model_copy(update={"volume": str(volume)})})
+    wall, width = found.wall, found.width
+    if wall is not None:
+        wall = wall.model_copy(update={"volume": _beside(path, "wall", "volume", wall.volume)})
+    if width is not None and width.table is not None:
+        width = width.model_copy(update={"table": _beside(path, "width", "table", width.table)})
+    return found.model_copy(update={"wall": wall, "width": width})
 
 
-def field_volume(path: Path | str) -> tuple[str, bytes] | None:
-    """Return name and bytes of the label volume that a field file names, or None.
+def _beside(path: Path | str, table: str, key: str, named: str) -> str:
+    """Return the path of a file that a table names from where the field file is.
 
     Raises:
-        UsageError: as `read_field`, or the volume cannot be read.
+        UsageError: there is none.
     """
-    wall = read_field(path).wall
-    if wall is None:
-        return None
-    try:
-        return Path(wall.volume).name, Path(wall.volume).read_bytes()
-    except OSError as error:
-        raise UsageError(f"the volume {wall.volume} of {Path(path).name} cannot be read ({error}).") from error
+    file = Path(path).parent / named
+    if not file.is_file():
+        raise UsageError(f"{Path(path).name}: [{table}] names the {key} {named}, but there is no file {file}.")
+    return str(file)
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class StoredField:
+    """A field file with all that it names, from which it can be read again.
+
+    Attributes:
+        text: of the file.
+        files: name and bytes of each file that it names, by the table and the key that name it.
+    """
+
+    text: str
+    files: Mapping[tuple[str, str], tuple[str, bytes]]
+
+
+def stored_field(path: Path | str) -> StoredField:
+    """Return a field file with the files that it names.
+
+    Raises:
+        UsageError: as `read_field`, or one of them cannot be read.
+    """
+    file = read_field(path)
+    named = {
+        ("wall", "volume"): None if file.wall is None else file.wall.volume,
+        ("width", "table"): None if file.width is None else file.width.table,
+    }
+    found = dict[tuple[str, str], tuple[str, bytes]]()
+    for (table, key), each in named.items():
+        if each is None:
+            continue
+        try:
+            found[table, key] = Path(each).name, Path(each).read_bytes()
+        except OSError as error:
+            raise UsageError(f"the {key} {each} of {Path(path).name} cannot be read ({error}).") from error
+    return StoredField(_text(path), found)

@@ -1,4 +1,4 @@
-"""The process: how much material flows, what bead it makes, what cures it, and the flow that a path needs."""
+"""The process: how much material flows, what bead it makes, how wide it shall be, what cures it, what a path needs."""
 
 from typing import TYPE_CHECKING
 
@@ -6,6 +6,7 @@ from geoprint.deposition.bead import (
     Bead as Bead,
     bead as bead,
     flow_for as flow_for,
+    strand_diameter as strand_diameter,
 )
 from geoprint.deposition.curing import (
     Exposure as Exposure,
@@ -26,6 +27,14 @@ from geoprint.deposition.rheology import (
     flow_through as flow_through,
     pressure_for as pressure_for,
     starting_pressure as starting_pressure,
+)
+from geoprint.deposition.widths import (
+    WidthRule as WidthRule,
+    WidthsAbout as WidthsAbout,
+    WidthsAlong as WidthsAlong,
+    WidthsBetween as WidthsBetween,
+    WidthsOver as WidthsOver,
+    between as between,
 )
 from geoprint.lazy import attached
 

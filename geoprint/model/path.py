@@ -25,13 +25,14 @@ class Toolpath:
         curves: one curve a run; a closed one starts and ends at its seam.
         levels: (c,) contour level of each run.
         layers: (c,) layer of each run.
-        spacing: distance between neighbouring levels [mm].
+        spacing: distance between neighbouring levels, the least where it differs [mm].
         dropped_runs: how many were too short to be worth a start, left out: closed ones shorter than one spacing, and
             what the pattern dropped.
         dropped_length: their length [mm].
         fillets: (f, 3) corners of runs that were rounded [mm].
         splits: (g, 3) corners at which a run was split, because no arc can round them at speed [mm].
         rows: (k,) row that each of the k points lies on, as the pattern counts them; those of a contour are its level.
+        spacings: (k,) distance wanted there to the neighbouring row [mm].
     """
 
     curves: SurfaceCurves
@@ -43,15 +44,17 @@ class Toolpath:
     fillets: FloatArray
     splits: FloatArray
     rows: FloatArray
+    spacings: FloatArray
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
-            self, levels="int: c", layers="int: c", fillets="float: f 3", splits="float: g 3", rows="float: k"
-        )
+            self, levels="int: c", layers="int: c", fillets="float: f 3", splits="float: g 3", rows="float: k",
+            spacings="float: k",
+        )  # fmt: skip
         if sizes["c"] != self.curves.count:
             raise InputError("a toolpath needs one level and one layer a run.")
         if sizes["k"] != self.curves.points.faces.size:
-            raise InputError("a toolpath needs one row a point.")
+            raise InputError("a toolpath needs one row and one spacing a point.")
 
 
 @final

@@ -25,11 +25,12 @@ BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
 @frozen
 class _Run:
-    """One stroke that becomes a run: its points, where they are and on which row, and whether it is closed."""
+    """One stroke that becomes a run: its points, where they are, on which row and how far from the next, and so on."""
 
     points: SurfacePoints
     places: FloatArray
     rows: FloatArray
+    spacings: FloatArray
     closed: bool
     level: int
     piece: int
@@ -65,8 +66,6 @@ def arrange(
     """
     spacing = float(strokes.spacing.min())
     runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
-    if lost := {run.piece for run in dropped} - {run.piece for run in runs}:
-        raise _lost(min(lost) if runs else None, spacing=spacing)
     ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
     closed = [run.closed for run in ordered]
     smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
@@ -74,6 +73,7 @@ def arrange(
     sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
     curves = _curves(surface, rounded.pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
+    rows, spacings = _carried(surface, curves, [ordered[run.run] for run in rounded.pieces])
     return Toolpath(
         curves=curves,
         levels=np.array([ordered[run.run].level for run in rounded.pieces]),
@@ -83,7 +83,8 @@ def arrange(
         dropped_length=float(sum(_length(run) for run in dropped) + sum(strokes.dropped)),
         fillets=rounded.fillets,
         splits=rounded.splits,
-        rows=_rows(surface, curves, [ordered[run.run] for run in rounded.pieces]),
+        rows=rows,
+        spacings=spacings,
     )
 
 
@@ -97,6 +98,7 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
             points=SurfacePoints(curves.points.faces[piece], curves.points.weights[piece]),
             places=places[piece],
             rows=strokes.row[piece],
+            spacings=strokes.spacing[piece],
             closed=bool(closed),
             level=int(level),
             piece=int(label),
@@ -125,16 +127,16 @@ def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error:
     )
 
 
-def _rows(surface: Surface, curves: SurfaceCurves, runs: list[_Run]) -> FloatArray:
-    """Return the row of each point of some curves: that of the nearest point of the stroke that it comes from."""
-    places = positions(surface, curves.points)
-    found = [
-        run.rows[KDTree(run.places).query(places[begin:end])[1]]
-        if np.ptp(run.rows)
-        else np.full(end - begin, run.rows[0])
-        for run, (begin, end) in zip(runs, pairwise(curves.offsets.tolist()), strict=True)
-    ]
-    return np.concatenate(found)
+def _carried(surface: Surface, curves: SurfaceCurves, runs: list[_Run]) -> tuple[FloatArray, FloatArray]:
+    """Return row and spacing of each point of some curves: of the nearest point of the stroke that it comes from."""
+    places, rows, spacings = positions(surface, curves.points), list[FloatArray](), list[FloatArray]()
+    for run, (begin, end) in zip(runs, pairwise(curves.offsets.tolist()), strict=True):
+        nearest = np.zeros(end - begin, dtype=np.int64)
+        if np.ptp(run.rows) or np.ptp(run.spacings):
+            nearest = np.asarray(KDTree(run.places).query(places[begin:end])[1], dtype=np.int64)
+        rows.append(run.rows[nearest])
+        spacings.append(run.spacings[nearest])
+    return np.concatenate(rows), np.concatenate(spacings)
 
 
 def _length(run: _Run) -> float:
@@ -142,10 +144,17 @@ def _length(run: _Run) -> float:
 
 
 def _worth_printing(runs: list[_Run], *, spacing: float) -> tuple[list[_Run], list[_Run]]:
-    """Part runs into those to print and those to drop; an open run too short to have two points is dropped too."""
+    """Part runs into those to print and those to drop; an open run too short to have two points is dropped too.
+
+    Raises:
+        FieldError: nothing is left of a piece.
+    """
     long_enough = [_length(run) >= (spacing if run.closed else spacing / 100) for run in runs]
     kept = [run for run, keep in zip(runs, long_enough, strict=True) if keep]
-    return kept, [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+    dropped = [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
+    if lost := {run.piece for run in dropped} - {run.piece for run in kept}:
+        raise _lost(min(lost) if kept else None, spacing=spacing)
+    return kept, dropped
 
 
 def _lost(piece: int | None, *, spacing: float) -> FieldError:
@@ -231,4 +240,7 @@ def _started_at(run: _Run, start: int) -> _Run:
 
 def _reordered(run: _Run, order: IntArray) -> _Run:
     points = SurfacePoints(run.points.faces[order], run.points.weights[order])
-    return _Run(points, run.places[order], run.rows[order], closed=run.closed, level=run.level, piece=run.piece)
+    return _Run(
+        points, run.places[order], run.rows[order], run.spacings[order], closed=run.closed, level=run.level,
+        piece=run.piece,
+    )  # fmt: skip

@@ -59,7 +59,7 @@ def poses(
         R_base_work: (3, 3) how the part stands; `tool_quaternions` says what depends on it.
         standoff: height of the tip over the surface on deposit [mm].
         retract: lift between runs [mm].
-        layer_height: bead height that sets the flow: spacing times layer height [mm].
+        layer_height: bead height that sets the flow: the spacing of a point times layer height [mm].
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
         body: what the part lies on, or None.
@@ -80,7 +80,7 @@ def poses(
         corners = crossing(start, end, axes=axes, terrain=ground, retract=retract)
         stretches += [run, _travel(run, following, corners)]
     stretches += [runs[-1], _retreat(runs[-1], up=up, retract=retract, top=top)]
-    return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacing * layer_height)
+    return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacings * layer_height)
 
 
 def largest_lean(stream: PoseStream) -> float:
@@ -194,12 +194,12 @@ def _straight(run: _Stretch, row: int, tips: FloatArray, *, stops: IntArray) -> 
     )
 
 
-def _joined(stretches: list[_Stretch], toolpath: Toolpath, *, standoff: float, flow: float) -> PoseStream:
+def _joined(stretches: list[_Stretch], toolpath: Toolpath, *, standoff: float, flow: FloatArray) -> PoseStream:
     sizes = np.array([stretch.tips.shape[0] for stretch in stretches])
     runs = np.repeat([stretch.run for stretch in stretches], sizes)
     deposit = np.repeat([stretch.deposit for stretch in stretches], sizes)
-    levels = np.full(runs.size, -1)
-    levels[deposit] = np.floor(toolpath.rows)
+    levels, flows = np.full(runs.size, -1), np.zeros(runs.size)
+    levels[deposit], flows[deposit] = np.floor(toolpath.rows), flow
     return PoseStream(
         tips=np.concatenate([stretch.tips for stretch in stretches]),
         quaternions=same_sign(np.concatenate([stretch.quaternions for stretch in stretches])),
@@ -210,6 +210,6 @@ def _joined(stretches: list[_Stretch], toolpath: Toolpath, *, standoff: float, f
         deposit=deposit,
         stops=np.concatenate([stretch.stops for stretch in stretches]),
         arcs=np.concatenate([arc_lengths(stretch.tips) for stretch in stretches]),
-        flow=np.where(deposit, flow, 0.0),
+        flow=flows,
         standoff=standoff,
     )

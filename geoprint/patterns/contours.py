@@ -46,8 +46,8 @@ class ContourPattern:
         """
         if isinstance(spacing, ScalarField):
             raise UsageError(
-                "contours lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, or "
-                "choose another pattern."
+                "contours lie one spacing apart everywhere, as level curves of a distance do, but a spacing at each "
+                "vertex is given: give one number, or choose the pattern fibres."
             )
         contours = backend.contours(seed, spacing=spacing)
         if self._middle == FITTED:

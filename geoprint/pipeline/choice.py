@@ -109,6 +109,11 @@ def pattern_of(job: Job, place: StackPlace | None = None) -> Pattern:
     return entry.factory(**_options(job, entry), **_lines(job, entry, place))
 
 
+def follows_field(job: Job) -> bool:
+    """Return whether the paths of a job follow the lines of a field."""
+    return FIELD in pattern(job.drawing.name).options
+
+
 def seeks_middle(job: Job) -> bool:
     """Return whether the best middle of a job's pattern is to be found: where it has one, and no other is asked for."""
     entry = pattern(job.drawing.name)

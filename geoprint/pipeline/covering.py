@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from geoprint.backends import Piecewise
 from geoprint.config import Job
-from geoprint.model import Contours
+from geoprint.model import Contours, ScalarField
 from geoprint.paths import arrange, seams_of
 from geoprint.pipeline.choice import backend_of, pattern_of
 from geoprint.pipeline.stages import Stages
@@ -18,7 +18,10 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     with stage("contours"):
         backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
         spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
-        strokes = pattern_of(job, workpiece.place).strokes(surface, seed, backend=backend, spacing=spacing)
+        widths = workpiece.widths
+        strokes = pattern_of(job, workpiece.place).strokes(
+            surface, seed, backend=backend, spacing=spacing if widths is None else ScalarField(widths(surface.vertices))
+        )
         contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):

@@ -54,7 +54,7 @@ def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> tupl
     """Return the paths of a job, kept as those of what was asked for, and how even they are."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
-        measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing)
+        measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing, wanted=workpiece.widths)
     return replace(paths, job=asked, uniformity=measured), measured
 
 

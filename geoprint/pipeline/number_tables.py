@@ -3,6 +3,7 @@
 CSV in UTF-8 with commas; the first row names the columns, lines that start with # are comments:
 
     x,y,z,thickness             places on the part and how thick what is printed over it shall be there: mm
+    x,y,z,width                 places on the part and how wide fibres shall be there: mm
     name,x,y,z                  points: mm; a name may come again where a point was touched more than once
     x,y,z,q1,q2,q3,q4           poses of the flange in the base frame: mm and a unit quaternion, its scalar first, as
                                 the pendant shows them for tool0 in the base's coordinates; or
@@ -29,7 +30,7 @@ from geoprint.transforms import rigid, rotation_of
 
 POINT_COLUMNS = ("name", "x", "y", "z")
 POSE_COLUMNS = ("x", "y", "z", "q1", "q2", "q3", "q4")
-THICKNESS_COLUMNS = ("x", "y", "z", "thickness")
+THICKNESS, WIDTH = "thickness", "width"
 JOINT_COLUMNS = ("j1", "j2", "j3", "j4", "j5", "j6")
 # A quaternion that was read off a pendant with four decimals has length 1 within this.
 UNIT_TOLERANCE = 1e-3
@@ -84,15 +85,40 @@ def read_thicknesses(path: Path | str) -> tuple[FloatArray, FloatArray]:
     Raises:
         InputError: it cannot be read, a row or column is not as described, or a thickness is below 0; says which.
     """
+    return _lengths_over(path, THICKNESS)
+
+
+def read_widths(path: Path | str) -> tuple[FloatArray, FloatArray]:
+    """Read a table of widths over a part.
+
+    Returns:
+        (k, 3) places and (k,) width there [mm], k >= 1.
+
+    Raises:
+        InputError: as `read_thicknesses`, or a width is 0.
+    """
+    places, values = _lengths_over(path, WIDTH)
+    if values.min() == 0.0:
+        x, y, z = places[int(values.argmin())].tolist()
+        raise InputError(f"{Path(path).name}: the width at ({x:g}, {y:g}, {z:g}) mm is 0 mm, needed is more.")
+    return places, values
+
+
+def _lengths_over(path: Path | str, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return (k, 3) places and the (k,) lengths of that name there [mm].
+
+    Raises:
+        InputError: as `read_thicknesses`.
+    """
     rows = _rows_of(path := Path(path))
-    columns = _require_columns(path, rows[0][1], [THICKNESS_COLUMNS])
+    columns = _require_columns(path, rows[0][1], [("x", "y", "z", name)])
     if not rows[1:]:
         raise InputError(f"{path.name} names columns but holds no place: add a row for each.")
     values = np.array([_numbers_of(path, number, cells, columns) for number, cells in rows[1:]])
     for (number, _), value in zip(rows[1:], values[:, 3].tolist(), strict=True):
         if value < 0.0:
             raise InputError(
-                f"{path.name}, row {number}, column thickness: found {value:g} mm, needed is 0 or more.", row=number
+                f"{path.name}, row {number}, column {name}: found {value:g} mm, needed is 0 or more.", row=number
             )
     repeated = np.unique(values[:, :3], axis=0, return_index=True)[1]
     if len(repeated) < len(values):

@@ -247,7 +247,7 @@ def _low_or_high(
 def _easing(paths: Plan, leaning: Leaning) -> Easing:
     """Return how attitudes may be eased: leaning lowers the needle's rim, by a tenth of the spacing at most."""
     process, radius = paths.workpiece.cell.process, paths.workpiece.cell.tool.needle_diameter / 2.0
-    lowered = float(np.arcsin(min(RIM_SHARE * paths.contours.spacing / radius, 1.0)))
+    lowered = float(np.arcsin(min(RIM_SHARE * paths.toolpath.spacing / radius, 1.0)))
     return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room)
 
 
@@ -257,8 +257,8 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
     'io' can only open and shut a valve, so the flow is constant; 'analog' sets it along the path, so it follows.
 
     Args:
-        poses: the stream with constant flow.
-        widths: (p,) of the strip of surface at each pose, over the spacing.
+        poses: the stream with constant flow, or where the width differs with that of the wanted one.
+        widths: (p,) of the strip of surface at each pose, over the wanted one.
         workpiece: what it is laid on.
         spacing: distance between neighbouring paths [mm].
 
@@ -266,7 +266,8 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
         The stream with the flow to print, and both layers.
     """
     cell = workpiece.cell
-    followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process)
+    wanted = poses.flow / (spacing * cell.process.layer_height)
+    followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process, wanted=wanted)
     layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
     light = exposure(cell.material, speed=cell.process.speed, spacing=spacing, flood=cell.flood)
     laid = Laid(

@@ -37,6 +37,7 @@ from geoprint.quality.sides import (
     SideFigures as SideFigures,
     SideSpacing as SideSpacing,
 )
+from geoprint.quality.spacing import SpacingAt as SpacingAt
 from geoprint.quality.spans import Spans as Spans, joined_spans as joined_spans
 from geoprint.quality.straying import SOURCES as SOURCES
 from geoprint.quality.thickness import (

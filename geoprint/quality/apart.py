@@ -14,7 +14,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream
 from geoprint.quality.deposited import Samples, deposited_rows
 from geoprint.quality.oracle import FOUND, UNKNOWN, FlatMesh, GeodesicDistance, SurfacePath
 from geoprint.quality.sides import SideSpacing, side_spacing
-from geoprint.quality.spacing import meeting_share, outer_distance
+from geoprint.quality.spacing import SpacingAt, meeting_share, outer_distance
 from geoprint.quality.spans import Spans, joined_spans, spans_to
 
 
@@ -81,7 +81,15 @@ def outwards(
     )
 
 
-def beside(mesh: FlatMesh, path: SurfacePath, samples: Samples, *, spacing: float, windows: int) -> Apart:
+def beside(
+    mesh: FlatMesh,
+    path: SurfacePath,
+    samples: Samples,
+    *,
+    spacing: float,
+    windows: int,
+    wanted: SpacingAt | None = None,
+) -> Apart:
     """Measure to the left and to the right of the path; what has no neighbour squarely beside it is left out.
 
     Args:
@@ -90,20 +98,22 @@ def beside(mesh: FlatMesh, path: SurfacePath, samples: Samples, *, spacing: floa
         samples: along all of its runs.
         spacing: wanted [mm].
         windows: budget of work.
+        wanted: as `side_spacing`.
     """
-    sides = side_spacing(mesh, path, samples, spacing=spacing, windows=windows)
+    sides = side_spacing(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
     found: BoolArray = sides.kinds == FOUND
     sample, side = np.nonzero(found)
     order = np.lexsort((sample, side))
     kept, side = sample[order], side[order]
     ratios, spans = sides.ratios[kept, side], joined_spans(*sides.spans)
+    local = spacing if wanted is None else 0.5 * (wanted(spans.places) + wanted(spans.feet))
     breaks = (np.diff(kept) != 1) | (np.diff(samples.runs[kept]) != 0) | (np.diff(side) != 0)
     return Apart(
         kept=kept,
         offsets=np.concatenate([[0], np.flatnonzero(breaks) + 1, [kept.size]]),
         ratios=ratios,
         bounds=ratios,
-        straight=np.linalg.norm(spans.feet - spans.places, axis=1) / spacing,
+        straight=np.linalg.norm(spans.feet - spans.places, axis=1) / local,
         unreached=int((sides.kinds == UNKNOWN).sum()),
         meeting=0.0,
         spans=spans,

@@ -29,7 +29,7 @@ from geoprint.quality.oracle import (
     small_triangles,
     spatial,
 )
-from geoprint.quality.spacing import APART
+from geoprint.quality.spacing import APART, SpacingAt, shares_at
 from geoprint.quality.widths import strip_widths
 
 # Surface farther than this share of the spacing from every run is a gap.
@@ -98,7 +98,13 @@ class _NearestTwo(NamedTuple):
 
 
 def coverage(
-    mesh: FlatMesh, path: SurfacePath, distance: GeodesicDistance, samples: Samples, *, spacing: float
+    mesh: FlatMesh,
+    path: SurfacePath,
+    distance: GeodesicDistance,
+    samples: Samples,
+    *,
+    spacing: float,
+    wanted: SpacingAt | None = None,
 ) -> Coverage:
     """Measure how the path covers the surface.
 
@@ -108,10 +114,12 @@ def coverage(
         distance: to the path.
         samples: k samples along all runs of the path, for the widths.
         spacing: wanted [mm].
+        wanted: what it is at each place, where that differs; gap, overlap and widths are over that then.
     """
     area = 0.5 * float((mesh.corners[1::3].real * mesh.corners[2::3].imag).sum())
-    found, areas, unknown = _nearest_two(mesh, distance, spacing=spacing)
-    across, gap, overlap = found.triangles.extents, GAP_SHARE * spacing, OVERLAP_SHARE * spacing
+    found, areas, unknown = _nearest_two(mesh, distance, spacing=spacing, wanted=wanted)
+    local = spacing * shares_at(mesh, found.triangles.middles, wanted, spacing=spacing)
+    across, gap, overlap = found.triangles.extents, GAP_SHARE * local, OVERLAP_SHARE * local
     near, both = np.isfinite(found.own), np.isfinite(found.other)
     here = np.ones(found.own.size)
     here[both] = _own_shares(mesh, path, found.some(both))
@@ -124,6 +132,7 @@ def coverage(
         closed=path.closed,
         spacing=spacing,
     )
+    widths = widths / shares_at(mesh, samples.places, wanted, spacing=spacing)
     mean = np.average(widths, weights=lengths)
     missed = weights * _share(across, gap - found.own, found.other - gap)
     return Coverage(
@@ -141,7 +150,7 @@ def coverage(
 
 
 def _nearest_two(
-    mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float
+    mesh: FlatMesh, distance: GeodesicDistance, *, spacing: float, wanted: SpacingAt | None
 ) -> tuple[_NearestTwo, FloatArray, float]:
     """Return the stretches near small triangles, how much area each of these stands for, and the unknown share of it.
 
@@ -154,9 +163,10 @@ def _nearest_two(
     triangles = every.some(order[:MOST_TRIANGLES])
     # Where even the straight distance is too large nothing has to be looked for.
     straight = distance.straight(spatial(mesh, triangles.middles))
-    limits = np.where(straight < REACH * spacing, REACH * spacing, 0.0)
+    local = spacing * shares_at(mesh, triangles.middles, wanted, spacing=spacing)
+    limits = np.where(straight < REACH * local, REACH * local, 0.0)
     own = distance(triangles.middles, Ask.anything(limits=limits))
-    reach = np.maximum(own.distances, OVERLAP_SHARE * spacing) + triangles.extents
+    reach = np.maximum(own.distances, OVERLAP_SHARE * local) + triangles.extents
     limits = np.where(np.isfinite(own.distances), reach, 0.0)
     ask = Ask.elsewhere(np.full(limits.size, ANY), own.runs, own.arcs, clear=APART * spacing, limits=limits)
     other = distance(triangles.middles, ask)

@@ -15,6 +15,7 @@ from geoprint.quality.holes import largest_hole
 from geoprint.quality.laying import finely, laid_path
 from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
 from geoprint.quality.sides import SideSpacing, side_spacing
+from geoprint.quality.spacing import SpacingAt, laid_area
 from geoprint.quality.uniformity import LARGEST_TRIANGLE, SAMPLES_PER_SPACING
 from geoprint.surfaces import closest
 from geoprint.surfaces.remesh import refine
@@ -78,6 +79,7 @@ def measure_paths(
     spacing: float,
     offset_up_to: float | None = None,
     windows: int = WINDOWS_IN_ALL,
+    wanted: SpacingAt | None = None,
 ) -> PathMeasure:
     """Measure how evenly any paths cover a surface: contours, spirals, fibres, toolpaths of others.
 
@@ -89,21 +91,20 @@ def measure_paths(
         spacing: wanted distance between neighbouring paths [mm].
         offset_up_to: how far a point may lie off the surface [mm]; a tenth of the spacing if not given.
         windows: budget of work for each of the questions asked.
+        wanted: what the spacing shall be at each place, where that differs; everything is over that then.
 
     Raises:
         InputError: the spacing is no positive number.
         FieldError: the paths lie farther off, are too short or too many, or cannot be connected over the surface.
     """
-    if not (np.isfinite(spacing) and spacing > 0.0):
-        raise InputError(f"the spacing must be a positive number of mm, found {spacing}.")
+    _check_spacing(spacing)
     begun = time.process_time()
-    fine = refine(surface, edge_length=LARGEST_TRIANGLE * spacing)
-    mesh = flat_mesh(fine)
+    mesh = flat_mesh(fine := refine(surface, edge_length=LARGEST_TRIANGLE * spacing))
     path, off = _laid(fine, mesh, curves, spacing=spacing, offset_up_to=offset_up_to)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
     distance = GeodesicDistance(mesh, path, windows=windows)
-    covered = coverage(mesh, path, distance, samples, spacing=spacing)
-    sides = side_spacing(mesh, path, samples, spacing=spacing, windows=windows)
+    covered = coverage(mesh, path, distance, samples, spacing=spacing, wanted=wanted)
+    sides = side_spacing(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
     return PathMeasure(
         sides=sides,
         runs=int(path.lengths.size),
@@ -113,7 +114,7 @@ def measure_paths(
         overlap=covered.overlap,
         unknown=covered.unknown,
         hole=largest_hole(mesh, covered, spacing=spacing),
-        fill=float(path.lengths.sum()) * spacing / covered.area,
+        fill=laid_area(mesh, path, wanted, spacing=spacing) / covered.area,
         off_mean=float(off.mean()),
         off_max=float(off.max()),
         judged_places=spatial(mesh, covered.places),
@@ -121,6 +122,11 @@ def measure_paths(
         overlaps=covered.overlaps,
         seconds=time.process_time() - begun,
     )
+
+
+def _check_spacing(spacing: float) -> None:
+    if not (np.isfinite(spacing) and spacing > 0.0):
+        raise InputError(f"the spacing must be a positive number of mm, found {spacing}.")
 
 
 def _laid(

@@ -29,7 +29,7 @@ from geoprint.quality.oracle import (
     neighbours,
     spatial,
 )
-from geoprint.quality.spacing import APART
+from geoprint.quality.spacing import APART, SpacingAt, shares_at
 from geoprint.quality.spans import Spans, no_spans, spans_to_segments
 from geoprint.quality.stretches import joined
 
@@ -148,7 +148,13 @@ class SideSpacing:
 
 
 def side_spacing(
-    mesh: FlatMesh, path: SurfacePath, samples: Samples, *, spacing: float, windows: int = WINDOWS_IN_ALL
+    mesh: FlatMesh,
+    path: SurfacePath,
+    samples: Samples,
+    *,
+    spacing: float,
+    windows: int = WINDOWS_IN_ALL,
+    wanted: SpacingAt | None = None,
 ) -> SideSpacing:
     """Measure the spacing to the left and to the right of a path.
 
@@ -158,6 +164,7 @@ def side_spacing(
         samples: k samples along all of them.
         spacing: wanted [mm].
         windows: budget of work; samples that are left over then are unknown.
+        wanted: what it is at each place, where that differs; the ratios are over the mean of both ends then.
     """
     stretches = joined(mesh, path, spacing=spacing)
     ahead = _ahead(mesh, path, samples, reach=CHORD_SHARE * spacing)
@@ -165,14 +172,13 @@ def side_spacing(
     middles = mesh.corners.reshape(-1, 3)[faces].mean(axis=1)
     inside = samples.places.flat + INWARDS * (middles - samples.places.flat)
     axes = mesh.axes[faces]
-    flat: ComplexArray = np.einsum("kpx,kx->kp", axes, ahead) @ np.array([1.0, 1.0j])
-    # Where the chord is square to its face the path is a tip as sharp as a needle; any direction serves.
-    flat[np.abs(flat) < np.finfo(np.float64).tiny] = 1.0
+    here = shares_at(mesh, samples.places, wanted, spacing=spacing)
     found = neighbours(
-        mesh, path, stretches.segments, Places(faces, inside), ahead=flat, own=stretches.of[samples.runs],
-        arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing, limit=REACH * spacing, windows=windows,
+        mesh, path, stretches.segments, Places(faces, inside), ahead=_in_faces(axes, ahead),
+        own=stretches.of[samples.runs], arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing,
+        limit=REACH * spacing * max(float(here.max()), 1.0), windows=windows,
     )  # fmt: skip
-    ratios = found.distances / spacing
+    ratios = found.distances / (spacing * _between(mesh, path, found.segments, here, wanted, spacing=spacing))
     beside = [np.flatnonzero(kinds == FOUND) for kinds in found.kinds.T]
     left, right = (
         spans_to_segments(
@@ -191,6 +197,29 @@ def side_spacing(
         spacing=spacing,
         spans=(left, right),
     )
+
+
+def _in_faces(axes: FloatArray, ahead: FloatArray) -> ComplexArray:
+    """Return (k, 3) directions in the planes that (k, 2, 3) axes span."""
+    flat: ComplexArray = np.einsum("kpx,kx->kp", axes, ahead) @ np.array([1.0, 1.0j])
+    # Where the chord is square to its face the path is a tip as sharp as a needle; any direction serves.
+    flat[np.abs(flat) < np.finfo(np.float64).tiny] = 1.0
+    return flat
+
+
+def _between(
+    mesh: FlatMesh,
+    path: SurfacePath,
+    segments: IntArray,
+    here: FloatArray,
+    wanted: SpacingAt | None,
+    *,
+    spacing: float,
+) -> FloatArray:
+    """Return the (k, 2) means of (k,) shares of the spacing and those at (k, 2) segments; alone where there is none."""
+    middles = Places(path.faces, 0.5 * (path.starts + path.ends))
+    there = shares_at(mesh, middles, wanted, spacing=spacing)[segments]
+    return np.where(segments < 0, here[:, None], 0.5 * (here[:, None] + there))
 
 
 def _ahead(mesh: FlatMesh, path: SurfacePath, samples: Samples, *, reach: float) -> FloatArray:

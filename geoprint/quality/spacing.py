@@ -1,8 +1,9 @@
-"""Distance from every level of a path to the level outside it, over the surface."""
+"""Distance from every level of a path to the level outside it, over the surface; and what it shall be at a place."""
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Callable
+from typing import TypeAlias, final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -10,9 +11,11 @@ from scipy.spatial import KDTree
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.deposited import Samples
-from geoprint.quality.oracle import Ask, FlatMesh, GeodesicDistance, SurfacePath, spatial
+from geoprint.quality.oracle import Ask, FlatMesh, GeodesicDistance, Places, SurfacePath, spatial
 from geoprint.surfaces import PolylineDistance
 
+# Returns the (k,) distance wanted to the neighbouring path at (k, 3) places on a part [mm].
+SpacingAt: TypeAlias = Callable[[FloatArray], FloatArray]
 # Stretches of one run are two when they are farther apart along it than this many spacings.
 APART = 2.0
 # Pieces per spacing into which runs are cut to find the nearest one in space; then the distance to the piece is exact.
@@ -120,3 +123,16 @@ def _in_space(
         least[asking] = away - halves[pieces].max()
         nearest[asking] = middles[pieces[which]]
     return distances, least, nearest
+
+
+def shares_at(mesh: FlatMesh, places: Places, wanted: SpacingAt | None, *, spacing: float) -> FloatArray:
+    """Return the (k,) spacing wanted at k places over a usual one [mm]; 1 where it is the same everywhere."""
+    return np.ones(places.faces.size) if wanted is None else wanted(spatial(mesh, places)) / spacing
+
+
+def laid_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, spacing: float) -> float:
+    """Return how much a path covers where it is as wide as the wanted spacing [mm2]."""
+    if wanted is None:
+        return float(path.lengths.sum()) * spacing
+    middles = Places(path.faces, 0.5 * (path.starts + path.ends))
+    return float(np.abs(path.ends - path.starts) @ wanted(spatial(mesh, middles)))

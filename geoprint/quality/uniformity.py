@@ -14,11 +14,12 @@ from typing import NamedTuple, final
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
-from geoprint.quality.apart import beside, levelled, outwards
-from geoprint.quality.coverage import coverage
-from geoprint.quality.deposited import at_poses, deposited_path, deposited_rows, levels_at, sampled
-from geoprint.quality.oracle import WINDOWS_IN_ALL, GeodesicDistance, flat_mesh, spatial
+from geoprint.quality.apart import Apart, beside, levelled, outwards
+from geoprint.quality.coverage import Coverage, coverage
+from geoprint.quality.deposited import Samples, at_poses, deposited_path, deposited_rows, levels_at, sampled
+from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh, spatial
 from geoprint.quality.sides import SideSpacing
+from geoprint.quality.spacing import SpacingAt, laid_area
 from geoprint.quality.spans import Spans, no_spans
 from geoprint.surfaces.remesh import refine
 
@@ -197,7 +198,14 @@ class Uniformity:
         return tuple(found)
 
 
-def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: int = WINDOWS_IN_ALL) -> Uniformity:
+def uniformity(
+    poses: PoseStream,
+    surface: Surface,
+    *,
+    spacing: float,
+    windows: int = WINDOWS_IN_ALL,
+    wanted: SpacingAt | None = None,
+) -> Uniformity:
     """Measure how evenly the deposited runs cover the surface.
 
     Args:
@@ -206,6 +214,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         spacing: wanted distance between neighbouring levels [mm].
         windows: budget of work for each of the three questions asked (spacing, nearest stretch, second stretch); what
             is left over then is bounded or unknown, and counted as such.
+        wanted: what the spacing shall be at each place, where that differs; everything is over that then.
 
     Raises:
         FieldError: the path lies on another surface.
@@ -215,12 +224,28 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
     path = deposited_path(poses, fine, mesh, spacing=spacing)
     distance = GeodesicDistance(mesh, path, windows=windows)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
-    covered = coverage(mesh, path, distance, samples, spacing=spacing)
-    found = (
-        outwards(mesh, path, distance, samples, spacing=spacing)
-        if levelled(poses)
-        else beside(mesh, path, samples, spacing=spacing, windows=windows)
-    )
+    covered = coverage(mesh, path, distance, samples, spacing=spacing, wanted=wanted)
+    # Levels are those of a distance, and so one spacing apart.
+    if wanted is None and levelled(poses):
+        found = outwards(mesh, path, distance, samples, spacing=spacing)
+    else:
+        found = beside(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
+    laid = laid_area(mesh, path, wanted, spacing=spacing)
+    return _uniformity(poses, mesh, path, samples, covered=covered, found=found, laid=laid, spacing=spacing)
+
+
+def _uniformity(
+    poses: PoseStream,
+    mesh: FlatMesh,
+    path: SurfacePath,
+    samples: Samples,
+    *,
+    covered: Coverage,
+    found: Apart,
+    laid: float,
+    spacing: float,
+) -> Uniformity:
+    """Return what was found of a path that covers so much where it is as wide as is wanted [mm2]."""
     measured = samples.some(found.kept)
     return Uniformity(
         places=spatial(mesh, measured.places),
@@ -241,7 +266,7 @@ def uniformity(poses: PoseStream, surface: Surface, *, spacing: float, windows: 
         judged_places=spatial(mesh, covered.places),
         gaps=covered.gaps,
         overlaps=covered.overlaps,
-        fill=float(path.lengths.sum()) * spacing / covered.area,
+        fill=laid / covered.area,
         length=float(path.lengths.sum()),
         spacing=spacing,
         spans=found.spans,

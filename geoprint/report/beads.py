@@ -1,4 +1,4 @@
-"""Beads as they lie on a part: ribbons of one width on the surface, whose foreshortening is that of the part."""
+"""Beads as they lie on a part: ribbons of their width on the surface, whose foreshortening is that of the part."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from geoprint.surfaces import vertex_normals
 
 
 def bead_sides(
-    surface: Surface, places: FloatArray, offsets: IntArray, *, width: float
+    surface: Surface, places: FloatArray, offsets: IntArray, *, width: float | FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the sides of beads whose middles run through given places.
 
@@ -18,7 +18,7 @@ def bead_sides(
         surface: that they lie on.
         places: (k, 3) samples, run after run [mm].
         offsets: (r + 1,) where each run starts among them.
-        width: of the beads [mm].
+        width: of the beads, one for all or (k,) one a sample [mm].
 
     Returns:
         (k, 3) left and (k, 3) right side as seen from outside along the run [mm].
@@ -28,7 +28,7 @@ def bead_sides(
     along = places[after] - places[before]
     across = np.cross(normals_at(surface, places), along)
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
-    half = 0.5 * width * across / np.where(lengths > 0.0, lengths, 1.0)
+    half = 0.5 * np.reshape(width, (-1, 1)) * across / np.where(lengths > 0.0, lengths, 1.0)
     return places + half, places - half
 
 

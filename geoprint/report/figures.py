@@ -60,6 +60,7 @@ class CoveragePanel:
         offsets: (r + 1,) where each run starts among them.
         ratios: (k,) spacing over its wanted value; NaN where there is no neighbour, drawn grey.
         gaps: (j, 3) places that no path covers [mm].
+        widths: wanted width of the path over the spacing, one for all or (k,) one a sample.
     """
 
     title: str
@@ -68,6 +69,7 @@ class CoveragePanel:
     offsets: IntArray
     ratios: FloatArray
     gaps: FloatArray
+    widths: FloatArray | float = 1.0
 
 
 def coverage_figure(
@@ -80,7 +82,7 @@ def coverage_figure(
     bead: float = BEAD_SHARE,
     unmeasured: str = "outermost",
 ) -> bytes:
-    """Draw toolpaths side by side, coloured by local spacing: as beads of one width, on a part seen from enough sides.
+    """Draw toolpaths side by side, coloured by local spacing: as beads of their width, on a part from enough sides.
 
     Args:
         surface: the part, coarse enough to be drawn.
@@ -88,7 +90,7 @@ def coverage_figure(
         R_view_work: (3, 3) rotation to the first side: x to the right, y up, z towards the reader.
         spacing: wanted spacing [mm].
         title: above everything.
-        bead: width of a drawn bead over the spacing.
+        bead: width of a drawn bead over the wanted one.
         unmeasured: which paths are grey.
 
     Returns:
@@ -225,7 +227,7 @@ def _bead_polygons(
     from matplotlib import colormaps
     from matplotlib.colors import Normalize
 
-    left, right = bead_sides(surface, panel.places, panel.offsets, width=width)
+    left, right = bead_sides(surface, panel.places, panel.offsets, width=width * panel.widths)
     starts: IntArray = np.setdiff1d(np.arange(len(left) - 1), panel.offsets[1:-1] - 1)
     # Counter-clockwise as seen from outside.
     corners = np.stack([right[starts], right[starts + 1], left[starts + 1], left[starts]], axis=1) @ R_view_work.T

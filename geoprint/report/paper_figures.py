@@ -123,7 +123,7 @@ def _draw_stretches(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
-    sides = bead_sides(surface, panel.places, panel.offsets, width=BEAD_SHARE * spacing)
+    sides = bead_sides(surface, panel.places, panel.offsets, width=BEAD_SHARE * spacing * panel.widths)
     left, right = ((side @ R_view_work.T)[:, :2] for side in sides)
     ratios = 0.5 * (panel.ratios[:-1] + panel.ratios[1:])
     low, high = COLOUR_RANGE

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
+from geoprint.config import StoredField
+from geoprint.deposition import WidthsOver
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, freeze_arrays, frozen
 from geoprint.motion.placing import Uncertainty
 from geoprint.surfaces import upright_of
@@ -177,8 +179,8 @@ class Workpiece:
         orientation: how it was turned, or None where it stands as it did.
         tried: sources of patches whose best one was sought, in the order of the patches.
         place: of the layer in its stack, whose middle the part then is; None of a single skin.
-        field_text: of the file that says which lines fibres follow, or None.
-        field_volume: name and bytes of the label volume that this names, or None.
+        field: the file that says which lines fibres follow, with those that it names; or None.
+        widths: how wide fibres are, or None where that is the spacing everywhere.
         feedback_text: of the appraisal of the last print, or None.
     """
 
@@ -200,8 +202,8 @@ class Workpiece:
     orientation: Orientation | None = None
     tried: tuple[TriedSource, ...] = ()
     place: StackPlace | None = None
-    field_text: str | None = None
-    field_volume: tuple[str, bytes] | None = None
+    field: StoredField | None = None
+    widths: WidthsOver | None = None
     feedback_text: str | None = None
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from geoprint.config import FIELD_EXAMPLE, FieldFile, field_volume, job_of, read_field
+from geoprint.config import FIELD_EXAMPLE, FieldFile, job_of, read_field, stored_field
 from geoprint.errors import UsageError
 
 WALL = """\
@@ -35,7 +35,7 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
     shown = re.sub(r"(?m)^# (?=\[|\w+ = )", "", FIELD_EXAMPLE)
     keys = tomllib.loads(shown)
     assert len(keys["preferences"]) == 4
-    helix, wall = keys.pop("helix"), keys.pop("wall")
+    helix, wall, width = keys.pop("helix"), keys.pop("wall"), keys.pop("width")
     designed = FieldFile.model_validate(keys)
     assert {name for table in designed.preferences for name in table.model_fields_set} == {
         "rim", "direction", "curvature", "stroke", "weight"
@@ -47,6 +47,12 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
     ventricle = FieldFile.model_validate({"wall": wall}).wall
     assert ventricle is not None
     assert (ventricle.labels, ventricle.cavity, ventricle.base) == ([1, 7], [11], [3, 5])
+    for names in ({"table"}, {"direction", "begin_mm", "end_mm"}, {"places", "at_mm", "within_mm"}):
+        chosen = {"preferences": [{"rim": True}], "width": {name: width.pop(name) for name in names}}
+        told_width = FieldFile.model_validate(chosen).width
+        assert told_width is not None
+        assert told_width.model_fields_set == names
+    assert width == {}
     assert designed.through is not None
     assert (designed.through.inner_deg, designed.through.outer_deg) == (60.0, -60.0)
 
@@ -80,8 +86,21 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
         (WALL.replace("cavity = [11]", "cavity = [7]"), r"line 1: wall: a label is of the wall, .* found 7 twice"),
         (WALL.replace("cavity = [11]", "cavity = []"), r"line 4: wall.cavity: .*at least 1 item"),
         (WALL.replace("base = [3]\n", ""), r"line 1: wall.base: field required"),
-        (WALL + RIM, r"a wall says every line through it: leave out all other tables, or the wall"),
+        (WALL + RIM, r"a wall says every line through it: leave out all tables but the width, or the wall"),
         (WALL + "[through]\ninner_deg = 6.0\nouter_deg = 9.0\n", r"a wall says every line through it"),
+        (f"{RIM}[width]\n", r"line 3: width: a width is from a table, along a direction .* found none"),
+        (
+            f"{RIM}[width]\ntable = 'w.csv'\nat_mm = 1.0\n",
+            r"about places with at_mm and within_mm, found table and at_mm",
+        ),
+        (f"{RIM}[width]\ndirection = [0.0, 0.0, 1.0]\nbegin_mm = 1.0\n", r"found direction and begin_mm"),
+        (
+            f"{RIM}[width]\ndirection = [0.0, 0.0, 0.0]\nbegin_mm = 1.0\nend_mm = 2.0\n",
+            r"line 3: width: a direction must have a length",
+        ),
+        (f"{RIM}[width]\nplaces = []\nat_mm = 1.0\nwithin_mm = 3.0\n", r"line 4: width.places: .*at least 1 item"),
+        (f"{RIM}[width]\nplaces = [[0.0, 0.0, 0.0]]\nat_mm = 0.0\nwithin_mm = 3.0\n", r"line 5: .*greater than 0"),
+        (f"{RIM}[width]\ntable = 'w.csv'\n", r"^field.toml: \[width\] names the table w.csv, but there is no file"),
         (WALL, r"^field.toml: \[wall\] names the volume heart.nii, but there is no file .*heart.nii\.$"),
         ("rim = [\n", r"^field.toml is not valid TOML"),
     ],
@@ -101,8 +120,12 @@ def test_the_volume_of_a_wall_is_named_from_the_folder_of_the_file(tmp_path: Pat
     found = read_field(_written(tmp_path, WALL)).wall
     assert found is not None
     assert found.volume == str(tmp_path / "heart.nii")
-    assert field_volume(tmp_path / "field.toml") == ("heart.nii", b"labels")
-    assert field_volume(_written(tmp_path, RIM)) is None
+    assert stored_field(tmp_path / "field.toml").files == {("wall", "volume"): ("heart.nii", b"labels")}
+    (tmp_path / "w.csv").write_bytes(b"x,y,z,width")
+    both = _written(tmp_path, f"{WALL}[width]\ntable = 'w.csv'\n")
+    assert stored_field(both).files["width", "table"] == ("w.csv", b"x,y,z,width")
+    assert len(stored_field(both).files) == 2
+    assert (stored_field(_written(tmp_path, RIM)).text, stored_field(tmp_path / "field.toml").files) == (RIM, {})
 
 
 def test_a_job_file_names_it_from_its_own_folder(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Beads have one width on the surface whatever the side they are seen from, and wrapped parts are seen all around."""
+"""Beads have their width on the surface whatever the side they are seen from; wrapped parts are seen all around."""
 
 from __future__ import annotations
 
@@ -22,6 +22,9 @@ def test_a_bead_is_as_wide_as_asked_and_lies_in_the_surface() -> None:
     places = 20.0 * np.column_stack([np.sin(1.0) * np.cos(turn), np.sin(1.0) * np.sin(turn), np.full(100, np.cos(1.0))])
     left, right = bead_sides(cap, places, np.array([0, 100]), width=0.6)
     np.testing.assert_allclose(np.linalg.norm(left - right, axis=1), 0.6)
+    wider = np.linspace(0.2, 1.4, 100)
+    sides = bead_sides(cap, places, np.array([0, 100]), width=wider)
+    np.testing.assert_allclose(np.linalg.norm(sides[0] - sides[1], axis=1), wider)
     # To the left of a circle that runs counter-clockwise as seen from outside lies its middle.
     assert (left[:, 2] > right[:, 2]).all()
     across = (left - right) / 0.6

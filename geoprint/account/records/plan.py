@@ -132,6 +132,9 @@ class PathsRecord(Record):
         description="too short to be worth a start: closed ones shorter than one spacing, fibres than three"
     )
     dropped_mm: Rounded = Field(description="their length in all [mm]")
+    widths_mm: tuple[Rounded, Rounded] | None = Field(
+        default=None, description="least and most that is wanted; left out where paths are one spacing wide [mm]"
+    )
     largest_distance_mm: Rounded = Field(description="from the seed [mm]")
     largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
     mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
@@ -295,7 +298,9 @@ class LightRecord(Record):
 class DepositionRecord(Record):
     """The layer that the paths leave."""
 
-    flow: Literal["constant", "follows the width"] = Field(description="that is printed")
+    flow: Literal["constant", "follows the width"] = Field(
+        description="that is printed; constant over the wanted width where that differs"
+    )
     share_away_from_medial_axis: Rounded = Field(description="of the area, where fronts are apart")
     constant_flow: ThicknessRecord = Field(description="with constant flow")
     following_flow: FollowingRecord = Field(description="with flow that follows the width")

@@ -33,6 +33,9 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
             f"spacing ({settings.backend})"
         )
     ]
+    if paths.widths_mm is not None:
+        least, most = paths.widths_mm
+        lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
     lines += [
         f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
         f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"

@@ -4,7 +4,8 @@ Rows one spacing apart that follow lines exactly end or begin wherever the lines
 distance may differ a little from the spacing, and their direction from the lines, most of these ends are not needed.
 What costs least, in the squares of both and a price for each end, has a dual that is an obstacle problem: a membrane
 over the surface, held at the rim, that the divergence of the lines lifts and that may rise no higher than the price.
-The slope of it is what rows differ by; rows end only where it touches.
+The slope of it is what rows differ by; rows end only where it touches. Where the wanted spacing differs from place to
+place, all of this is over the spacing there: rows then end where it demands them to as well.
 """
 
 from __future__ import annotations
@@ -89,23 +90,27 @@ def _assembled(surface: Surface, each: FloatArray) -> csc_array[np.float64]:
     return csc_array(coo_array((each.ravel(), places), shape=(count, count)))
 
 
-def evened(slopes: Slopes, rim: BoolArray, *, spacing: float) -> ComplexArray:
+def evened(slopes: Slopes, rim: BoolArray, *, spacings: FloatArray) -> ComplexArray:
     """Return the (m,) slopes that rows shall have: along the line of each face, as imaginary part across [1 / mm].
 
     Args:
         slopes: on a surface in one piece.
         rim: (n,) which vertices lie on it.
-        spacing: wanted distance of rows [mm].
+        spacings: (m,) wanted distance of rows [mm].
     """
-    whole = np.ones(slopes.areas.size)
     held = rim | slopes.senses.odd
     if held.all():
-        return np.full(whole.size, 1j / spacing, dtype=np.complex128)
+        return np.asarray(1j / spacings, dtype=np.complex128)
+    # Heights are over a usual spacing.
+    usual = float(np.median(spacings))
+    denser = usual / spacings
     free = diagonal_matrix(np.where(held, 0.0, 1.0))
-    stiffness = csc_array(free @ slopes.stiffness(along=whole, across=whole / LEAN_PRICE) @ free)
-    lift = np.where(held, 0.0, slopes.pull(along=whole, across=0.0 * whole))
+    stiffness = csc_array(free @ slopes.stiffness(along=denser**2, across=denser**2 / LEAN_PRICE) @ free)
+    lift = np.where(held, 0.0, slopes.pull(along=denser, across=0.0 * denser))
     areas = np.maximum(sum_around_vertices(slopes.surface, slopes.areas / 3), np.finfo(float).tiny)
-    limit = END_PRICE * spacing
+    # An end costs the square of the spacing there.
+    squares = sum_around_vertices(slopes.surface, slopes.areas / 3 * spacings**2) / areas
+    limit = END_PRICE * np.maximum(squares, np.finfo(float).tiny) / usual
     # As stiff a spring as lifts of a usual size press the membrane by twice its greatest height.
     spring = areas * max(float(np.median(np.abs(lift[~held] / areas[~held]))), LEAST_LIFT) * 4.0 / limit
     matrix = csc_array(stiffness + diagonal_matrix(np.where(held, 1.0, spring)))
@@ -116,6 +121,6 @@ def evened(slopes: Slopes, rim: BoolArray, *, spacing: float) -> ComplexArray:
         height = np.clip(membrane + push, -limit, limit)
         push += membrane - height
     along, across = slopes.of(height)
-    evener: ComplexArray = np.empty(whole.size, dtype=np.complex128)
-    evener.real, evener.imag = across / LEAN_PRICE / spacing, (1.0 - along) / spacing
+    evener: ComplexArray = np.empty(spacings.size, dtype=np.complex128)
+    evener.real, evener.imag = denser * across / LEAN_PRICE / spacings, (1.0 - denser * along) / spacings
     return evener

@@ -2,7 +2,8 @@
 
 A stroke begins beside one that is there, exactly one spacing away, and runs on until it comes too near to another one
 [Jobard1997]. What lies between strokes that run apart is filled from its widest place, always the widest of all first
-[Mebarki2005]. The rim counts as a stroke half a spacing outside of it.
+[Mebarki2005]. The rim counts as a stroke half a spacing outside of it. Where
+the spacing differs from place to place, that between two strokes is the mean of what is wanted where they lie.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from geoprint.model import IntArray
+from geoprint.model import BoolArray, IntArray
 from geoprint.patterns.fibres.nearest import NOBODY, gaps, nearest, no_segments, rim_segments, window_room, with_room
 from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides
 from geoprint.patterns.fibres.tracing import FULL, RETURNED, Rules, lay, lay_straight, straight, streamline, take_back
@@ -73,18 +74,18 @@ class Weave(NamedTuple):
     dropped: list[float]
 
 
-def laid_strokes(net: LineNet, *, spacing: float, first: tuple[int, complex], spread: IntArray) -> Weave:
+def laid_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray) -> Weave:
     """Lay strokes until there is no gap for another one.
 
     Args:
         net: a surface in one piece with a field.
-        spacing: wanted distance of neighbours [mm].
         first: where the first one begins: a face, and the place in its plane.
         spread: (k,) faces all over the surface, nearer together than gaps are wide.
+        beside_rim: (k,) whether the middle of each may lie nearer to the rim than a spacing.
     """
-    laying = _Laying(net, spacing=spacing, spread=spread)
+    laying = _Laying(net)
     laying.beside(laying.begun(*first, row=0))
-    laying.fill()
+    laying.fill(spread, beside_rim)
     return Weave(laying.strokes, laying.dropped)
 
 
@@ -94,23 +95,20 @@ class _Laying:
 
     Args:
         net: a surface with a field.
-        spacing: wanted distance of neighbours [mm].
-        spread: (k,) faces all over the surface in whose middles gaps are looked for.
     """
 
-    def __init__(self, net: LineNet, *, spacing: float, spread: IntArray) -> None:
-        self._net, self._spacing = net, spacing
+    def __init__(self, net: LineNet) -> None:
+        self._net, self._spacings = net, net.spacings
         self._laid, self._room = no_segments(len(net.corners), room=ROOM), window_room()
         self._rules = Rules(
-            step=STEP_SHARE * spacing, apart=APART_SHARE * spacing, itself=APART_SHARE * spacing,
-            clear=CLEAR * spacing, beside=RETURN_SHARE * spacing, lean=1 + 0j,
+            step=STEP_SHARE, apart=APART_SHARE, itself=APART_SHARE, clear=CLEAR, beside=RETURN_SHARE, lean=1 + 0j
         )  # fmt: skip
         self.strokes: list[LaidStroke] = []
         self.dropped = list[float]()
         # What was dropped: a gap with room for a short stroke is met from many places.
         self._left = no_segments(len(net.corners), room=ROOM)
         self._middles: ComplexArray = net.corners.sum(axis=1) / 3.0
-        self._rim, self._spread = rim_segments(net), spread
+        self._rim = rim_segments(net)
 
     def begun(self, face: int, place: complex, *, row: int) -> LaidStroke | None:
         """Lay the stroke through a place; None where it is not worth a start."""
@@ -125,7 +123,7 @@ class _Laying:
         middle, back = int(self._laid.filled[0]), 0.0
         if not closed:
             _, back, _ = self._run(self._rules, face, place, -1.0)
-        if ahead + back < SHORTEST * self._spacing:
+        if ahead + back < SHORTEST * self._spacings[face]:
             self._drop(count, face, place, length=ahead + back)
             return None
         self.strokes.append(self._stroke(count, middle, closed=closed, row=row, length=ahead + back))
@@ -133,7 +131,7 @@ class _Laying:
 
     def _drop(self, count: int, face: int, place: complex, *, length: float) -> None:
         """Take back a stroke of the segments from a number on; it counts if none was dropped so near before."""
-        laid, limit = self._laid, APART_SHARE * self._spacing
+        laid, limit = self._laid, APART_SHARE * float(self._spacings[face])
         _, found, _ = nearest(self._net, self._left, self._room, face, place, limit, NOBODY, 0.0, 0.0)
         if found < 0:
             self.dropped.append(length)
@@ -151,24 +149,26 @@ class _Laying:
         while waiting:
             stroke = waiting.pop(0)
             for face, place in self._places_beside(stroke):
-                if self._gap(face, place, BESIDE_SHARE)[0] >= BESIDE_SHARE * self._spacing:
+                if self._gap(face, place, BESIDE_SHARE)[0] >= BESIDE_SHARE:
                     new = self.begun(face, place, row=stroke.row + 1)
                     waiting += [] if new is None else [new]
 
-    def fill(self) -> None:
-        """Lay strokes in gaps, the widest first, and others beside them."""
-        faces, middles = self._spread, self._middles[self._spread]
-        found = np.minimum(
-            gaps(self._net, self._laid, self._room, faces, middles, FAR * self._spacing),
-            gaps(self._net, self._rim, self._room, faces, middles, self._spacing) + 0.5 * self._spacing,
-        )
-        least = GAP_SHARE * self._spacing
-        waiting = [(-width, face) for width, face in zip(found.tolist(), faces.tolist(), strict=True) if width >= least]
+    def fill(self, faces: IntArray, beside_rim: BoolArray) -> None:
+        """Lay strokes in gaps about the middles of (k,) faces, the widest first, and others beside them."""
+        middles, spacings = self._middles[faces], self._spacings[faces]
+        found = gaps(self._net, self._laid, self._room, faces, middles, FAR * spacings) / spacings
+        # From most places the rim is farther than is looked, and nothing shortens the look.
+        near = np.flatnonzero(beside_rim)
+        rim = gaps(self._net, self._rim, self._room, faces[near], middles[near], spacings[near])
+        found[near] = np.minimum(found[near], rim / spacings[near] + 0.5)
+        waiting = [
+            (-width, face) for width, face in zip(found.tolist(), faces.tolist(), strict=True) if width >= GAP_SHARE
+        ]
         heapify(waiting)
         while waiting:
             width, face = heappop(waiting)
             now, near = self._gap(face, complex(self._middles[face]), FAR)
-            if now < least:
+            if now < GAP_SHARE:
                 continue
             if now < -width:
                 heappush(waiting, (-now, face))
@@ -177,12 +177,17 @@ class _Laying:
             self.beside(self.begun(face, complex(self._middles[face]), row=row))
 
     def _gap(self, face: int, place: complex, reach: float) -> tuple[float, int]:
-        """Return how far the nearest stroke is, within so many spacings [mm], and which; the rim's is half beyond."""
-        limit = reach * self._spacing
+        """Return how many spacings the nearest stroke is away, within so many, and which; the rim's is half beyond."""
+        spacing = float(self._spacings[face])
+        limit = reach * spacing
         away, found, _ = nearest(self._net, self._laid, self._room, face, place, limit, NOBODY, 0.0, 0.0)
-        beyond = limit - 0.5 * self._spacing
+        beyond = limit - 0.5 * spacing
         rim, _, _ = nearest(self._net, self._rim, self._room, face, place, beyond, NOBODY, 0.0, 0.0)
-        return min(away, rim + 0.5 * self._spacing), int(self._laid.strokes[found]) if found >= 0 else -1
+        width = rim / spacing + 0.5
+        if found < 0:
+            return width, -1
+        there = float(self._spacings[self._laid.faces[found]])
+        return min(away / (0.5 * (spacing + there)), width), int(self._laid.strokes[found])
 
     def _run(self, rules: Rules, face: int, place: complex, sign: float) -> tuple[int, float, float]:
         """Lay a streamline; where there is no room for it, with more."""
@@ -206,20 +211,21 @@ class _Laying:
             reason, length, aside = self._run(rules, face, place, 1.0)
             if reason != RETURNED:
                 return False
-            if abs(aside) <= (MET_SHARE if trial + 1 < TRIALS else JOINED_SHARE) * self._spacing:
+            if abs(aside) <= (MET_SHARE if trial + 1 < TRIALS else JOINED_SHARE) * self._spacings[face]:
                 return self._joined(length)
         return False
 
     def _joined(self, length: float) -> bool:
         """Lead the end of a stroke that came back straight to its beginning; say if nothing lies between."""
-        laid, reach = self._laid, JOIN * self._spacing
-        last = int(laid.filled[0]) - 1
+        laid, last = self._laid, int(self._laid.filled[0]) - 1
+        spacing = float(self._spacings[laid.faces[last]])
+        reach = JOIN * spacing
         while laid.arcs[last] > length - reach:
             last -= 1
         face, end, arc = int(laid.faces[last]), complex(laid.ends[last]), float(laid.arcs[last + 1])
         take_back(laid, last + 1)
         _, found, vector = nearest(
-            self._net, laid, self._room, face, end, 2.0 * reach, len(self.strokes), arc, self._rules.clear
+            self._net, laid, self._room, face, end, 2.0 * reach, len(self.strokes), arc, CLEAR * spacing
         )
         if found < 0 or laid.strokes[found] != len(self.strokes) or abs(vector) == 0.0:
             return False
@@ -248,19 +254,23 @@ class _Laying:
         along = stroke.ends - stroke.starts
         lengths = np.abs(along)
         arcs = np.cumsum(lengths) - lengths
-        tried = max(int(stroke.length / (TRIED * self._spacing)), 1)
+        tried = max(int(stroke.length / (TRIED * float(np.median(self._spacings[stroke.faces])))), 1)
         stations = (np.arange(tried) + 0.5) / tried * stroke.length
         rows = np.clip(np.searchsorted(arcs, stations, side="right") - 1, 0, arcs.size - 1)
         units = along[rows] / lengths[rows]
         begins = stroke.starts[rows] + (stations - arcs[rows]) * units
         for side in (1j, -1j):
             for face, place, ahead in zip(stroke.faces[rows].tolist(), begins.tolist(), units.tolist(), strict=True):
-                beyond, there, gone = straight(self._net, face, place, ahead * side, self._spacing)
-                if gone >= self._spacing:
+                here = float(self._spacings[face])
+                beyond, there, gone = straight(self._net, face, place, ahead * side, here)
+                wanted = 0.5 * (here + float(self._spacings[beyond]))
+                if wanted != here:
+                    beyond, there, gone = straight(self._net, face, place, ahead * side, wanted)
+                if gone >= wanted:
                     yield beyond, there
 
 
-def first_place(net: LineNet, *, spacing: float) -> tuple[int, complex] | None:
+def first_place(net: LineNet) -> tuple[int, complex] | None:
     """Return the place half a spacing inside of the rim where lines follow that best; None where there is none."""
     halves, starts, ends = rim_sides(net)
     units = (ends - starts) / np.abs(ends - starts)
@@ -268,7 +278,8 @@ def first_place(net: LineNet, *, spacing: float) -> tuple[int, complex] | None:
     # Of equally good ones the first, whatever rounding says.
     for row in np.argsort(-np.round(aligned, 6), kind="stable").tolist():
         middle = complex(starts[row] + ends[row]) / 2
-        face, place, gone = straight(net, int(halves[row] // 3), middle, complex(1j * units[row]), spacing / 2)
-        if gone >= spacing / 2:
+        inwards = float(net.spacings[halves[row] // 3]) / 2
+        face, place, gone = straight(net, int(halves[row] // 3), middle, complex(1j * units[row]), inwards)
+        if gone >= inwards:
             return face, place
     return None

@@ -29,6 +29,7 @@ class LineNet(NamedTuple):
         lines: (m,) unit vectors.
         signs: (3 m,) 1 where the line of a face goes on beyond the side as that face's vector, -1 as its opposite.
         singular: (m,) whether the field turns around a corner of the face.
+        spacings: (m,) wanted distance of neighbouring strokes [mm].
     """
 
     corners: ComplexArray
@@ -38,10 +39,15 @@ class LineNet(NamedTuple):
     lines: ComplexArray
     signs: FloatArray
     singular: BoolArray
+    spacings: FloatArray
 
 
-def net_of(field: DirectionField) -> LineNet:
+def net_of(field: DirectionField, *, spacings: FloatArray) -> LineNet:
     """Return the net of a field of vectors or of lines.
+
+    Args:
+        field: on m faces.
+        spacings: (m,) wanted distance of neighbouring strokes in each [mm].
 
     Raises:
         MeshError: the surface is no manifold.
@@ -68,6 +74,7 @@ def net_of(field: DirectionField) -> LineNet:
         lines=np.exp(1j * field.angles),
         signs=np.where(odd, -1.0, 1.0),
         singular=singular[surface.faces].max(axis=1),
+        spacings=spacings,
     )
 
 

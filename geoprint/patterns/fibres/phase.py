@@ -82,26 +82,25 @@ def target_of(net: LineNet, slopes: ComplexArray) -> WantedPhase:
     return WantedPhase(slopes, means.reshape(-1, 3))
 
 
-def phase_of(slopes: Slopes, net: LineNet, target: WantedPhase, *, spacing: float, through: Place | None) -> Phase:
+def phase_of(slopes: Slopes, net: LineNet, target: WantedPhase, *, through: Place | None) -> Phase:
     """Return the phase that comes nearest to a target.
 
     Args:
         slopes: on a surface in one piece.
         net: of the same.
         target: to come near to.
-        spacing: wanted distance of rows [mm].
         through: where a row shall pass, if senses agree all over; None draws rows to half a spacing from the rim.
 
     Raises:
         FieldError: the surface has triangles without height.
     """
     senses, faces = slopes.senses, slopes.surface.faces
-    shares = np.angle(_numbers(slopes, target, spacing=spacing)) / (2 * np.pi)
+    shares = np.angle(_numbers(slopes, target, spacing=float(np.median(net.spacings)))) / (2 * np.pi)
     # Half a row from both of its sides, whatever the sense.
     shares[senses.odd] = 0.0
     steps = _apart(shares, faces, senses)
     steps += np.rint(target.sides - steps)
-    weights = np.where(np.abs(steps.sum(axis=1)) < 0.5, spacing**2, 0.0)
+    weights = np.where(np.abs(steps.sum(axis=1)) < 0.5, net.spacings**2, 0.0)
     along, across = _slopes_of_steps(slopes, steps)
     missed = target.slopes - (along + 1j * across)
     stiffness = slopes.stiffness(along=LEAN_PRICE * weights, across=weights)
@@ -113,7 +112,7 @@ def phase_of(slopes: Slopes, net: LineNet, target: WantedPhase, *, spacing: floa
     lift = SymmetricSolver(held, order=slopes.order).solve(pull)
     if through is not None:
         lift += _level_through(slopes, net, shares + lift, steps + _apart(lift, faces, senses), through)
-    elif (drawn := _drawn_to_rim(slopes, net, spacing=spacing)).any():
+    elif (drawn := _drawn_to_rim(slopes, net)).any():
         lift += _common_level(senses, shares + lift, drawn)
         short = np.rint(shares + lift) - (shares + lift)
         lift += SymmetricSolver(csc_array(held + diagonal_matrix(drawn)), order=slopes.order).solve(drawn * short)
@@ -202,12 +201,12 @@ def _level_through(slopes: Slopes, net: LineNet, values: FloatArray, steps: Floa
     return np.full(values.size, 0.5 - values[slopes.surface.faces[face, 0]] - sense * rise)
 
 
-def _drawn_to_rim(slopes: Slopes, net: LineNet, *, spacing: float) -> FloatArray:
+def _drawn_to_rim(slopes: Slopes, net: LineNet) -> FloatArray:
     """Return (n,) how strongly vertices are drawn to half a row: those of the rim that lines follow."""
     halves, starts, ends = rim_sides(net)
     lengths = np.abs(ends - starts)
     cosines = np.abs((net.lines[halves // 3] * ((ends - starts) / lengths).conj()).real)
-    drawn = np.where(cosines > RIM_COSINE, lengths / 2, 0.0) / (RIM_DEPTH / spacing)
+    drawn = np.where(cosines > RIM_COSINE, lengths / 2, 0.0) / (RIM_DEPTH / net.spacings[halves // 3])
     faces, corners = slopes.surface.faces, halves % 3
     both = np.concatenate([faces[halves // 3, corners], faces[halves // 3, (corners + 1) % 3]])
     return np.bincount(both, np.tile(drawn, 2), minlength=slopes.senses.odd.size).astype(np.float64)

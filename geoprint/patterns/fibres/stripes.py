@@ -16,13 +16,12 @@ from geoprint.patterns.fibres.rows import rows_of
 from geoprint.patterns.fibres.senses import senses_of
 
 
-def stripes(surface: Surface, net: LineNet, *, spacing: float, first: Place, through: bool) -> Weave:
+def stripes(surface: Surface, net: LineNet, *, first: Place, through: bool) -> Weave:
     """Return the rows of a phase whose slopes follow the lines of a field.
 
     Args:
         surface: in one piece.
         net: of a field on it.
-        spacing: wanted distance of rows [mm].
         first: where rows are counted from.
         through: a row shall pass there; otherwise rows are drawn to half a spacing from the rim.
     """
@@ -31,15 +30,15 @@ def stripes(surface: Surface, net: LineNet, *, spacing: float, first: Place, thr
     rim = np.zeros(len(surface.vertices), dtype=np.bool_)
     outer = np.flatnonzero(net.twins < 0)
     rim[surface.faces[outer // 3, outer % 3]] = True
-    target = target_of(net, evened(slopes, rim, spacing=spacing))
-    phase = phase_of(slopes, net, target, spacing=spacing, through=first if through else None)
+    target = target_of(net, evened(slopes, rim, spacings=net.spacings))
+    phase = phase_of(slopes, net, target, through=first if through else None)
     chains = level_curves(net, phase)
     rows = rows_of(surface, net, chains, first=first)
     strokes, dropped = list[LaidStroke](), list[float]()
     for row, (begin, end) in enumerate(pairwise(chains.offsets.tolist())):
         starts, ends = chains.starts[begin:end], chains.ends[begin:end]
         length = float(np.abs(ends - starts).sum())
-        if length < SHORTEST * spacing:
+        if length < SHORTEST * float(np.median(net.spacings[chains.faces[begin:end]])):
             dropped.append(length)
             continue
         closed = bool(chains.closed[row])

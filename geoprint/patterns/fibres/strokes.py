@@ -8,13 +8,23 @@ from typing import ClassVar, final
 import numpy as np
 
 from geoprint.backends import Backend
-from geoprint.errors import FieldError, UsageError
+from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.fields import AlongRim, DirectionField, smoothest_field
-from geoprint.model import FloatArray, FollowedLines, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves
+from geoprint.model import (
+    BoolArray,
+    FloatArray,
+    FollowedLines,
+    IntArray,
+    ScalarField,
+    Seed,
+    Strokes,
+    Surface,
+    SurfaceCurves,
+)
 from geoprint.patterns.fibres.laying import SHORTEST, LaidStroke, Weave, first_place, laid_strokes
 from geoprint.patterns.fibres.net import LineNet, net_of, places_of, surface_points
 from geoprint.patterns.fibres.stripes import stripes
-from geoprint.surfaces import Piece, all_curves, boundary_half_edges, pieces
+from geoprint.surfaces import Piece, PolylineDistance, all_curves, boundary_half_edges, boundary_loops, pieces
 
 # Fibres are lines: who prints one may begin at either end.
 LINES = 2
@@ -41,7 +51,8 @@ class FibrePattern:
 
     Stripes are level curves of a phase that rises by one turn a row [Knöppel2015]: their spacing is as even as a small
     lean from the lines allows, and rows end or begin where that no longer does. Streamlines follow the lines exactly:
-    where these converge one ends, where they diverge another begins. No two strokes cross.
+    where these converge one ends, where they diverge another begins. No two strokes cross. The spacing may differ from
+    place to place: strokes are as wide as it is where they lie.
 
     Rows are counted from half a spacing inside of the rim, where the field follows that best. A source that is one
     point lies on the first streamline, and on a stripe where the field has a sense; on a closed piece the source begins
@@ -78,41 +89,53 @@ class FibrePattern:
         """Return the strokes; the row at which one starts is how many lie side by side from the first to it.
 
         Raises:
-            UsageError: the spacing is not the same everywhere.
+            UsageError: the field is of crosses.
+            InputError: a spacing at the vertices is not positive, or there is not one for each.
             FieldError: no stroke is worth a start on a piece, or there is no such field.
         """
-        if isinstance(spacing, ScalarField):
-            raise UsageError(
-                "fibres lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, or "
-                "choose another pattern."
-            )
+        wanted = _at_vertices(spacing, surface)
         field = self._field(surface)
         if field.symmetry > LINES:
             raise UsageError("fibres follow a field of lines or vectors, not of crosses: give a field of symmetry 2.")
         curves, rows, dropped = list[SurfaceCurves](), list[FloatArray](), list[float]()
         for piece in pieces(surface):
-            net = net_of(_on_piece(field, piece))
-            weave = self._laid(piece.surface, net, piece.own(seed.curves), spacing=spacing)
+            spacings = wanted[piece.vertices][piece.surface.faces].mean(axis=1)
+            net = net_of(_on_piece(field, piece), spacings=spacings)
+            weave = self._laid(piece.surface, net, piece.own(seed.curves))
             if not weave.strokes:
                 raise FieldError(
-                    f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {spacing:g} mm long: "
-                    "choose a smaller spacing."
+                    f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm "
+                    "long: choose a smaller spacing."
                 )
             curves += [piece.on_whole(_curve(net, stroke)) for stroke in weave.strokes]
             rows += [_rows(stroke) for stroke in weave.strokes]
             dropped += weave.dropped
         every, row = all_curves(curves), np.concatenate(rows)
-        spacings, widths = np.full(row.size, spacing), np.ones(row.size)
-        return Strokes(every, row, spacings, widths, tuple(dropped), _followed(field))
+        at_points = every.points.values(surface, wanted) if np.ptp(wanted) else np.full(row.size, wanted[0])
+        return Strokes(every, row, at_points, np.ones(row.size), tuple(dropped), _followed(field))
 
-    def _laid(self, surface: Surface, net: LineNet, source: SurfaceCurves, *, spacing: float) -> Weave:
+    def _laid(self, surface: Surface, net: LineNet, source: SurfaceCurves) -> Weave:
         """Return the strokes on a piece."""
         point = source.count == 1 and source.points.faces.size == 1
-        inside = None if point else first_place(net, spacing=spacing)
+        inside = None if point else first_place(net)
         first = (int(source.points.faces[0]), complex(places_of(net, source.points)[0])) if inside is None else inside
         if self._laying == STRIPES:
-            return stripes(surface, net, spacing=spacing, first=first, through=inside is None)
-        return laid_strokes(net, spacing=spacing, first=first, spread=_spread(surface, step=SPREAD_SHARE * spacing))
+            return stripes(surface, net, first=first, through=inside is None)
+        spread = _spread(surface, step=SPREAD_SHARE * float(net.spacings.min()))
+        return laid_strokes(net, first=first, spread=spread, beside_rim=_beside_rim(surface, net, spread))
+
+
+def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
+    """Return the (n,) spacing at the vertices of a surface [mm]."""
+    if not isinstance(spacing, ScalarField):
+        return np.full(len(surface.vertices), float(spacing))
+    values, count = spacing.values, len(surface.vertices)
+    if values.size != count or values.min(initial=1.0) <= 0.0:
+        raise InputError(
+            f"a spacing at each vertex of {surface.name} is {count} numbers above 0 mm, found {values.size} from "
+            f"{values.min(initial=np.inf):g}."
+        )
+    return values
 
 
 def _followed(field: DirectionField) -> FollowedLines:
@@ -128,6 +151,15 @@ def _spread(surface: Surface, *, step: float) -> IntArray:
     """Return faces all over a surface, one in each cube of a side [mm], and all where they are larger."""
     cubes = np.floor(surface.vertices[surface.faces].mean(axis=1) / step).astype(np.int64)
     return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
+
+
+def _beside_rim(surface: Surface, net: LineNet, faces: IntArray) -> BoolArray:
+    """Return which of (k,) faces have the rim within a spacing of their middle, straight, which is never farther."""
+    loops = [surface.vertices[np.append(loop, loop[0])] for loop in boundary_loops(surface)]
+    if not loops:
+        return np.zeros(faces.size, dtype=np.bool_)
+    away = PolylineDistance(loops, step=float(net.spacings.min()))(surface.vertices[surface.faces[faces]].mean(axis=1))
+    return np.asarray(away <= net.spacings[faces])
 
 
 def _rows(stroke: LaidStroke) -> FloatArray:

@@ -27,14 +27,14 @@ TINY_STEP, MOST_TINY = 1e-5, 40
 
 
 class Rules(NamedTuple):
-    """When a streamline ends.
+    """When a streamline ends: lengths over the spacing that is wanted where it is.
 
     Attributes:
-        step: it is looked at no farther apart than this [mm].
-        apart: it ends nearer than this to another [mm]; 0 lets it pass.
-        itself: and nearer than this to itself [mm].
-        clear: only farther than this along it [mm].
-        beside: with its beginning no farther aside than this it came back and crowds nothing [mm].
+        step: it is looked at no farther apart than this.
+        apart: it ends nearer than this to another; 0 lets it pass.
+        itself: and nearer than this to itself.
+        clear: only farther than this along it.
+        beside: with its beginning no farther aside than this it came back and crowds nothing.
         lean: unit number that the field is turned by.
     """
 
@@ -149,15 +149,17 @@ def _seen(
     stroke: int, arc: float,
 ) -> tuple[int, bool, float]:  # fmt: skip
     """Return why a streamline ends at a place, -1 for not at all, whether it nears its beginning, and how far aside."""
+    spacing = net.spacings[face]
     if rules.apart > 0.0:
-        _, found, _ = nearest(net, laid, room, face, place, rules.apart, stroke, arc, inf)
+        _, found, _ = nearest(net, laid, room, face, place, rules.apart * spacing, stroke, arc, inf)
         if found >= 0:
             return CROWDED, False, 0.0
-    away, found, vector = nearest(net, laid, room, face, place, rules.itself, stroke, arc, rules.clear)
+    clear = rules.clear * spacing
+    away, found, vector = nearest(net, laid, room, face, place, rules.itself * spacing, stroke, arc, clear)
     if found < 0 or laid.strokes[found] != stroke:
         return -1, False, 0.0
     aside = (vector * ahead.conjugate()).imag
-    if arc < 0.0 or laid.arcs[found] > rules.clear or abs(aside) > rules.beside:
+    if arc < 0.0 or laid.arcs[found] > clear or abs(aside) > rules.beside * spacing:
         return CROWDED, False, 0.0
     # Abreast of the beginning it lies square to the line.
     if (vector * ahead.conjugate()).real <= ABREAST * away:
@@ -190,11 +192,12 @@ def streamline(
         tiny = tiny + 1 if reach < TINY_STEP else 0
         if side < 0 or tiny > MOST_TINY:
             return STUCK, gone, 0.0
-        crossing = reach <= rules.step
-        reach = min(reach, rules.step)
+        step = rules.step * net.spacings[face]
+        crossing = reach <= step
+        reach = min(reach, step)
         onward = on_side(net, face, side, place + reach * ahead) if crossing else place + reach * ahead
         arc = sense * (gone + reach)
-        if back or gone + reach - looked >= rules.step:
+        if back or gone + reach - looked >= step:
             looked = gone + reach
             found, back, aside = _seen(net, laid, room, rules, face, onward, ahead, stroke, arc)
             if found == RETURNED:

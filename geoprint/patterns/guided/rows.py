@@ -80,7 +80,7 @@ class GuidedPattern:
         if isinstance(spacing, ScalarField):
             raise UsageError(
                 "guided rows lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, "
-                "or choose another pattern."
+                "or choose the pattern fibres."
             )
         _check(surface, seed)
         rim = self._rim(surface, backend, spacing=spacing)

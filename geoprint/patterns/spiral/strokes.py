@@ -65,7 +65,7 @@ class SpiralPattern:
         if isinstance(spacing, ScalarField):
             raise UsageError(
                 "turns of a spiral lie one spacing apart everywhere, but a spacing at each vertex is given: give one "
-                "number, or choose another pattern."
+                "number, or choose the pattern fibres."
             )
         field = backend.distance(seed)
         level_distances(field, spacing=spacing)

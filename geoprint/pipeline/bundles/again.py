@@ -20,7 +20,7 @@ from geoprint.surfaces.files import stored_mesh
 JOB, PART, BODY = "job.toml", "part.ply", "body.ply"
 # What layers fill, as a mesh, or in a folder as the table that it is.
 TARGET, TARGET_FOLDER = "target.ply", "target"
-# Which lines fibres follow, and where the volume lies that this names.
+# Which lines fibres follow, and where the files lie that this names.
 FIELD, FIELD_FOLDER = "field.toml", "field"
 # What the last print taught.
 FEEDBACK = "feedback.json"
@@ -146,16 +146,16 @@ def _target_files(workpiece: Workpiece) -> dict[str, bytes]:
 
 
 def _field_files(workpiece: Workpiece) -> dict[str, bytes]:
-    """Return the field file and, in a folder beside it, the volume that it names; nothing without a field."""
-    text, volume = workpiece.field_text, workpiece.field_volume
-    if text is None:
+    """Return the field file and, in a folder beside it, the files that it names; nothing without a field."""
+    if workpiece.field is None:
         return {}
-    if volume is None:
-        return {FIELD: text.encode("utf-8")}
-    beside = f"{FIELD_FOLDER}/{volume[0]}"
-    if tomllib.loads(text)["wall"]["volume"] != beside:
-        text = edited(text, table="wall", values={"volume": beside}, name=FIELD)
-    return {FIELD: text.encode("utf-8"), beside: volume[1]}
+    text, named = workpiece.field.text, dict[str, bytes]()
+    for (table, key), (name, content) in workpiece.field.files.items():
+        beside = f"{FIELD_FOLDER}/{name}"
+        if tomllib.loads(text)[table][key] != beside:
+            text = edited(text, table=table, values={key: beside}, name=FIELD)
+        named[beside] = content
+    return {FIELD: text.encode("utf-8"), **named}
 
 
 def _cell_files(workpiece: Workpiece) -> dict[str, bytes]:

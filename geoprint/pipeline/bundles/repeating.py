@@ -80,7 +80,8 @@ def _found(file: str, check: Callable[[], _T], findings: list[Finding]) -> _T | 
 def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord | None:
     if told.uniformity is None:
         return None
-    return record_evenness(uniformity(stream_of(folder, told), part.part, spacing=told.settings.spacing_mm))
+    stream, spacing = stream_of(folder, told), told.settings.spacing_mm
+    return record_evenness(uniformity(stream, part.part, spacing=spacing, wanted=part.widths))
 
 
 def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> tuple[Clearance, Clearance]:

@@ -43,7 +43,8 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     place, laid, poses = planned.workpiece.place, planned.laid, planned.poses
     assert place is not None  # noqa: S101  # A stack's job names the layer.
     assert laid is not None  # noqa: S101  # A whole plan has its flow.
-    nominal = planned.contours.spacing * place.height
+    points, widths = poses.surface_points, planned.workpiece.widths
+    nominal = place.height * (planned.contours.spacing if widths is None else widths(points))
     # Constant, following, and as executed.
     flows = [np.where(poses.deposit, nominal, 0.0), _at(planned, laid.following_flow)]
     flows += [executed_flow(planned, robot) for robot in planned.robot[:1]]
@@ -66,7 +67,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
             sliced_layer(planned.workpiece.part, shown, plane, height=place.height)
             for plane in middle_planes(place.base, upright_of(place.base))
         ),
-        places=poses.surface_points[rows],
+        places=points[rows],
         offsets=np.append(np.flatnonzero(np.diff(poses.runs[rows], prepend=-1)), rows.size),
     )
 

@@ -85,7 +85,7 @@ def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[T
         seeded = replace(workpiece, seed=united_seed(workpiece.surface, (source,), base=None))
         try:
             paths = cover(job, seeded, Stages(lambda _: None))
-            measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing)
+            measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing, wanted=workpiece.widths)
         except FieldError as error:
             refused.append(error)
             continue

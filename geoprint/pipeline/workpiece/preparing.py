@@ -12,7 +12,8 @@ from typing import final
 import numpy as np
 
 from geoprint.backends import Piecewise, backend
-from geoprint.config import Job, cell_text, field_text, field_volume, load_cell
+from geoprint.config import Job, cell_text, load_cell, stored_field
+from geoprint.deposition import WidthsOver
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
 from geoprint.model import Cell, Placement, Surface, TouchedPoints, frozen
@@ -36,6 +37,7 @@ from geoprint.pipeline.workpiece.several_patches import PreparedPart, prepared_p
 from geoprint.pipeline.workpiece.siding import printed_side
 from geoprint.pipeline.workpiece.sources import seed_of
 from geoprint.pipeline.workpiece.targets import read_target
+from geoprint.pipeline.workpiece.widths import check_widths, least_spacing, widths_of
 from geoprint.results import Side, StackPlace, TargetFile, Workpiece
 from geoprint.surfaces import (
     closest,
@@ -80,7 +82,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
     with stage("refining"):
-        surface, edge_length = _refined(sided.part, backends, spacing=_wanted_spacing(job, sided.part))
+        surface, edge_length = _refined(sided, backends, spacing=_wanted_spacing(job, sided.part))
         workpiece = Workpiece(
             cell=stack_cell(cell, sided.place),
             part=sided.part,
@@ -98,8 +100,8 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             uncertainty=uncertainty,
             turnable=turnable,
             place=sided.place,
-            field_text=None if job.field is None else field_text(job.field),
-            field_volume=None if job.field is None else field_volume(job.field),
+            field=None if job.field is None else stored_field(job.field),
+            widths=sided.widths,
             feedback_text=None if job.feedback is None else feedback_text(job.feedback),
         )
     with stage("source"):
@@ -124,6 +126,7 @@ class SidedPart:
         body: what the part lies on, or None.
         place: of the layer in its stack, or None.
         target: what layers fill, as it was read, or None.
+        widths: how wide fibres are, which the cell can lay; None where they are one spacing wide.
     """
 
     files: tuple[MeshFile, ...]
@@ -133,6 +136,7 @@ class SidedPart:
     body: Surface | None
     place: StackPlace | None = None
     target: TargetFile | None = None
+    widths: WidthsOver | None = None
 
     @property
     def base(self) -> Surface:
@@ -154,10 +158,12 @@ def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
     """Return what `read_part` does of a part that was read."""
     skin = _skin(job, loaded)
     place = layer_of(job, cell, skin.part, skin.target)
-    if place is None:
-        return skin
     # What the layers below are made of lies between the part and the middle of this one.
-    return replace(skin, part=place[1], body=skin.body or skin.part, place=place[0])
+    sided = skin if place is None else replace(skin, part=place[1], body=skin.body or skin.part, place=place[0])
+    widths = widths_of(job, sided.part, sided.place)
+    if widths is not None:
+        check_widths(widths, job, cell, sided.place)
+    return replace(sided, widths=widths)
 
 
 def read_stack(job: Job) -> Stack:
@@ -256,13 +262,16 @@ def surface_uncertainty(calibration: FixtureCalibration, part: Surface) -> Uncer
     return normal_uncertainty(calibration, apply(T_base_work, part.vertices), normals=normals)
 
 
-def _refined(part: Surface, backends: Sequence[str], *, spacing: float) -> tuple[Surface, float]:
+def _refined(sided: SidedPart, backends: Sequence[str], *, spacing: float) -> tuple[Surface, float]:
     """Return the part, each piece as finely as it needs alone, so that its paths do not depend on the others.
+
+    Where fibres are narrower than the spacing, their width counts.
 
     The number is the shortest edge length [mm] that a backend wants of a piece.
     """
     factories = [backend(name).factory for name in backends]
-    alone = [piece.surface for piece in pieces(part)]
+    alone = [piece.surface for piece in pieces(sided.part)]
+    spacing = least_spacing(sided.widths, spacing)
     wanted = [min(factory.edge_length(piece, spacing=spacing) for factory in factories) for piece in alone]
     refined = [refine(piece, edge_length=edge_length) for piece, edge_length in zip(alone, wanted, strict=True)]
     return united(refined), min(wanted)

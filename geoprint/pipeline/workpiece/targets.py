@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
 
 from geoprint.backends import Piecewise, most_accurate_backend
 from geoprint.config import Job
+from geoprint.deposition import between
 from geoprint.errors import InputError, UsageError
 from geoprint.layers import LayerTarget, TargetShape, TargetThickness
 from geoprint.model import FloatArray, Surface
@@ -26,8 +26,6 @@ TABLE_TOLERANCE = 1.0
 ACROSS, UP_A_RIM = 100, 6
 # But in no more across the part than this.
 MOST_ACROSS = 800
-# The thickness between points of a table is that of so many of the nearest.
-NEIGHBOURS = 24
 
 
 def read_target(job: Job) -> TargetFile | None:
@@ -75,15 +73,19 @@ def target_over(job: Job, file: TargetFile | None, part: Surface) -> LayerTarget
     if file is None or table is None:
         thickness = np.full(len(fine.vertices), job.thickness)
     else:
-        thickness = _between(table, fine, name=file.name)
+        check_on_part(table[:, :3], fine, name=file.name)
+        thickness = between(table[:, :3], table[:, 3], fine.vertices)
     if job.feather is not None:
         thickness = thickness * np.minimum(_from_rim(fine) / job.feather, 1.0)
     return TargetThickness(fine, thickness)
 
 
-def _between(table: FloatArray, part: Surface, *, name: str) -> FloatArray:
-    """Return (n,) the thickness at the vertices, between those of the table and never beyond them [mm]."""
-    places, values = table[:, :3], table[:, 3]
+def check_on_part(places: FloatArray, part: Surface, *, name: str) -> None:
+    """Check that the (k, 3) points of a table lie on a part.
+
+    Raises:
+        InputError: one lies off it; says which.
+    """
     _, away = closest(part, places)
     if away.max() > TABLE_TOLERANCE:
         worst = int(away.argmax())
@@ -92,10 +94,6 @@ def _between(table: FloatArray, part: Surface, *, name: str) -> FloatArray:
             f"{TABLE_TOLERANCE:g} mm: give points on the part, in its coordinates and in mm.",
             distance=float(away[worst]),
         )
-    if len(values) == 1:
-        return np.full(len(part.vertices), values[0])
-    between = RBFInterpolator(places, values, neighbors=min(NEIGHBOURS, len(values)), kernel="linear", degree=0)
-    return np.clip(between(part.vertices), values.min(), values.max())
 
 
 def _from_rim(part: Surface) -> FloatArray:

@@ -23,7 +23,7 @@ from geoprint.fields import (
     smoothest_field,
 )
 from geoprint.fields.connection import angles_in_faces
-from geoprint.model import Polylines, ScalarField, Seed, Strokes, Surface
+from geoprint.model import Polylines, Seed, Strokes, Surface
 from geoprint.patterns.fibres import FibrePattern, lines_along_rim
 from geoprint.quality import measure_paths
 from geoprint.surfaces import arc_lengths, boundary_loops, boundary_seed, pieces, point_seed, united
@@ -177,14 +177,6 @@ def test_without_a_field_strokes_follow_the_rim_and_where_there_is_none_the_smoo
     )
     assert strokes.curves.closed.sum() >= 10
     assert lines_along_rim(sphere()).singularities().indices.sum() == pytest.approx(2.0)
-
-
-def test_a_spacing_at_each_vertex_is_refused() -> None:
-    surface = plate()
-    pattern, backend = FibrePattern(), BACKENDS["heat"](surface)
-    wanted = ScalarField(np.ones(len(surface.vertices)))
-    with pytest.raises(UsageError, match=r"^fibres lie one spacing apart everywhere.*give one number"):
-        pattern.strokes(surface, boundary_seed(surface), backend=backend, spacing=wanted)
 
 
 def test_a_field_of_crosses_is_refused() -> None:

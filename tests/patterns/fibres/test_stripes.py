@@ -124,7 +124,7 @@ def test_around_half_an_index_rows_turn_back_and_do_not_end() -> None:
     away = middles - np.clip(middles @ np.diag([1.0, 0.0, 0.0]), -6.0, 6.0)
     around = np.column_stack([-away[:, 1], away[:, 0], np.zeros(len(away))])
     field = nearest_field(surface, angles_in_faces(surface, np.arange(len(middles)), around), symmetry=2)
-    assert senses_of(surface, net_of(field)).odd.sum() == 2
+    assert senses_of(surface, net_of(field, spacings=np.full(len(field.angles), spacing))).odd.sum() == 2
     strokes = _strokes(field, spacing=spacing)
     ends = _ends(surface, strokes)
     assert crossings(surface, strokes.curves) == 0
