@@ -46,6 +46,7 @@ SCANNED = {
     "viscosity x 1.2": Faults(viscosity=1.2),
     "narrow beads, x 0.7": Faults(width_scale=0.7),
     "0.2 mm to the left": Faults(offset=0.2),
+    "width of beads +/- 5 %": Faults(width_noise=0.05),
 }
 SEEDS = 50
 OFFSETS, SCALES, BREAKS = (-0.5, 0.2, 0.5, 1.0), (0.7, 1.0, 1.3), (1.0, 2.5, 5.0)
