@@ -10,8 +10,11 @@ each photograph under several lightings, with nothing else changed. A line is fo
 
 The third, where open3d is installed: scans in silico of a print on a patch of a heart, with 0.05 mm noise and 30 %
 missing, taken 5 degrees and 10 mm from where they are thought to be; with each error put in so many seeds. Largest and
-mean distance of the pose from the truth, in how many of the seeds that is within the stated uncertainty of 95 %, the
-mean error of the thickness over the surface, the volume found, and the share of its cells within their uncertainty.
+mean distance of the pose from the truth, the standard deviation of the turn that is told, in how many of the seeds the
+pose is within the stated uncertainty of 95 %, the mean error of the thickness over the surface, the volume found, and
+the share of its cells within their uncertainty. About the apex runs are rings: how far a scan is turned about their
+middle is known to 0.10 degrees (standard deviation) from 9,000 points with that noise, even if all else were known, so
+there a scan twice as fine is tried as well.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ from benchmarks.parts.print_photographs import (
     plate_print,
     reference_lines,
 )
-from benchmarks.parts.print_scans import registered_scan
+from benchmarks.parts.print_scans import APEX, Registered, registered_scan
 from benchmarks.parts.tables import row, rule
 from geoprint.appraisal import Held, bead_width, beads_of, middles_of, paired_edges, read_photograph
 from geoprint.silico import Break, Faults
@@ -46,8 +49,11 @@ SCANNED = {
     "viscosity x 1.2": Faults(viscosity=1.2),
     "narrow beads, x 0.7": Faults(width_scale=0.7),
     "0.2 mm to the left": Faults(offset=0.2),
+    "width of beads +/- 5 %": Faults(width_noise=0.05),
 }
 SEEDS = 50
+# By how much closer the lines of sight lie at the apex.
+FINER = (1, 2)
 OFFSETS, SCALES, BREAKS = (-0.5, 0.2, 0.5, 1.0), (0.7, 1.0, 1.3), (1.0, 2.5, 5.0)
 
 
@@ -89,23 +95,33 @@ def known_answers(*, smoke: bool) -> Iterator[str]:
 def scans(seeds: int, *, smoke: bool) -> Iterator[str]:
     """Yield a Markdown table: an error that was put in, and how well its scans were registered and measured."""
     yield row(
-        "error put in", "seeds", "shift [mm]", "turn [deg]", "pose within", "thickness [mm]", "volume", "cells within"
-    )
-    yield rule(8)
+        "error put in", "points", "seeds", "shift [mm]", "turn [deg]", "stated", "pose within", "thickness [mm]",
+        "volume", "cells within",
+    )  # fmt: skip
+    yield rule(10)
     for name, faults in list(SCANNED.items())[: 1 if smoke else None]:
-        found = [registered_scan(faults, seed=seed) for seed in range(seeds)]
-        shifts, turns = np.array([each.shift for each in found]), np.array([each.turn for each in found])
-        ratios = np.array([each.ratio for each in found]) / faults.volume
-        yield row(
-            name,
-            str(seeds),
-            f"{shifts.mean():.4f}, at most {shifts.max():.4f}",
-            f"{turns.mean():.4f}, at most {turns.max():.4f}",
-            f"{np.mean([each.within for each in found]):.0%}",
-            f"{np.mean([each.thickness for each in found]):.4f}",
-            f"{ratios.mean():.3f} +/- {ratios.std():.3f} of the truth",
-            f"{np.mean([each.cells for each in found]):.1%}",
-        )
+        yield _scans_row(name, faults, [registered_scan(faults, seed=seed) for seed in range(seeds)])
+    for finer in () if smoke else FINER:
+        found = [registered_scan(Faults(), seed=seed, part=APEX, finer=finer) for seed in range(seeds)]
+        yield _scans_row("nothing, at the apex", Faults(), found)
+
+
+def _scans_row(name: str, faults: Faults, found: list[Registered]) -> str:
+    """Return the row of an error: means over its seeds, and the largest."""
+    shifts, turns = np.array([each.shift for each in found]), np.array([each.turn for each in found])
+    ratios = np.array([each.ratio for each in found]) / faults.volume
+    return row(
+        name,
+        f"{np.mean([each.points for each in found]):.0f}",
+        str(len(found)),
+        f"{shifts.mean():.4f}, at most {shifts.max():.4f}",
+        f"{turns.mean():.4f}, at most {turns.max():.4f}",
+        f"{np.mean([each.stated for each in found]):.4f}",
+        f"{np.mean([each.within for each in found]):.0%}",
+        f"{np.mean([each.thickness for each in found]):.4f}",
+        f"{ratios.mean():.3f} +/- {ratios.std():.3f} of the truth",
+        f"{np.mean([each.cells for each in found]):.1%}",
+    )
 
 
 def real_photographs(folder: Path) -> Iterator[str]:

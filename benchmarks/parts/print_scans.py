@@ -17,9 +17,10 @@ from geoprint.config import job_of
 from geoprint.model import FloatArray, PoseStream, Surface
 from geoprint.pipeline import plan
 from geoprint.silico import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
-from geoprint.surfaces import closest, mean_normal
+from geoprint.surfaces import mean_normal
 
-PART = Path(__file__).parents[2] / "data" / "heart_flat_patch.ply"
+DATA = Path(__file__).parents[2] / "data"
+FLAT, APEX = "heart_flat_patch", "heart_apex_patch"
 SPACING, HEIGHT = 2.5, 0.5
 # How far from where it is thought to be a scan is taken [mm, degrees].
 OFF_MM, OFF_DEG = 10.0, 5.0
@@ -27,6 +28,8 @@ NOISE, MISSING = 0.05, 0.3
 # Lines of sight to either side, and how far the sensor is away [mm].
 RAYS, AWAY, FOCAL = 260, 300.0, 1200.0
 LEVEL = 0.95
+# Places of each triangle by which the truth is found, along either side: with fewer it errs more than what is judged.
+SIDE = 12
 
 
 class Registered(NamedTuple):
@@ -35,6 +38,8 @@ class Registered(NamedTuple):
     Attributes:
         shift: of the middle of the scan [mm].
         turn: [degrees].
+        stated: standard deviation of the turn, as told [degrees].
+        points: of the scan.
         within: whether the true pose lies in the region that the covariance gives 95 %.
         thickness: mean error over the cells of the surface [mm].
         ratio: volume over the planned one, as found.
@@ -43,6 +48,8 @@ class Registered(NamedTuple):
 
     shift: float
     turn: float
+    stated: float
+    points: int
     within: bool
     thickness: float
     ratio: float
@@ -50,26 +57,29 @@ class Registered(NamedTuple):
 
 
 @cache
-def planned_patch() -> tuple[Surface, PoseStream]:
+def planned_patch(part: str = FLAT) -> tuple[Surface, PoseStream]:
     """Return a patch of a heart and the plan of a layer on it, without a robot."""
-    job = job_of(surface=PART, unit="mm", spacing=SPACING, backend="fast-marching", robot=False)
+    job = job_of(surface=DATA / f"{part}.ply", unit="mm", spacing=SPACING, backend="fast-marching", robot=False)
     planned = plan(job)
     return planned.workpiece.surface, planned.poses
 
 
-def registered_scan(faults: Faults, *, seed: int) -> Registered:
+def registered_scan(faults: Faults, *, seed: int, part: str = FLAT, finer: int = 1) -> Registered:
     """Print on the patch with faults, scan it from a place that is badly known, and return what is found.
 
     Args:
         faults: that are put in.
         seed: of pose, noise and holes.
+        part: on which it is printed.
+        finer: by how much closer lines of sight lie, along either side.
     """
-    surface, poses = planned_patch()
+    surface, poses = planned_patch(part)
     random = np.random.default_rng(seed)
     beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
     up = up / np.linalg.norm(up)
-    view = looking_at(middle, place=middle + AWAY * up, focal=FOCAL, size=(RAYS, RAYS))
+    size = (finer * RAYS, finer * RAYS)
+    view = looking_at(middle, place=middle + AWAY * up, focal=finer * FOCAL, size=size)
     T_work_scan = _away(middle, random)
     scan = scanned(surface, beads, Sensor(view, NOISE, MISSING), T_work_scan=T_work_scan, random=random)
     deposit = PlannedDeposit(poses, spacing=SPACING, height=HEIGHT)
@@ -81,7 +91,8 @@ def registered_scan(faults: Faults, *, seed: int) -> Registered:
     seen = held.parts.seen
     ratio = float(np.average(held.parts.ratios[seen], weights=(held.parts.ends - held.parts.starts)[seen]))
     sure = float((np.abs(off) < 1.96 * cells.deviations[cells.seen]).mean())
-    return Registered(shift, turn, within, float(np.abs(off).mean()), ratio, sure)
+    stated = float(np.degrees(found.turn_deviation))
+    return Registered(shift, turn, stated, len(scan.points), within, float(np.abs(off).mean()), ratio, sure)
 
 
 def _away(middle: FloatArray, random: np.random.Generator) -> FloatArray:
@@ -93,15 +104,17 @@ def _away(middle: FloatArray, random: np.random.Generator) -> FloatArray:
 
 def true_thickness(places: FloatArray, surface: Surface, beads: LaidBeads) -> FloatArray:
     """Return the true mean thickness of the cells of the surface that are nearest to places."""
-    random = np.random.default_rng(0)
     corners = surface.vertices[surface.faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    faces = random.choice(len(areas), 500 * len(places), p=areas / areas.sum())
-    feet = np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), faces.size), corners[faces])
-    feet = closest(surface, feet)[0].xyz(surface)
+    first, second = (each.ravel() for each in np.meshgrid(*[(np.arange(SIDE) + 0.5) / SIDE] * 2))
+    far = np.sqrt(first)
+    # A square is laid onto a triangle so that areas keep their shares.
+    weights = np.column_stack([1.0 - far, far * (1.0 - second), far * second])
+    feet = np.einsum("kc,mcx->mkx", weights, corners).reshape(-1, 3)
+    shares = np.repeat(areas, len(weights))
     owners = np.asarray(KDTree(places).query(feet)[1])
-    counts = np.maximum(np.bincount(owners, minlength=len(places)), 1)
-    return np.asarray(np.bincount(owners, heights(beads, feet), minlength=len(places)) / counts)
+    whole = np.maximum(np.bincount(owners, shares, minlength=len(places)), 1e-12)
+    return np.asarray(np.bincount(owners, shares * heights(beads, feet), minlength=len(places)) / whole)
 
 
 def _error(found: Registration, T_work_scan: FloatArray) -> tuple[float, float, bool]:

@@ -21,6 +21,8 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, freeze_a
 STRETCH_SHARE = 0.2
 # Distances are measured from so many places of a stretch, by shares of its length from its middle.
 WITHIN_STRETCH = (-0.5, -0.25, 0.0, 0.25, 0.5)
+# Ends and middle of a stretch, by shares of its length from there, and their weights in its mean.
+SIMPSON = ((-0.5, 1.0 / 6.0), (0.0, 4.0 / 6.0), (0.5, 1.0 / 6.0))
 # Material lies on a stretch where it lies on so much of it.
 COVERED_SHARE = 0.5
 # A bead that rounds a corner of its run leaves out no more of it than this, over the spacing.
@@ -42,7 +44,7 @@ class PlannedRuns:
     """What a plan deposits, as the middles of short stretches.
 
     Attributes:
-        places: (k, 3) on the surface [mm].
+        places: (k, 3) means of them, on the surface but for how it bends within one [mm].
         normals: (k, 3) outward unit normals.
         ahead: (k, 3) unit directions of the runs.
         arcs: (k,) arc length from the start of the run [mm].
@@ -168,8 +170,11 @@ def _cut(points: FloatArray, up: FloatArray, flow: FloatArray, *, step: float) -
     arcs: FloatArray = (np.arange(count, dtype=np.float64) + 0.5) * length
     before, ahead = (_at(arcs + shift * length, reached, points) for shift in (-0.25, 0.25))
     along = _unit(ahead - before)
+    # A straight stretch about its middle would lie outside of a run that bends: by Simpson's rule this is its mean.
+    parts = [share * _at(arcs + shift * length, reached, points) for shift, share in SIMPSON]
+    middles: FloatArray = np.sum(parts, axis=0)
     return (
-        _at(arcs, reached, points), _unit(_at(arcs, reached, up)), along, arcs, np.full(count, length),
+        middles, _unit(_at(arcs, reached, up)), along, arcs, np.full(count, length),
         _radii(along, length), np.interp(arcs, reached, flow),
     )  # fmt: skip
 

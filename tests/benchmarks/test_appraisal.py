@@ -21,8 +21,10 @@ def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> N
 @pytest.mark.dear
 def test_the_first_scan_is_registered_and_measured_as_well_as_promised() -> None:
     *_, line = scans(1, smoke=True)
-    what, seeds, shift, turn, _, thickness, *_ = (cell.strip() for cell in line.split("|")[1:-1])
+    what, _, seeds, shift, turn, _, _, thickness, volume, cells = (cell.strip() for cell in line.split("|")[1:-1])
     assert (what, seeds) == ("nothing", "1")
     assert float(shift.split()[-1]) < 0.05
     assert float(turn.split()[-1]) < 0.1
-    assert float(thickness) < 0.02
+    assert float(thickness) < 0.01
+    assert float(volume.split()[0]) == pytest.approx(1.0, abs=0.01)
+    assert float(cells.rstrip("%")) > 95.0

@@ -44,6 +44,8 @@ ALIKE_BLOCKS = 2.5
 LEAST_DEVIATION, MOST_DEVIATION = 0.01, 0.3
 # Parameters: turn and shift, then level, wider and left.
 POSE, ALL = 6, 9
+# What is known of a direction that nothing fixes, over what is known of the surest one.
+NOTHING = 1e-12
 # Nobody measures better than this [mm].
 LEAST_NOISE = 1e-4
 
@@ -59,7 +61,7 @@ class Adjusted:
         covariance: (9, 9) of turn about the middle [rad], shift [mm] and shares.
         loose: (j, 6) unit directions of turn (times the radius of the scan) and shift that the scan does not fix.
         shares: (3,) level, wider and left.
-        noise: standard deviation of a point about the model, along the normal [mm].
+        noise: standard deviation of a point about the model, across its slope [mm].
         used: share of the points that count.
     """
 
@@ -202,8 +204,7 @@ def _equations(found: _PointRows, shares: FloatArray, scale: FloatArray) -> _Nor
     gradient[POSE:] += known[POSE:] * (shares - EXPECTED)
     matrix = (inner * weights[:, None]).T @ rows
     matrix[np.diag_indices(ALL)] += known
-    pulled = _spread_of(pulls, found.blocks)
-    pulled[np.diag_indices(ALL)] += known
+    pulled = _larger(matrix, _spread_of(pulls, found.blocks) + np.diag(known))
     return _NormalEquations(matrix, gradient, pulled, noise, float((u < 1.0).sum()) / found.points)
 
 
@@ -216,6 +217,21 @@ def _spread_of(pulls: FloatArray, blocks: IntArray) -> FloatArray:
     places = blocks[firsts].astype(np.float64)
     alike = np.exp(-0.5 * cdist(places, places, "sqeuclidean") / ALIKE_BLOCKS**2)
     return sums.T @ alike @ sums
+
+
+def _larger(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the (9, 9) covariance that is the larger of two in every direction in which they differ.
+
+    That of residuals which are alike is too small where they are alike over much of the scan, since what they share is
+    fitted away: nothing is known better than it would be if all points erred on their own.
+    """
+    sizes, axes = np.linalg.eigh(0.5 * (one + one.T))
+    sizes = np.maximum(sizes, NOTHING * sizes[-1])
+    root: FloatArray = axes * np.sqrt(sizes)
+    to_unit: FloatArray = axes / np.sqrt(sizes)
+    shares, directions = np.linalg.eigh(to_unit.T @ other @ to_unit)
+    there = root @ directions
+    return (there * np.maximum(shares, 1.0)) @ there.T
 
 
 def _deviation(pulls: FloatArray, stiff: FloatArray) -> float:

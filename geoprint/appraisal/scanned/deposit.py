@@ -19,7 +19,8 @@ from scipy.spatial import KDTree
 from geoprint.appraisal.against_plan import PlannedRuns, planned_runs
 from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 
-# Beads are asked for as much wider and narrower as this (logarithm of the width): the height is straight between them.
+# What wider beads make of the height is told by beads as much wider and narrower as this (logarithm of the width). The
+# mean of both is not the height: it is rounded where beads meet, and a scan that is laid onto it sinks by 0.01 mm.
 SPREAD_STEP = 0.06
 # Widths that are known: narrower beads would fall apart, wider ones are level (over the flow over the layer's height).
 NARROWEST, WIDEST = 0.4, 2.5
@@ -107,22 +108,22 @@ class PlannedDeposit:
         self, places: FloatArray, normals: FloatArray, laid: FloatArray, width: float
     ) -> tuple[FloatArray, FloatArray]:
         runs, count = self.runs, len(places)
-        radii = 0.5 * width * np.exp([SPREAD_STEP, -SPREAD_STEP])
+        radii = 0.5 * width * np.exp([SPREAD_STEP, 0.0, -SPREAD_STEP])
         longest = 0.5 * float(runs.lengths.max())
         near = KDTree(places).sparse_distance_matrix(KDTree(laid), float(radii.max()) + longest, output_type="ndarray")
         place, stretch = near["i"], near["j"]
         off, flows = places[place] - laid[stretch], runs.flows[stretch]
-        both: list[FloatArray] = []
+        found: list[FloatArray] = []
         for radius in radii.tolist():
             high, slope = _laid(off, runs.ahead[stretch], runs.lengths[stretch], radius)
             columns = [high, *slope.T]
             sums = [np.bincount(place, flows * each, minlength=count) for each in columns]
-            both.append(np.column_stack(sums).astype(np.float64))
-        wide, narrow = both
-        mean, more = 0.5 * (wide + narrow), (wide - narrow) / (2.0 * SPREAD_STEP)
+            found.append(np.column_stack(sums).astype(np.float64))
+        wide, exact, narrow = found
+        more = (wide - narrow) / (2.0 * SPREAD_STEP)
         lefts = self.lefts[self.nearest(places)[1]]
-        heights = np.column_stack([mean[:, 0], more[:, 0], -(mean[:, 1:] * lefts).sum(axis=1)])
-        slopes = np.stack([mean[:, 1:], more[:, 1:], np.zeros((count, 3))], axis=1)
+        heights = np.column_stack([exact[:, 0], more[:, 0], -(exact[:, 1:] * lefts).sum(axis=1)])
+        slopes = np.stack([exact[:, 1:], more[:, 1:], np.zeros((count, 3))], axis=1)
         across = np.einsum("ksx,kx->ks", slopes, normals)
         return heights, slopes - across[:, :, None] * normals[:, None, :]
 

@@ -14,13 +14,14 @@ from typing import final
 
 import numpy as np
 
+from geoprint import transforms
 from geoprint.appraisal.scanned import registration_worker
 from geoprint.appraisal.scanned.adjusting import POSE, Adjusted, adjusted
 from geoprint.appraisal.scanned.deposit import NARROWEST, WIDEST, PlannedDeposit
 from geoprint.appraisal.scanned.target import ScanTarget
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
-from geoprint.surfaces import mean_normal
+from geoprint.surfaces import closest, mean_normal
 from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files.native import run_worker
 
@@ -32,13 +33,15 @@ REACHES = np.array([15.0, 4.0])
 FEATURE_SHARE = 0.12
 # Places around, over the spacing: a run beside, and between.
 AROUND = (-1.0, -0.5, 0.0, 0.5, 1.0)
-TRIED_STEPS, ADJUSTED_STEPS, PRINT_ROUNDS = 6, 40, 3
+TRIED_STEPS, ADJUSTED_STEPS = 6, 40
+# Times, at most, that the deposit is asked for anew over the feet of the scan, with the width and offset found.
+FOOT_ROUNDS = 4
 # Width (logarithm) and offset [mm] of the beads change by no more from round to round, and are found within the other.
 MOST_CHANGE, SETTLED_CHANGE = 0.3, 0.003
 # Less volume than this, over the planned one, tells nothing of width and offset.
 LEAST_LEVEL = 0.1
-# What the shape of a bead, curvature and places in between leave of a pose that noise alone would know better [mm].
-SYSTEMATIC = 0.006
+# What facets of the part, whose normals turn between them, leave of a pose that noise alone would know better [mm].
+SYSTEMATIC = 0.002
 # A scan lies on its part where at least so many of its points do.
 LEAST_USED = 0.2
 # Noise beyond this share of the layer's height, or of the part's size where nothing is planned, is no fit.
@@ -127,16 +130,17 @@ def registered(
     ended = _near(points, target, start, features=features, name=name)
     tried = [adjusted(few, target, start=pose, steps=TRIED_STEPS) for near in ended for pose in _around(near, target)]
     best = min(tried, key=lambda each: _misfit(each, printed=deposit is not None))
-    spread, offset, many = 1.0, 0.0, _some(points, ADJUSTED_POINTS)
-    for left in range(0 if deposit is None else PRINT_ROUNDS, -1, -1):
-        best = adjusted(many, target, start=best.T_work_scan, steps=ADJUSTED_STEPS)
-        level = max(float(best.shares[0]), LEAST_LEVEL)
-        wider = float(np.clip(best.shares[1] / level, -MOST_CHANGE, MOST_CHANGE))
-        beside = float(np.clip(best.shares[2] / level, -MOST_CHANGE, MOST_CHANGE))
-        if left == 0 or max(abs(wider), abs(beside)) < SETTLED_CHANGE:
-            break
+    many = _some(points, ADJUSTED_POINTS)
+    best = adjusted(many, target, start=best.T_work_scan, steps=ADJUSTED_STEPS)
+    spread, offset = 1.0, 0.0
+    for _ in range(FOOT_ROUNDS):
+        wider, beside = _changes(best, printed=deposit is not None)
         spread, offset = float(np.clip(spread * np.exp(wider), NARROWEST, WIDEST)), offset + beside
-        target = ScanTarget(surface, deposit, spread=spread, offset=offset)
+        feet, _ = closest(surface, transforms.apply(best.T_work_scan, many))
+        target = ScanTarget(surface, deposit, spread=spread, offset=offset, below=feet)
+        best = adjusted(many, target, start=best.T_work_scan, steps=ADJUSTED_STEPS)
+        if max(np.abs(_changes(best, printed=deposit is not None))) < SETTLED_CHANGE:
+            break
     _check(best, target, name=name)
     radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
     left = SYSTEMATIC**2 * np.array([radius**-2.0] * 3 + [1.0] * 3)
@@ -145,6 +149,14 @@ def registered(
         best.T_work_scan, best.middle, covariance, best.loose, float(best.shares[0]), spread, offset, best.noise,
         best.used,
     )  # fmt: skip
+
+
+def _changes(found: Adjusted, *, printed: bool) -> tuple[float, float]:
+    """Return by how much wider (logarithm) and farther to the left [mm] beads are than those that were fitted."""
+    if not printed:
+        return 0.0, 0.0
+    shares = np.clip(found.shares[1:] / max(float(found.shares[0]), LEAST_LEVEL), -MOST_CHANGE, MOST_CHANGE)
+    return float(shares[0]), float(shares[1])
 
 
 def _near(points: FloatArray, target: ScanTarget, start: FloatArray, *, features: bool, name: str) -> list[FloatArray]:

@@ -36,7 +36,29 @@ def test_a_bead_is_a_parabola_as_wide_as_its_flow_over_the_height() -> None:
     away = np.linspace(0.0, 0.45 * wide, 10)
     places = np.column_stack([np.full(10, 20.0), 5.0 + away, np.zeros(10)])
     high = 1.5 * HEIGHT * (1.0 - (away / (0.5 * wide)) ** 2)
-    assert DEPOSIT.at(places, ups(places)).heights[:, 0] == pytest.approx(high, abs=0.01)
+    assert DEPOSIT.at(places, ups(places)).heights[:, 0] == pytest.approx(high, abs=1e-6)
+
+
+def test_where_beads_meet_the_valley_is_as_deep_as_parabolas_make_it() -> None:
+    # Wide beads that just touch their neighbours, and those that run over one another by a tenth.
+    wide = SPACING * HEIGHT / FLOW
+    for spread in (wide, 1.1 * wide):
+        radius = 0.5 * spread * DEPOSIT.width
+        away = np.array([0.0, 0.4, 0.5]) * SPACING
+        places = np.column_stack([np.full(3, 20.0), 9.0 + away, np.zeros(3)])
+        tops = [np.maximum(1.0 - ((away - middle) / radius) ** 2, 0.0) for middle in (0.0, SPACING)]
+        high = 0.75 * FLOW / radius * np.sum(tops, axis=0)
+        assert DEPOSIT.at(places, ups(places), spread=spread).heights[:, 0] == pytest.approx(high, abs=1e-6)
+
+
+def test_the_stretches_of_a_ring_have_its_own_mean_radius_and_not_that_of_its_tangents() -> None:
+    angles, radius = np.linspace(0.0, 2.0 * np.pi, 721), 5.0
+    ring = radius * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(721)])
+    runs = PlannedDeposit(stream([ring], flow=FLOW), spacing=SPACING, height=HEIGHT).runs
+    sizes = np.linalg.norm(runs.places, axis=1)
+    half = 0.5 * runs.lengths / radius
+    assert sizes == pytest.approx(radius * np.sin(half) / half, abs=1e-4)
+    assert (radius - sizes).min() > 1e-3
 
 
 def test_slopes_and_changes_are_differences_of_the_height() -> None:
