@@ -19,6 +19,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError, UsageError
+from geoprint.lazy import postponed
 from geoprint.model import BoolArray, FloatArray, IntArray, Robot, frozen
 from geoprint.motion.timing.strain import excess
 
@@ -243,9 +244,9 @@ class _Constraint:
 
 
 def _toppra() -> ModuleType:
-    """Import toppra: late, because it pulls in matplotlib; quiet, because its docstrings and its log are not."""
+    """Import toppra: late, without the pyplot that it never needs here; quiet, for its docstrings and log are not."""
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
             warnings.simplefilter("ignore")
             module = import_module("toppra")
     except ImportError as error:
