@@ -11,7 +11,6 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from io import BytesIO
-from typing import TypeAlias
 
 import numpy as np
 
@@ -19,17 +18,12 @@ from geoprint.errors import InputError
 from geoprint.model import IntArray
 from geoprint.surfaces.files.mesh_file import MeshFile, origin_of, resolves, restored, single_step, written_step
 from geoprint.surfaces.files.optional_readers import read_cloud_ply
+from geoprint.surfaces.files.plain_ply import PLY_TYPES, Elements, plain_mesh
 from geoprint.surfaces.files.regions import Regions, labelled_faces, named
 
 STL_HEADER_BYTES = 84
 STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 STL_TRIANGLE_BYTES = STL_TRIANGLE.itemsize
-PLY_SIZES = {
-    "char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
-    "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8,
-}  # fmt: skip
-# Data and properties of each element of a PLY file, by their names.
-_Elements: TypeAlias = Mapping[str, Mapping[str, Mapping[str, object]]]
 
 
 def read_stl(data: bytes, /, *, name: str) -> MeshFile:
@@ -139,11 +133,10 @@ def holds_points_alone(data: bytes) -> bool:
     return counts.get(b"vertex", b"0") != b"0" and counts.get(b"face", b"0") == b"0"
 
 
-def _read_elements(header: bytes, body: bytes, *, counts: Mapping[str, int], name: str) -> tuple[MeshFile, _Elements]:
+def _read_elements(header: bytes, body: bytes, *, counts: Mapping[str, int], name: str) -> tuple[MeshFile, Elements]:
     """Return mesh and elements of a PLY file; text that single precision would blur is read as it is written."""
-    content = b"end_header" + body
-    mesh, elements = _through_trimesh(
-        header + content, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name
+    mesh, elements = plain_mesh(header, body) or _through_trimesh(
+        header + b"end_header" + body, kind="ply", vertices=counts["vertex"], faces=counts["face"], name=name
     )
     single, wide = single_step(mesh.vertices), re.sub(rb"property float(32)? ", b"property double ", header)
     if b"format ascii" not in header:
@@ -153,7 +146,7 @@ def _read_elements(header: bytes, body: bytes, *, counts: Mapping[str, int], nam
     return replace(mesh, step=written_step(body, mesh.vertices)), elements
 
 
-def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, IntArray]:
+def _integers(elements: Elements, element: str, *, count: int) -> dict[str, IntArray]:
     """Return the integer properties of which an element of a PLY file has as many as `count`, as trimesh reads them."""
     data = elements[element]["data"]
     arrays = {name: np.asarray(data[name]) for name in elements[element]["properties"]}
@@ -165,15 +158,15 @@ def _integers(elements: _Elements, element: str, *, count: int) -> dict[str, Int
 def _least_bytes(words: list[str]) -> int:
     """Return the least number of bytes of `property float x` or `property list uchar int vertex_indices`."""
     if words[1] != "list":
-        return PLY_SIZES[words[1]]
+        return np.dtype(PLY_TYPES[words[1]]).itemsize
     # A face has three corners at least; other lists may be empty.
     corners = 3 if words[4].startswith("vertex_ind") else 0
-    return PLY_SIZES[words[2]] + corners * PLY_SIZES[words[3]]
+    return np.dtype(PLY_TYPES[words[2]]).itemsize + corners * np.dtype(PLY_TYPES[words[3]]).itemsize
 
 
 def _through_trimesh(
     data: bytes, *, kind: str, faces: int, name: str, vertices: int | None = None
-) -> tuple[MeshFile, _Elements]:
+) -> tuple[MeshFile, Elements]:
     """Read with trimesh, and compare the result with what the file promises; of PLY also return the elements.
 
     Args:
