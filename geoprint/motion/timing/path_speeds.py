@@ -11,6 +11,7 @@ Its solver of the linear programs wants lengths in metres: in millimetres it oft
 from __future__ import annotations
 
 import logging
+import sys
 import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, final
@@ -246,9 +247,11 @@ class _Constraint:
 def _toppra() -> ModuleType:
     """Import toppra: late, without the pyplot that it never needs here; quiet, for its docstrings and log are not."""
     try:
-        with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
-            warnings.simplefilter("ignore")
-            module = import_module("toppra")
+        if "toppra" not in sys.modules:
+            with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
+                warnings.simplefilter("ignore")
+                import_module("toppra")
+        module = import_module("toppra")
     except ImportError as error:
         raise UsageError(
             f"the robot chain needs toppra, which is not installed ({error}); run 'pip install toppra', or leave the "
