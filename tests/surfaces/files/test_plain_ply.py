@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from geoprint.model import FloatArray, IntArray
-from geoprint.surfaces.files.plain_ply import PLY_TYPES, plain_mesh
+from geoprint.surfaces.files.triangle_formats import PLY_TYPES, plain_mesh
 
 VERTICES = np.array([[0.0, 0.0, 0.1], [1.0, 0.0, 0.2], [0.0, 1.0, 0.3], [1.0, 1.0, -0.4]])
 FACES = np.array([[0, 1, 2], [2, 1, 3]])
