@@ -122,7 +122,9 @@ def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
         MeshError: a face has no area.
     """
     count = len(surface.vertices)
-    start, end = surface.faces.ravel(), np.roll(surface.faces, -1, axis=1).ravel()
+    # What scipy makes of them anyway; as they are, four times as many would take most of the memory here.
+    start = surface.faces.astype(np.int32).ravel()
+    end = np.roll(start.reshape(-1, 3), -1, axis=1).ravel()
     # The side from corner i to i + 1 is opposite to corner i + 2.
     weights = np.roll(corner_cotangents(surface), -2, axis=1).ravel() / 2
     rows = np.concatenate([start, end, start, end])
@@ -184,8 +186,9 @@ def _sum_at_corners(surface: Surface, values: FloatArray) -> FloatArray:
 
 def _opposite_sides(surface: Surface) -> FloatArray:
     """Return (m, 3, 3) the side opposite to each corner, counter-clockwise: from corner i + 1 to corner i + 2."""
-    corners = surface.vertices[surface.faces]
-    return corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
+    ahead, behind = surface.vertices[surface.faces[:, [2, 0, 1]]], surface.vertices[surface.faces[:, [1, 2, 0]]]
+    ahead -= behind
+    return ahead
 
 
 def _hat_gradients(surface: Surface) -> FloatArray:

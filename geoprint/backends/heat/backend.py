@@ -29,6 +29,9 @@ from geoprint.surfaces import diagonal_matrix, positions
 # colder is solved for again, from where the heat has got to.
 COLDEST = 1e-250
 
+# Up to so many unknowns both systems are factorised at the same time; a factor of so many takes 0.3 GB.
+BESIDE = 200_000
+
 # Share of the last change that is added before the next fit: 6 fits then do what 16 do without it; at 0.9 they
 # overshoot.
 MOMENTUM = 0.8
@@ -42,8 +45,9 @@ RIDGE = (0.85, 1.0)
 class Heat:
     """The `heat` backend: any topology, any seed.
 
-    What does not depend on the seed (triangulation, matrices, elimination order) is made here; the factors of the
-    two linear systems and the distance are made when a seed is first asked for, and kept until another one is.
+    What does not depend on the seed (triangulation, matrices, elimination order) is made here. The distance is made
+    when a seed is first asked for, and kept until another one is; the factors of the two linear systems, which take
+    more memory than all else, are let go as soon as they have served.
 
     Args:
         surface: an orientable manifold whose triangles are a few times smaller than the wanted spacing.
@@ -74,7 +78,6 @@ class Heat:
         self._elements = Elements(delaunay(intrinsic_triangulation(surface)))
         self._time = time_factor * self._elements.mean_length**2
         self._order = nested_dissection(self._elements.stiffness, coordinates=surface.vertices)
-        self._latest: dict[bytes, _Held] = {}
         self._fields: dict[bytes, ScalarField] = {}
 
     @staticmethod
@@ -94,9 +97,8 @@ class Heat:
         held, held_distances = held_vertices(self._surface, seed)
         key = held.tobytes() + held_distances.tobytes()
         if key not in self._fields:
-            system = self._system(held)
             self._fields.clear()
-            self._fields[key] = self._fitted(system, held_distances)
+            self._fields[key] = self._fitted(held, held_distances)
         return self._fields[key]
 
     def contours(self, seed: Seed, *, spacing: float) -> Contours:
@@ -110,34 +112,32 @@ class Heat:
         curves, curve_levels = isolines(self._surface, field, levels=levels)
         return Contours(curves, curve_levels, spacing, field)
 
-    def _fitted(self, system: _Held, held_distances: FloatArray) -> ScalarField:
-        values = system.fitted(system.varadhan(held_distances), held_distances)
+    def _fitted(self, held: IntArray, held_distances: FloatArray) -> ScalarField:
+        system = _Held(self._elements, held, held_distances, time=self._time, order=self._order)
+        values = system.fitted(system.varadhan)
         behind = values
         for _ in range(self._renormalisations):
             ahead = values + MOMENTUM * (values - behind)
-            behind, values = values, system.fitted(ahead, held_distances, ridge=RIDGE)
+            behind, values = values, system.fitted(ahead, ridge=RIDGE)
         return ScalarField(np.maximum(values, 0.0))
-
-    def _system(self, held: IntArray) -> _Held:
-        """Return the factorised systems with these vertices held; those of the last seed are at hand."""
-        key = held.tobytes()
-        if key not in self._latest:
-            # The old factors go first: two pairs of a large mesh would not fit.
-            self._latest.clear()
-            self._latest[key] = _Held(self._elements, held, time=self._time, order=self._order)
-        return self._latest[key]
 
 
 @final
 class _Held:
-    """The heat equation and the Poisson equation with a set of vertices held, both factorised.
+    """The heat equation, solved, and the Poisson equation, factorised, with a set of vertices held.
+
+    Attributes:
+        varadhan: (n,) -sqrt(t) log u of the heat u after the time t [mm].
 
     Raises:
         FieldError: every vertex is held, or a part of the surface has no held vertex.
     """
 
-    def __init__(self, elements: Elements, held: IntArray, *, time: float, order: IntArray) -> None:
-        self._elements, self._held, self._time, self._order = elements, held, time, order
+    def __init__(
+        self, elements: Elements, held: IntArray, held_distances: FloatArray, *, time: float, order: IntArray
+    ) -> None:
+        self._elements, self._time, self._order = elements, time, order
+        self._held, self._held_distances = held, held_distances
         known = np.zeros(elements.mass.size, dtype=np.bool_)
         known[held] = True
         if known.all():
@@ -145,30 +145,28 @@ class _Held:
                 "every vertex of the surface belongs to the seed, so there is no distance to compute: refine the mesh "
                 "or choose a smaller spacing."
             )
-        self._known = known
         free = np.flatnonzero(~known)
         self._free, self._coupling = free, csc_array(elements.stiffness[:, held][free])
-        # SuperLU lets go of the interpreter, so that both systems are factorised at the same time.
+        # SuperLU lets go of the interpreter, so that both systems are factorised at the same time; large ones would
+        # not fit beside one another.
         with single_threaded_blas(), ThreadPoolExecutor(max_workers=1) as other:
-            heat = other.submit(self._heat_solver, ~known)
-            self._poisson = SymmetricSolver(picked(elements.stiffness, free), order=restricted(order, ~known))
-            self._heat = heat.result()
+            poisson = other.submit(self._poisson_solver) if free.size <= BESIDE else None
+            self.varadhan = self._warmed(known)
+            self._poisson = self._poisson_solver() if poisson is None else poisson.result()
 
-    def fitted(
-        self, values: FloatArray, held_distances: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)
-    ) -> FloatArray:
+    def fitted(self, values: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
         """Return the (n,) function whose gradient fits best to the unit gradient of (n,) others [mm].
 
         `ridge` is that of `Elements.flow_of_unit_gradient`.
         """
         flow = self._elements.flow_of_unit_gradient(values, ridge=ridge)
         fit = np.empty(values.size)
-        fit[self._held] = held_distances
-        fit[self._free] = self._poisson.solve(flow[self._free] - self._coupling @ held_distances)
+        fit[self._held] = self._held_distances
+        fit[self._free] = self._poisson.solve(flow[self._free] - self._coupling @ self._held_distances)
         return fit
 
-    def varadhan(self, held_distances: FloatArray) -> FloatArray:
-        """Return (n,) -sqrt(t) log u of the heat u after the time t [mm].
+    def _warmed(self, known: BoolArray) -> FloatArray:
+        """Return `varadhan`, with these vertices held.
 
         Heat falls below the smallest number about 500 edge lengths from the seed. The equation is local: where it has
         become cold, the same equation is solved again with the last warm vertices held, all scaled up.
@@ -176,14 +174,11 @@ class _Held:
         Raises:
             FieldError: heat does not reach some vertices, because nothing connects them to the seed.
         """
-        known, reach = self._known.copy(), np.zeros(self._known.size)
-        reach[self._held] = held_distances
-        solver = self._heat
-        while True:
-            self._spread(solver, known, reach)
-            if known.all():
-                return reach
-            solver = self._heat_solver(~known)
+        known, reach = known.copy(), np.zeros(known.size)
+        reach[self._held] = self._held_distances
+        while not known.all():
+            self._spread(self._heat_solver(~known), known, reach)
+        return reach
 
     def _spread(self, solver: SymmetricSolver, known: BoolArray, reach: FloatArray) -> None:
         """Fill in `reach` and mark as known what heat gets to from the known vertices."""
@@ -203,6 +198,11 @@ class _Held:
             )
         reach[free[warm]] = nearest - width * np.log(heat[warm])
         known[free[warm]] = True
+
+    def _poisson_solver(self) -> SymmetricSolver:
+        kept = np.zeros(self._elements.mass.size, dtype=np.bool_)
+        kept[self._free] = True
+        return SymmetricSolver(picked(self._elements.stiffness, self._free), order=restricted(self._order, kept))
 
     def _heat_solver(self, free: BoolArray) -> SymmetricSolver:
         rows = np.flatnonzero(free)

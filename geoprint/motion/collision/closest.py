@@ -124,11 +124,11 @@ def worst_hit(hits: Hits, world: CollisionWorld) -> Closest:
     Up to MEASURED_HITS hits spread over all of them are measured, then as many around the worst of these.
     """
     chosen = _spread(0, len(hits.rows), MEASURED_HITS)
-    found = [_measure_hit(hits, world, int(index)) for index in chosen]
+    found = _measure_hits(hits, world, chosen)
     worst = int(chosen[np.argmin([closest.distance for closest in found])])
     gap = -(-len(hits.rows) // MEASURED_HITS)
     around = _spread(max(worst - gap, 0), min(worst + gap + 1, len(hits.rows)), MEASURED_HITS)
-    found += [_measure_hit(hits, world, int(index)) for index in around]
+    found += _measure_hits(hits, world, around, within=min(closest.distance for closest in found))
     return min(found, key=lambda closest: closest.distance)
 
 
@@ -147,11 +147,14 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     shapes = [shape for shape in shapes_of(world.solids) if shape.solids[0].reach_below > 0.0]
     solids = [solid for shape in shapes for solid in shape.solids]
     best: list[Closest] = []
+    least = inf
     for target in world.targets:
         ranks = [_ranks(placements.poses[rows], solid, trees[target], within=RANKED_DISTANCE) for solid in solids]
         order = np.argsort(np.min(ranks, axis=0), kind="stable")
         for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
-            best += [_measure(shape, target, placements.poses[row], row=row) for shape in shapes]
+            for shape in shapes:
+                best.append(_measure(shape, target, placements.poses[row], row=row, within=least))
+                least = min(least, best[-1].distance)
     return min(best, key=lambda closest: closest.distance)
 
 
@@ -171,14 +174,16 @@ def smallest_arm_distance(moving: Sequence[tuple[CollisionWorld, Placements]], t
         least = min(least, distance)
         found.append((distance, case))
     first = [case for _, case in sorted(found, key=lambda pair: pair[0])[:MEASURED_ARM_PLACEMENTS]]
-    measured = [_measure_case(case, case.row) for case in first]
-    best = min(measured, key=lambda closest: closest.distance)
-    nearest_case = first[measured.index(best)]
+    best, nearest_case = _measure_case(first[0], first[0].row), first[0]
+    for case in first[1:]:
+        measured = _measure_case(case, case.row, within=best.distance)
+        if measured.distance < best.distance:
+            best, nearest_case = measured, case
     count = nearest_case.placements.count
     gap = -(-count // RANKED_ARM_PLACEMENTS)
     while gap and best.distance < NEAR_ARM:
         rows = _spread(max(best.row - gap, 0), min(best.row + gap + 1, count), MEASURED_ARM_PLACEMENTS)
-        around = [_measure_case(nearest_case, row) for row in rows.tolist()]
+        around = [_measure_case(nearest_case, row, within=best.distance) for row in rows.tolist()]
         best = min([best, *around], key=lambda closest: closest.distance)
         gap //= 2
     return best
@@ -208,30 +213,39 @@ def _fragment_distance(case: _Case, tree: KDTree) -> float:
     return float(signed_distances(case.shape, (places - pose[:3, 3]) @ pose[:3, :3]).min())
 
 
-def _measure_case(case: _Case, row: int) -> Closest:
-    return _measure(case.shape, case.target, case.placements.poses[row], row=row)
+def _measure_case(case: _Case, row: int, *, within: float = inf) -> Closest:
+    return _measure(case.shape, case.target, case.placements.poses[row], row=row, within=within)
 
 
-def _measure_hit(hits: Hits, world: CollisionWorld, index: int) -> Closest:
-    struck = dict(zip(world.solids, hits.pairs[index], strict=True))
-    measured = [
-        _measure(shape, target, hits.poses[index], row=int(hits.rows[index]))
-        for shape in shapes_of(world.solids)
-        for column, target in enumerate(world.targets)
-        if any(struck[solid][column] for solid in shape.solids)
-    ]
-    return min(measured, key=lambda closest: closest.distance)
+def _measure_hits(hits: Hits, world: CollisionWorld, chosen: IntArray, *, within: float = inf) -> list[Closest]:
+    """Measure some hits, each as far as it may be the deepest of them, and lie within a distance."""
+    found: list[Closest] = []
+    for index in chosen.tolist():
+        struck = dict(zip(world.solids, hits.pairs[index], strict=True))
+        row, pose = int(hits.rows[index]), hits.poses[index]
+        measured = [
+            _measure(shape, target, pose, row=row, within=within)
+            for shape in shapes_of(world.solids)
+            for column, target in enumerate(world.targets)
+            if any(struck[solid][column] for solid in shape.solids)
+        ]
+        found.append(min(measured, key=lambda closest: closest.distance))
+        within = min(within, found[-1].distance)
+    return found
 
 
-def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int) -> Closest:
-    """Measure one shape of the tool against the triangles that can be nearest, after what a few of them tell."""
+def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int, within: float = inf) -> Closest:
+    """Measure one shape of the tool against the triangles that can be nearest, after what a few of them tell.
+
+    Where none of them lies within a distance, one is measured that does not.
+    """
     centres, radii = target.balls
     local = (centres - pose[:3, 3]) @ pose[:3, :3]
     stride = -(-len(local) // FIRST_TRIANGLES)
     enough = max(float(signed_distances(shape, local[::stride]).min()), 0.0) + radii[:, None]
     low, high = shape.bounds
     near = ((local >= low - enough) & (local <= high + enough)).all(axis=1)
-    found: NearestPoint = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3])
+    found: NearestPoint = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3], within=within)
     solid = shape.solid_at(found.point).name
     return Closest(found.distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
 

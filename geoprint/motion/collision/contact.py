@@ -16,7 +16,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
 from geoprint.model import BoolArray, Box, FloatArray, IntArray, Lamp, Tool
-from geoprint.motion.collision.surroundings import Target, box_target, convex_model, fcl_transform, mesh_model
+from geoprint.motion.collision.surroundings import Target, box_target, convex_models, fcl_transform, mesh_model
 from geoprint.motion.collision.tool_solids import Solid, inflated_profile, sides_of, tool_solids
 
 # By how much a solid is inflated on top of its clearance [mm]: reaches are rounded up to the next of these. The
@@ -84,9 +84,11 @@ class InflatedSolids:
                 self.radii[index] = known.radii[ready[solid, distance]]
                 continue
             inflations = [distance + reach for reach in reaches]
-            self.objects.append([convex_model(solid, by=by) for by in inflations])
-            self.radii[index] = [_widest(solid, by=by) for by in inflations]
-            _control_sides(self.objects[-1], solid, inflations=inflations)
+            profiles = [inflated_profile(solid, by=by) for by in inflations]
+            self.objects.append(convex_models(solid, profiles))
+            polygon = np.cos(np.pi / sides_of(solid))
+            self.radii[index] = [profile[:, 1].max() / polygon for profile in profiles]
+            _control_sides(self.objects[-1], solid, inflations=inflations, radii=self.radii[index].tolist())
 
 
 @final
@@ -234,8 +236,10 @@ def collision_control() -> str:
     raise VerificationError("the collision check accepts a pose that is not a number; do not use it.")
 
 
-def _control_sides(objects: list[fcl.CollisionObject], solid: Solid, *, inflations: list[float]) -> None:
-    """Test a solid, inflated by some distances, on a plate close to its side."""
+def _control_sides(
+    objects: list[fcl.CollisionObject], solid: Solid, *, inflations: list[float], radii: list[float]
+) -> None:
+    """Test a solid, inflated by some distances and so wide then, on a plate close to its side."""
     slope = (solid.end_radius - solid.start_radius) / solid.length
     aside = solid.frame[:, 0]
     outward = (aside - slope * solid.axis) / np.hypot(1.0, slope)
@@ -244,9 +248,10 @@ def _control_sides(objects: list[fcl.CollisionObject], solid: Solid, *, inflatio
     plate = solid.centre + aside * (solid.start_radius + solid.end_radius) / 2
     plate = plate + corners @ np.array([along, solid.frame[:, 1]])
     model = mesh_model(plate, np.array([[0, 1, 2], [0, 2, 3]]))
-    for inflated, by in zip(objects, inflations, strict=True):
+    beyond_circle = 1.0 / np.cos(np.pi / sides_of(solid)) - 1.0
+    for inflated, by, radius in zip(objects, inflations, radii, strict=True):
         inflated.setTransform(fcl.Transform())
-        polygon = _widest(solid, by=by) * (1.0 / np.cos(np.pi / sides_of(solid)) - 1.0)
+        polygon = radius * beyond_circle
         for gap, known in ((-CONTROL_GAP, True), (CONTROL_GAP + polygon, False)):
             model.setTransform(fcl.Transform(np.eye(3), (by + gap) * outward))
             _expect(inflated, model, known=known, solid=solid, name="plate")
@@ -259,7 +264,3 @@ def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known:
             f"the collision check is not to be trusted: a known {'hit' if known else 'miss'} of the {solid.name} and "
             f"the {name} was found to be a {'hit' if found else 'miss'}; check the installation of python-fcl."
         )
-
-
-def _widest(solid: Solid, *, by: float) -> float:
-    return float(inflated_profile(solid, by=by)[:, 1].max() / np.cos(np.pi / sides_of(solid)))

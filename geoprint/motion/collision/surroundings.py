@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import final
 
 import fcl
@@ -12,7 +13,7 @@ from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, IntArray, Surface, frozen
 from geoprint.motion.collision.sides import is_closed
 from geoprint.motion.collision.tool_distance import circumscribed
-from geoprint.motion.collision.tool_solids import Solid, polytope
+from geoprint.motion.collision.tool_solids import Solid, polytope, polytopes
 
 _BOX_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 _BOX_FACES = np.array(
@@ -86,7 +87,7 @@ def solid_target(solid: Solid) -> Target:
     return Target(
         solid.name,
         corners[triangles],
-        convex_model(solid, by=0.0),
+        _convex_model(corners, triangles),
         closed=False,
         balls=circumscribed(corners[triangles]),
         axes=np.eye(3),
@@ -102,9 +103,12 @@ def mesh_model(vertices: FloatArray, faces: IntArray) -> fcl.CollisionObject:
     return fcl.CollisionObject(model)
 
 
-def convex_model(solid: Solid, *, by: float) -> fcl.CollisionObject:
-    """Return FCL's model of a solid that is inflated by a distance [mm]."""
-    corners, triangles = polytope(solid, by=by)
+def convex_models(solid: Solid, profiles: Sequence[FloatArray]) -> list[fcl.CollisionObject]:
+    """Return FCL's model of a solid for each of its profiles, as `inflated_profile` returns them."""
+    return [_convex_model(corners, triangles) for corners, triangles in polytopes(solid, profiles)]
+
+
+def _convex_model(corners: FloatArray, triangles: IntArray) -> fcl.CollisionObject:
     faces = np.column_stack([np.full(len(triangles), 3), triangles])
     return fcl.CollisionObject(fcl.Convex(corners, len(triangles), faces.ravel()))
 

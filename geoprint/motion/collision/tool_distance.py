@@ -83,15 +83,16 @@ def signed_distances(shape: Revolution, points: FloatArray) -> FloatArray:
     return _distances_and_slopes(shape, points)[0]
 
 
-def nearest(shape: Revolution, triangles: FloatArray) -> NearestPoint:
+def nearest(shape: Revolution, triangles: FloatArray, *, within: float = inf) -> NearestPoint:
     """Find the point of triangles that is nearest to a solid of revolution, or deepest inside it.
 
     Args:
         shape: solid of revolution in the tool frame.
         triangles: (m, 3, 3) corners in the tool frame [mm].
+        within: points farther away than this need not be told apart [mm].
 
     Returns:
-        The nearest point, its distance right to RESOLUTION.
+        The nearest point, its distance right to RESOLUTION; where none lies within that distance, any that does not.
     """
     best = NearestPoint(inf, np.zeros(3))
     fragments = triangles
@@ -107,6 +108,8 @@ def nearest(shape: Revolution, triangles: FloatArray) -> NearestPoint:
         values = signed_distances(shape, tried)
         if values.min() < best.distance:
             best = NearestPoint(float(values.min()), tried[np.argmin(values)])
+        if min(best.distance, float(lowest[least])) > within:
+            return best
         kept = np.flatnonzero(lowest < best.distance - RESOLUTION)
         if len(kept) > MOST_FRAGMENTS:
             kept = kept[np.argpartition(lowest[kept], MOST_FRAGMENTS)[:MOST_FRAGMENTS]]

@@ -23,6 +23,7 @@ by its stand-off; what lies below the tip plane is the subject of `tip_zone`.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from math import atan2, ceil, inf, pi, sqrt
 from typing import final
 
@@ -194,12 +195,20 @@ def polytope(solid: Solid, *, by: float) -> tuple[FloatArray, IntArray]:
     Returns:
         (n, 3) corners in the tool frame [mm] and (m, 3) triangles, counter-clockwise from outside.
     """
-    profile = inflated_profile(solid, by=by)
-    sides = sides_of(solid)
+    return next(polytopes(solid, [inflated_profile(solid, by=by)]))
+
+
+def polytopes(solid: Solid, profiles: Sequence[FloatArray]) -> Iterator[tuple[FloatArray, IntArray]]:
+    """Yield the polytope of a solid for each of its profiles, inflated by whatever, as `polytope` returns it."""
+    sides, frame = sides_of(solid), solid.frame
     turns = 2 * np.pi * np.arange(sides) / sides
     circle = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(sides)]) / np.cos(np.pi / sides)
-    rings = profile[:, None, 1, None] * circle + profile[:, None, 0, None] * np.array([0.0, 0.0, 1.0])
-    return rings.reshape(-1, 3) @ solid.frame.T + solid.start, _ring_triangles(len(profile), sides=sides)
+    triangles: dict[int, IntArray] = {}
+    for profile in profiles:
+        rings = profile[:, None, 1, None] * circle + profile[:, None, 0, None] * np.array([0.0, 0.0, 1.0])
+        if len(profile) not in triangles:
+            triangles[len(profile)] = _ring_triangles(len(profile), sides=sides)
+        yield rings.reshape(-1, 3) @ frame.T + solid.start, triangles[len(profile)]
 
 
 def _ring_triangles(rings: int, *, sides: int) -> IntArray:

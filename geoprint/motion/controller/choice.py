@@ -129,7 +129,8 @@ def _weigh(  # noqa: PLR0917
     """Weigh the moves from each row past which something differs; of the rows before row i, before[i] do."""
     for start in range(len(times) - 1):
         last = lasts[start]
-        if before[min(start + 2 * MOST, last) + 1] == before[start]:
+        is_known = not np.isnan(costs[start, 0])
+        if is_known and before[_farthest(costs[start], start, last)] == before[start + 1]:
             continue
         costs[start] = np.nan
         tries, end, reach, move = 0, start, 0, 0
@@ -145,6 +146,20 @@ def _weigh(  # noqa: PLR0917
             costs[start, move] = cost
             tries = tries + 1 if cost == np.inf else 0
             move += 1
+
+
+@njit(cache=True)
+def _farthest(moves: FloatArray, start: int, last: int) -> int:
+    """Return the end of the longest of the moves from a row that have been weighed.
+
+    What lies behind it had no say in them, nor in that no longer ones were tried.
+    """
+    reach = 0
+    for move in range(MOVES - 1):
+        if np.isnan(moves[move]):
+            break
+        reach = reach + 1 if reach < NEAREST else 2 * reach
+    return min(start + reach, last) if np.isnan(moves[MOVES - 1]) else last
 
 
 @njit(cache=True)

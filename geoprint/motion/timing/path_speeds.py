@@ -11,6 +11,7 @@ Its solver of the linear programs wants lengths in metres: in millimetres it oft
 from __future__ import annotations
 
 import logging
+import sys
 import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, final
@@ -19,6 +20,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError, UsageError
+from geoprint.lazy import postponed
 from geoprint.model import BoolArray, FloatArray, IntArray, Robot, frozen
 from geoprint.motion.timing.strain import excess
 
@@ -243,11 +245,13 @@ class _Constraint:
 
 
 def _toppra() -> ModuleType:
-    """Import toppra: late, because it pulls in matplotlib; quiet, because its docstrings and its log are not."""
+    """Import toppra: late, without the pyplot that it never needs here; quiet, for its docstrings and log are not."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            module = import_module("toppra")
+        if "toppra" not in sys.modules:
+            with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
+                warnings.simplefilter("ignore")
+                import_module("toppra")
+        module = import_module("toppra")
     except ImportError as error:
         raise UsageError(
             f"the robot chain needs toppra, which is not installed ({error}); run 'pip install toppra', or leave the "

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import splu
 
+from geoprint.backends.heat import backend
 from geoprint.backends.heat.backend import Heat, held_vertices
 from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, picked, superlu
 from geoprint.errors import FieldError, UsageError
-from geoprint.model import Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import IntArray, Seed, Surface, SurfaceCurves, SurfacePoints
 from geoprint.surfaces import boundary_seed, cotangent_laplacian, point_seed
 from tests.meshes import annulus, disc, plate, sphere, spherical_cap
 
@@ -186,6 +190,34 @@ def test_the_solver_solves() -> None:
     wanted = np.random.default_rng(0).normal(size=len(surface.vertices))
     found = SymmetricSolver(matrix, order=order).solve(np.asarray(matrix @ wanted))
     np.testing.assert_allclose(found, wanted, atol=1e-10)
+
+
+@pytest.mark.parametrize(("beside", "most"), [(10**9, 2), (0, 1)])
+def test_factors_are_let_go_once_they_have_served(beside: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of large systems are made one after the other, and what they find is the same."""
+    surface = spherical_cap(radius=30.0, angle=1.0, rings=20)
+    wanted = Heat(surface).distance(boundary_seed(surface)).values
+    made: list[weakref.ref[SymmetricSolver]] = []
+    alive: list[int] = []
+
+    def solver(matrix: csc_array, *, order: IntArray) -> SymmetricSolver:
+        found = SymmetricSolver(matrix, order=order)
+        made.append(weakref.ref(found))
+        alive.append(sum(each() is not None for each in made))
+        return found
+
+    monkeypatch.setattr(backend, "SymmetricSolver", solver)
+    monkeypatch.setattr(backend, "BESIDE", beside)
+    heat = Heat(surface)
+    found = heat.distance(boundary_seed(surface)).values
+    gc.collect()
+
+    assert found.tobytes() == wanted.tobytes()
+    assert len(made) == 2
+    assert max(alive) <= most
+    assert not any(each() is not None for each in made)
+    assert heat.distance(boundary_seed(surface)).values.tobytes() == wanted.tobytes()
+    assert len(made) == 2
 
 
 def test_a_singular_system_is_refused() -> None:

@@ -109,6 +109,29 @@ def test_nearest_is_not_farther_than_any_sample(seed: int):
     assert sampled - spread <= found <= sampled + RESOLUTION
 
 
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), share=st.floats(-1.0, 1.0))
+def test_what_lies_within_a_distance_is_found_as_without_one_and_else_nothing_is(seed: int, share: float):
+    generator = np.random.default_rng(seed)
+    triangles = generator.uniform([-20.0, -20.0, -130.0], [20.0, 20.0, 10.0], (5, 3, 3))
+    wanted = nearest(BARREL, triangles)
+    within = wanted.distance + 3.0 * share
+
+    found = nearest(BARREL, triangles, within=within)
+
+    if within >= wanted.distance:
+        assert found.distance == wanted.distance
+        np.testing.assert_array_equal(found.point, wanted.point)
+    else:
+        assert found.distance > within
+
+
+def test_what_lies_far_beyond_a_distance_is_not_measured_to_the_end():
+    far = np.array([[[50.0, 0.0, -10.0], [60.0, 10.0, -30.0], [55.0, -10.0, -90.0]]])
+
+    assert nearest(BARREL, far, within=20.0).distance > nearest(BARREL, far).distance + RESOLUTION
+
+
 def test_face_flat_against_a_lid_is_found_at_once():
     floor = np.array([[[-500.0, -500.0, 0.3], [500.0, -500.0, 0.3], [0.0, 800.0, 0.3]]])
 

@@ -54,6 +54,7 @@ def test_moves_that_are_weighed_again_cost_what_they_cost_weighed_afresh(seed: i
     before = of(np.full(count, 0.1))
     allowed = before.allowed.copy()
     allowed[[0, 41, *random.integers(0, count, 3), *range(1_200, 1_230), 1_999]] = 0.3
+    allowed[random.integers(0, count, 5)] = 0.05
     again, afresh = of(allowed, before), of(allowed)
 
     np.testing.assert_array_equal(again.costs, afresh.costs)
