@@ -3,7 +3,7 @@
 Compiling takes most of a first run, and a run compiles one loop after the other, each as it comes to it. So a process
 beside it begins with what comes late: the exact distances of evenness, which take longest, and then what a small plate
 needs up to its program. numba keeps what it compiled of each loop as soon as it is done and replaces files whole, so
-that the run finds it there, or compiles it itself where it comes first; what it finds is the same either way.
+that the run finds it there, or compiles it itself where it comes first; what comes out is the same with and without.
 """
 
 from __future__ import annotations
