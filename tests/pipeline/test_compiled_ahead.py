@@ -28,6 +28,18 @@ LATE: tuple[Callable[..., object], ...] = (
 )
 
 
+def nothing_kept(_kernel: object) -> bool:
+    return False
+
+
+def something_kept(_kernel: object) -> bool:
+    return True
+
+
+def one_core() -> int:
+    return 1
+
+
 def never_ending(_folder: Path) -> None:
     time.sleep(3600.0)
 
@@ -35,7 +47,7 @@ def never_ending(_folder: Path) -> None:
 @pytest.fixture
 def first_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine with two cores on which nothing is kept, and a process beside that would go on for ever."""
-    monkeypatch.setattr(compiling, "is_kept", lambda _: False)
+    monkeypatch.setattr(compiling, "is_kept", nothing_kept)
     monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
     monkeypatch.setattr(compiling, "_quietly", never_ending)
 
@@ -56,11 +68,13 @@ def test_a_process_compiles_beside_the_body_and_ends_with_it_whether_or_not_that
 
 
 @pytest.mark.usefixtures("first_run")
-@pytest.mark.parametrize(("place", "name", "told"), [(compiling, "is_kept", True), (compiling.os, "cpu_count", 1)])
+@pytest.mark.parametrize(
+    ("place", "name", "answer"), [(compiling, "is_kept", something_kept), (compiling.os, "cpu_count", one_core)]
+)
 def test_nothing_is_compiled_beside_a_later_run_or_on_a_single_core(
-    monkeypatch: pytest.MonkeyPatch, place: object, name: str, told: object
+    monkeypatch: pytest.MonkeyPatch, place: object, name: str, answer: Callable[..., object]
 ) -> None:
-    monkeypatch.setattr(place, name, lambda *_: told)
+    monkeypatch.setattr(place, name, answer)
     with compiled_ahead():
         assert multiprocessing.active_children() == []
 
