@@ -46,6 +46,24 @@ def njit(**options: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
     return compiled
 
 
+def uncounted(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a loop that makes no arrays, and counts no references to those that it is given.
+
+    By default numba counts a reference to an array whenever it is taken out of a tuple, which costs as much as all the
+    arithmetic of a small loop, and more than that to compile; whoever calls such a loop holds its arrays anyway.
+    """
+    return njit(cache=True, error_model="numpy", _nrt=False)(function)
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a loop as `uncounted`, for those that call it to hold it: what is so small and so often called.
+
+    LLVM puts the compiled code in place. Where numba does it (`inline="always"`) each place is typed and lowered anew,
+    which makes loops take several times as long to compile and no less to run.
+    """
+    return njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)(function)
+
+
 def is_kept(kernel: object) -> bool:
     """Say whether an earlier run has left in its place what it compiled of a kernel's file."""
     place: str | None = getattr(getattr(kernel, "stats", None), "cache_path", None)

@@ -172,62 +172,108 @@ def nested_dissection(matrix: csc_array, *, coordinates: FloatArray) -> IntArray
 @njit(cache=True)
 def _dissected(graph: Graph, coordinates: FloatArray) -> IntArray:
     """Cut blocks, each a range of the order, until they are leaves."""
-    order = np.arange(len(coordinates))
+    size = coordinates.shape[0]
+    order, block, side = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int8)
+    here = np.empty(size)
+    for vertex in range(size):
+        order[vertex], side[vertex] = vertex, 0
     # Each block leaves two smaller ones, so that the stack never holds more blocks than there are unknowns.
-    blocks = np.empty((order.size + 1, 2), np.int64)
-    blocks[0, 0], blocks[0, 1] = 0, order.size
+    blocks = np.empty((size + 1, 2), np.int64)
+    blocks[0, 0], blocks[0, 1] = 0, size
     count = 1
-    side = np.zeros(order.size, np.int8)
     while count > 0:
         count -= 1
         low, high = blocks[count, 0], blocks[count, 1]
         if high - low <= LEAF_SIZE:
             continue
-        block = order[low:high].copy()
-        axis, cut_side = _best_cut(block, side, graph, coordinates)
-        if axis < 0:
-            continue
-        _mark_halves(block, side, coordinates[:, axis])
-        middle, end = _arrange(order[low:high], block, side, cut_side, graph)
-        side[block] = 0
-        blocks[count, 0], blocks[count, 1] = low, low + middle
-        blocks[count + 1, 0], blocks[count + 1, 1] = low + middle, low + end
-        count += 2
+        for place in range(low, high):
+            block[place] = order[place]
+        axis, cut_side = _best_cut(block, low, high, side, here, graph, coordinates)
+        if axis >= 0:
+            _mark_halves(block, low, high, side, here, coordinates, axis)
+            middle, end = _arrange(order, block, low, high, side, cut_side, graph)
+            blocks[count, 0], blocks[count, 1] = low, middle
+            blocks[count + 1, 0], blocks[count + 1, 1] = middle, end
+            count += 2
+        for place in range(low, high):
+            side[order[place]] = 0
     return order
 
 
 @njit(cache=True)
-def _best_cut(block: IntArray, side: SideArray, graph: Graph, coordinates: FloatArray) -> tuple[int, int]:
+def _best_cut(
+    block: IntArray, low: int, high: int, side: SideArray, here: FloatArray, graph: Graph, coordinates: FloatArray
+) -> tuple[int, int]:
     """Return the axis with the smallest cut and the side to take it from; axis -1 where nothing can be cut."""
-    extents = np.empty(coordinates.shape[1])
-    for axis in range(extents.size):
-        here = coordinates[:, axis][block]
-        extents[axis] = here.max() - here.min()
-    best, best_side, fewest = -1, LOWER, block.size
-    for axis in range(extents.size):
-        if extents[axis] <= SHORT_AXIS * extents.max():
+    widest = 0.0
+    for axis in range(coordinates.shape[1]):
+        widest = max(widest, _extent(block, low, high, coordinates, axis))
+    best, best_side, fewest = -1, LOWER, high - low
+    for axis in range(coordinates.shape[1]):
+        if _extent(block, low, high, coordinates, axis) <= SHORT_AXIS * widest:
             continue
-        _mark_halves(block, side, coordinates[:, axis])
+        _mark_halves(block, low, high, side, here, coordinates, axis)
         for cut_side in (LOWER, UPPER):
             size = 0
-            for vertex in block:
-                size += side[vertex] == cut_side and _crosses(vertex, side, graph)
+            for place in range(low, high):
+                size += side[block[place]] == cut_side and _crosses(block[place], side, graph)
             if size < fewest:
                 best, best_side, fewest = axis, cut_side, size
-    side[block] = 0
     return best, best_side
 
 
 @njit(cache=True)
-def _mark_halves(block: IntArray, side: SideArray, values: FloatArray) -> None:
-    """Mark what lies below the median as lower and the rest as upper; where all lie there, all are upper."""
-    here = values[block]
-    median = np.partition(here, block.size // 2)[block.size // 2]
-    if here.min() == median:
-        # So many lie at the median that nothing is below it: the others are the upper half.
-        median = np.nextafter(median, np.inf)
-    for i in range(block.size):
-        side[block[i]] = LOWER if here[i] < median else UPPER
+def _extent(block: IntArray, low: int, high: int, coordinates: FloatArray, axis: int) -> float:
+    """Return how long a block is along an axis."""
+    least, most = np.inf, -np.inf
+    for place in range(low, high):
+        value = coordinates[block[place], axis]
+        least, most = min(least, value), max(most, value)
+    return most - least
+
+
+@njit(cache=True)
+def _mark_halves(
+    block: IntArray, low: int, high: int, side: SideArray, here: FloatArray, coordinates: FloatArray, axis: int
+) -> None:
+    """Mark what lies below the median as lower and the rest as upper.
+
+    Where so many lie at the median that nothing is below it, only what is above it is the upper half.
+    """
+    least = np.inf
+    for place in range(low, high):
+        here[place] = coordinates[block[place], axis]
+        least = min(least, here[place])
+    median = _ranked(here, low, high - 1, low + (high - low) // 2)
+    for place in range(low, high):
+        value = coordinates[block[place], axis]
+        side[block[place]] = LOWER if value < median or value == least else UPPER
+
+
+@njit(cache=True)
+def _ranked(values: FloatArray, first: int, last: int, rank: int) -> float:
+    """Return what would stand at a place if the values from the first to the last were sorted [Knuth1998, sec. 5.2.2].
+
+    They are rearranged as quicksort does it. NumPy's partition would be compiled for seconds.
+    """
+    while first < last:
+        pivot = values[(first + last) // 2]
+        i, j = first, last
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i, j = i + 1, j - 1
+        if rank <= j:
+            last = j
+        elif rank >= i:
+            first = i
+        else:
+            break
+    return values[rank]
 
 
 @njit(cache=True)
@@ -241,12 +287,16 @@ def _crosses(vertex: int, side: SideArray, graph: Graph) -> bool:
 
 
 @njit(cache=True)
-def _arrange(order: IntArray, block: IntArray, side: SideArray, cut_side: int, graph: Graph) -> tuple[int, int]:
-    """Write the lower half, the upper half and the cut into the order; return where the first and second end."""
-    lower, last = 0, block.size
-    rest = np.empty(block.size, np.int64)
-    upper = 0
-    for vertex in block:
+def _arrange(
+    order: IntArray, block: IntArray, low: int, high: int, side: SideArray, cut_side: int, graph: Graph
+) -> tuple[int, int]:
+    """Write the lower half, the upper half and the cut into the order; return where the first and second end.
+
+    What the block holds is lost.
+    """
+    lower, upper, last = low, 0, high
+    for place in range(low, high):
+        vertex = block[place]
         if side[vertex] == cut_side and _crosses(vertex, side, graph):
             last -= 1
             order[last] = vertex
@@ -254,7 +304,8 @@ def _arrange(order: IntArray, block: IntArray, side: SideArray, cut_side: int, g
             order[lower] = vertex
             lower += 1
         else:
-            rest[upper] = vertex
+            block[low + upper] = vertex
             upper += 1
-    order[lower:last] = rest[:upper]
+    for place in range(upper):
+        order[lower + place] = block[low + place]
     return lower, last

@@ -44,7 +44,7 @@ def plan(
     """Plan one part with one backend and write the program, the tables and plan.json."""
     from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
     from geoprint.export import check_writable
-    from geoprint.pipeline import job_file_of, plan as run, save_plan, written_bundle
+    from geoprint.pipeline import compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
 
     source = keys.get("source")
     again = source if isinstance(source, Path) else None
@@ -58,7 +58,7 @@ def plan(
     if job.layered and job.layer is None:
         _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
-    with watch() as observe:
+    with watch() as observe, compiled_ahead():
         planned = run(job, observe=observe)
         observe("writing")
         told = save_plan(planned, out, overwrite=overwrite)
@@ -105,7 +105,7 @@ def compare(
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
     from geoprint.account import as_json as json_of, comparison_table
     from geoprint.export import check_writable
-    from geoprint.pipeline import compare_parts, save_comparisons
+    from geoprint.pipeline import compare_parts, compiled_ahead, save_comparisons
 
     jobs = [job_asked(surface, keys) for surface in surfaces]
     limit_memory(max_memory)
@@ -117,7 +117,7 @@ def compare(
             jobs, out, backends=backends_of(backends), overwrite=overwrite, verbose=verbose, as_json=as_json
         )
         return
-    with watch() as observe:
+    with watch() as observe, compiled_ahead():
         compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, processes=PROCESSES)
         observe("writing")
         told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)

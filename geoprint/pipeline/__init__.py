@@ -1,5 +1,6 @@
 """Where the stages meet: plan, compare, place, calibrate, cut, remesh, check, and how their results land on disk."""
 
+from geoprint.pipeline.ahead import compiled_ahead as compiled_ahead
 from geoprint.pipeline.bundles.again import (
     job_file_of as job_file_of,
     job_from as job_from,

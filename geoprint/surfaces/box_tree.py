@@ -42,33 +42,65 @@ class BoxTree(NamedTuple):
 @njit(cache=True)
 def box_tree(corners: FloatArray) -> BoxTree:
     """Return the tree of (m, 3, 3) corners of triangles, m >= 1: each box is halved across its longest side."""
-    count = len(corners)
-    order = np.arange(count)
+    count = corners.shape[0]
+    order, room, middles = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    for triangle in range(count):
+        order[triangle] = triangle
     boxes = np.empty((2 * count, 6))
     firsts, lasts, halves = np.zeros(2 * count, np.int64), np.zeros(2 * count, np.int64), np.full(2 * count, -1)
     lasts[0] = count
     made, box = 1, 0
     while box < made:
-        stretch = order[firsts[box] : lasts[box]]
+        first, last = firsts[box], lasts[box]
         axis, longest = 0, -1.0
         for k in range(3):
             low, high, least, most = inf, -inf, inf, -inf
-            for triangle in stretch:
+            for triangle in order[first:last]:
                 a, b, c = corners[triangle, 0, k], corners[triangle, 1, k], corners[triangle, 2, k]
                 low, high = min(low, a, b, c), max(high, a, b, c)
                 least, most = min(least, a + b + c), max(most, a + b + c)
             boxes[box, k], boxes[box, 3 + k] = low, high
             if most - least > longest:
                 axis, longest = k, most - least
-        if len(stretch) > LEAF:
-            middles = corners[stretch, 0, axis] + corners[stretch, 1, axis] + corners[stretch, 2, axis]
-            stretch[:] = stretch[np.argsort(middles, kind="mergesort")]
-            middle = (firsts[box] + lasts[box]) // 2
+        if last - first > LEAF:
+            for triangle in order[first:last]:
+                middles[triangle] = corners[triangle, 0, axis] + corners[triangle, 1, axis] + corners[triangle, 2, axis]
+            sort_by(middles, order[first:last], room)
+            middle = (first + last) // 2
             halves[box] = made
-            firsts[made], lasts[made], firsts[made + 1], lasts[made + 1] = firsts[box], middle, middle, lasts[box]
+            firsts[made], lasts[made], firsts[made + 1], lasts[made + 1] = first, middle, middle, last
             made += 2
         box += 1
     return BoxTree(order, boxes[:made].copy(), firsts[:made].copy(), lasts[:made].copy(), halves[:made].copy())
+
+
+@njit(cache=True)
+def sort_by(keys: FloatArray, items: IntArray, room: IntArray) -> None:
+    """Sort items in place by their keys, which are finite; those of equal keys keep their order.
+
+    Stretches that are sorted already are merged, twice as long ones each time [Knuth1998, sec. 5.2.4]; NumPy's argsort
+    would be compiled for longer than all else here.
+
+    Args:
+        keys: of each item that there may be.
+        items: (k,) numbers.
+        room: at least as long, to be written to.
+    """
+    count, length = items.size, 1
+    while length < count:
+        for first in range(0, count, 2 * length):
+            middle, last = min(first + length, count), min(first + 2 * length, count)
+            left, right = first, middle
+            for place in range(first, last):
+                if right == last or (left < middle and keys[items[left]] <= keys[items[right]]):
+                    room[place] = items[left]
+                    left += 1
+                else:
+                    room[place] = items[right]
+                    right += 1
+        for place in range(count):
+            items[place] = room[place]
+        length *= 2
 
 
 @njit(cache=True)

@@ -10,9 +10,9 @@ from math import sin
 
 import numpy as np
 
-from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh, uncounted
+from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh
 from geoprint.backends.marching.kernels import slope
-from geoprint.kernels import njit
+from geoprint.kernels import njit, uncounted
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 

@@ -5,7 +5,7 @@ Directions at a vertex are bearings: angles [rad] counter-clockwise from its fir
 inside the surface so that a full turn is 2 pi whatever angles meet there [Polthier1998]. On the border the first
 half-edge is the one along the border, and nothing is stretched.
 
-Small kernels are inlined into the loops that call them, and those loops count no references: `uncounted` says why.
+Small kernels are inlined into the loops that call them, and those loops count no references (`uncounted`).
 """
 
 from __future__ import annotations
@@ -15,13 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inlined, njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
-
-# Compiles a loop that makes no arrays. By default numba counts references to an array whenever it is taken out of a
-# tuple, which costs as much as all the arithmetic of marching; whoever calls such a loop holds its arrays anyway.
-uncounted = njit(cache=True, error_model="numpy", _nrt=False)
 
 # Marks of a vertex, added up. A seed vertex has distance 0; along border edges of the seed the front starts parallel.
 SEED_VERTEX = 1
@@ -110,7 +106,7 @@ def measure_corners(
     return angles, bearings, stretch, first
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def arrive(front: Front, vertex: int, distance: float, origin: float) -> None:
     """Set a smaller distance of a vertex and let it wait for its turn."""
     front.distances[vertex] = distance
@@ -122,7 +118,7 @@ def arrive(front: Front, vertex: int, distance: float, origin: float) -> None:
     rise(front, front.places[vertex])
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def pop_nearest(front: Front) -> int:
     """Take the nearest vertex out of the heap."""
     heap, places = front.heap, front.places
@@ -137,7 +133,7 @@ def pop_nearest(front: Front) -> int:
     return nearest
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def rise(front: Front, place: int) -> None:
     """Move the vertex at a place of the heap up to where it belongs."""
     heap, places, keys = front.heap, front.places, front.distances
@@ -153,7 +149,7 @@ def rise(front: Front, place: int) -> None:
     places[vertex] = place
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def sink(front: Front, count: int) -> None:
     """Move the vertex at the top of a heap of `count` down to where it belongs."""
     heap, places, keys = front.heap, front.places, front.distances

@@ -15,9 +15,8 @@ from geoprint.backends.marching.front import (
     arrive,
     border_bearing,
     pop_nearest,
-    uncounted,
 )
-from geoprint.kernels import njit
+from geoprint.kernels import inlined, uncounted
 from geoprint.model import IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 
@@ -101,7 +100,7 @@ def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) ->
             front.distances[vertex], front.origins[vertex] = best, origin
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def improve(mesh: MarchingMesh, front: Front, corner: int, tolerance: float, meeting: float) -> None:
     """Offer the vertex at a corner the shortest line through its triangle, from the edge opposite to it.
 
@@ -133,7 +132,7 @@ def improve(mesh: MarchingMesh, front: Front, corner: int, tolerance: float, mee
             arrive(front, vertex, offer, mesh.bearings[corner] + angle * mesh.stretch[vertex])
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def through_edge(mesh: MarchingMesh, front: Front, corner: int, known: float, meeting: float) -> tuple[float, float]:
     """Return the shortest arrival at a corner through its opposite edge, and where it crosses the edge.
 
@@ -172,7 +171,7 @@ def through_edge(mesh: MarchingMesh, front: Front, corner: int, known: float, me
     return arrival, share
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def apex(length: float, right: float, left: float) -> tuple[float, float]:
     """Return how far along a side from its start, and how far away from it, the opposite corner is [mm].
 
@@ -185,7 +184,7 @@ def apex(length: float, right: float, left: float) -> tuple[float, float]:
     return along, sqrt(max(right * right - along * along, 0.0))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def reach(along: float, away: float, length: float, share: float) -> float:
     """Return the distance from a point on an edge to the opposite corner [mm]."""
     offset = share * length - along
@@ -199,7 +198,7 @@ def crossing_angle(length: float, right: float, left: float, share: float) -> fl
     return abs(atan2(share * length * away, away * away - along * (share * length - along)))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def planar_share(along: float, away: float, gradient: float, length: float) -> float:
     """Return where the shortest line crosses an edge on which the distance is linear."""
     if gradient >= 1.0:
@@ -209,7 +208,7 @@ def planar_share(along: float, away: float, gradient: float, length: float) -> f
     return min(1.0, max(0.0, (along - away * gradient / sqrt(1.0 - gradient * gradient)) / length))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def cubic_share(
     share: float, along: float, away: float, length: float, climb: float, first: float, last: float
 ) -> float:
@@ -239,7 +238,7 @@ def cubic_share(
     return share
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def slope(mesh: MarchingMesh, front: Front, vertex: int, bearing: float) -> float:
     """Return the derivative of the distance at a vertex in a direction, per mm.
 

@@ -14,7 +14,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import njit, uncounted
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, cross, empty_horizon
 from geoprint.quality.oracle.tracing import SurfacePath, steps_back, unwind
@@ -152,7 +152,7 @@ def search_sides(
     return distances, kinds, found
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def kind_found(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, open_starts: BoolArray, open_ends: BoolArray, goal: Goal,
     face: int, place: complex, middle: complex, faces: IntArray, starts: ComplexArray, ends: ComplexArray,
@@ -172,7 +172,7 @@ def kind_found(
     return OBLIQUE if crosses_itself(segments, goal, faces, starts, ends, count) else FOUND
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def begin_aside(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex,
     middle: complex,
@@ -195,7 +195,7 @@ def begin_aside(
             meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, -1)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def first_turn(horizon: Horizon) -> complex:
     """Return the place that the way found leads to straight from the point: where it ends, or turns first."""
     place, item = complex(horizon.seen[0]), int(horizon.found[1])
@@ -206,7 +206,7 @@ def first_turn(horizon: Horizon) -> complex:
     return place
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def turns_at_rim(mesh: FlatMesh, horizon: Horizon) -> bool:
     """Return whether the way found turns around a vertex of the border: a rim lies between."""
     item = int(horizon.found[1])
@@ -218,7 +218,7 @@ def turns_at_rim(mesh: FlatMesh, horizon: Horizon) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def ends_squarely(
     mesh: FlatMesh, segments: Segments, segment: int, faces: IntArray, starts: ComplexArray, ends: ComplexArray,
     count: int,
@@ -238,7 +238,7 @@ def ends_squarely(
     return abs(product) <= SQUARE_COSINE * abs(way) * abs(along)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def crosses_itself(
     segments: Segments, goal: Goal, faces: IntArray, starts: ComplexArray, ends: ComplexArray, count: int
 ) -> bool:

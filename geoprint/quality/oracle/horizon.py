@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inlined
 from geoprint.model import FloatArray, IntArray
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh
 
@@ -118,7 +118,7 @@ def empty_horizon(mesh: FlatMesh, *, windows: int) -> Horizon:
     )
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def add(
     mesh: FlatMesh, horizon: Horizon, goal: Goal, half: int, start: complex, end: complex, right: complex,
     left: complex, before: float, parent: int, ahead: float,
@@ -144,7 +144,7 @@ def add(
     return item
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def pop(horizon: Horizon) -> int:
     """Take the least out of the heap."""
     item = horizon.items[0]
@@ -164,7 +164,7 @@ def pop(horizon: Horizon) -> int:
     return item
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def cross(first: complex, second: complex) -> float:
     """Return the cross product: positive where the second points to the left of the first."""
     return first.real * second.imag - first.imag * second.real

@@ -13,7 +13,7 @@ from __future__ import annotations
 from cmath import phase, rect
 from math import inf, pi
 
-from geoprint.kernels import njit
+from geoprint.kernels import inlined, uncounted
 from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, add, cross, pop
 from geoprint.quality.oracle.triangles import FlatMesh
 from geoprint.surfaces.halfedges import next_half, previous_half
@@ -28,7 +28,7 @@ CORNER_TOLERANCE = 1e-9
 INWARDS = 1e-12
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def search(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex,
     limit: float,
@@ -56,7 +56,7 @@ def search(
     return spread(mesh, horizon, segments, goal, number)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def spread(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int) -> float:
     """Take windows by rising distance until none is nearer than what was found; return as `search` does."""
     while horizon.counts[1] > 0:
@@ -73,7 +73,7 @@ def spread(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, num
     return horizon.best[0]
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def begin(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex
 ) -> None:
@@ -94,7 +94,7 @@ def begin(
         meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, -1)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def cross_face(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, item: int) -> None:
     """Lay the face behind a window flat, look for segments in the cone, and through its two other edges."""
     half, before = int(horizon.halves[item]), float(horizon.before[item])
@@ -119,7 +119,7 @@ def cross_face(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal,
         )
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def turn(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, item: int) -> None:
     """Go on from a vertex into the directions that are at least a straight angle away from where the path came from."""
     half = -1 - horizon.halves[item]
@@ -145,7 +145,7 @@ def turn(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, numbe
         fan(mesh, horizon, segments, goal, number, first, angle + pi, total, before, item)
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def fan(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, half: int, low: float, high: float,
     before: float, item: int,
@@ -173,7 +173,7 @@ def fan(
             return
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def first_around(mesh: FlatMesh, half: int) -> int:
     """Return the rightmost half-edge that starts at the same vertex on the border, or the one given inside."""
     around = half
@@ -184,7 +184,7 @@ def first_around(mesh: FlatMesh, half: int) -> int:
     return around
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def see(
     horizon: Horizon, segments: Segments, goal: Goal, face: int, origin: complex, scale: complex,
     right: complex, left: complex, before: float, item: int,
@@ -212,7 +212,7 @@ def see(
             horizon.found[0], horizon.found[1], horizon.found[2] = k, item, face
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def within(value: float, slope: float, low: float, high: float, scale: float) -> tuple[float, float]:
     """Return the part of [low, high] in which value + slope * t is not negative, up to the tolerance of cones."""
     allowed = -CONE_TOLERANCE * scale
@@ -225,7 +225,7 @@ def within(value: float, slope: float, low: float, high: float, scale: float) ->
     return low, high
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def look(
     mesh: FlatMesh, horizon: Horizon, goal: Goal, half: int, start: complex, end: complex, right: complex,
     left: complex, before: float, item: int,
@@ -244,7 +244,7 @@ def look(
     add(mesh, horizon, goal, half, start, end, right, left, before, item, abs(nearest))
 
 
-@njit(cache=True, error_model="numpy")
+@uncounted
 def meet(
     mesh: FlatMesh, horizon: Horizon, goal: Goal, number: int, half: int, place: complex, along: complex, before: float,
     item: int,

@@ -186,8 +186,8 @@ def _cross(  # noqa: PLR0917
             shared += faces[i, k] == faces[j, m]
     # Two planes with a common edge meet there alone.
     return shared < 2 and (
-        (through and _pierces(corners[i], corners[j], normals[j], depth))
-        or (through_other and _pierces(corners[j], corners[i], normals[i], depth))
+        (through and _pierces(corners, normals, i, j, depth))
+        or (through_other and _pierces(corners, normals, j, i, depth))
     )
 
 
@@ -204,19 +204,30 @@ def _heights(corners: FloatArray, normals: FloatArray, i: int, j: int) -> tuple[
 
 
 @njit(cache=True)
-def _pierces(a: FloatArray, b: FloatArray, normal: FloatArray, depth: float) -> bool:
-    """Return whether an edge of triangle a passes through triangle b."""
-    for i in range(3):
-        start, end = a[i], a[(i + 1) % 3]
-        above, below = ((start - b[0]) * normal).sum(), ((end - b[0]) * normal).sum()
-        if min(above, below) < -depth and max(above, below) > depth:
-            point = start + (end - start) * (above / (above - below))
-            inside = True
-            for k in range(3):
-                inward = np.cross(normal, b[(k + 1) % 3] - b[k])
-                inside = inside and (inward * (point - b[k])).sum() > 0.0
-            if inside:
-                return True
+def _pierces(corners: FloatArray, normals: FloatArray, i: int, j: int, depth: float) -> bool:
+    """Return whether an edge of triangle i passes through triangle j."""
+    u, v, w = normals[j, 0], normals[j, 1], normals[j, 2]
+    for side in range(3):
+        start, end, origin = corners[i, side], corners[i, (side + 1) % 3], corners[j, 0]
+        above = (start[0] - origin[0]) * u + (start[1] - origin[1]) * v + (start[2] - origin[2]) * w
+        below = (end[0] - origin[0]) * u + (end[1] - origin[1]) * v + (end[2] - origin[2]) * w
+        if not (min(above, below) < -depth and max(above, below) > depth):
+            continue
+        share = above / (above - below)
+        x, y, z = (
+            start[0] + (end[0] - start[0]) * share,
+            start[1] + (end[1] - start[1]) * share,
+            start[2] + (end[2] - start[2]) * share,
+        )
+        inside = True
+        for k in range(3):
+            first, second = corners[j, k], corners[j, (k + 1) % 3]
+            a, b, c = second[0] - first[0], second[1] - first[1], second[2] - first[2]
+            # Into the triangle: its normal times the edge.
+            in_x, in_y, in_z = v * c - w * b, w * a - u * c, u * b - v * a
+            inside = inside and in_x * (x - first[0]) + in_y * (y - first[1]) + in_z * (z - first[2]) > 0.0
+        if inside:
+            return True
     return False
 
 
