@@ -7,6 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from shutil import rmtree
 from tempfile import TemporaryDirectory
+from typing import TypeAlias
 
 from geoprint.account.records.rounding import as_json
 from geoprint.account.records.stack import StackRecord
@@ -21,6 +22,9 @@ from geoprint.pipeline.bundles.contents import STACKS
 from geoprint.pipeline.choice import check_options, with_backend
 from geoprint.pipeline.stacks.stacking import REPORT, check_stacked, save_stacks, stack_into
 from geoprint.results import FinishedStack
+
+# What is said of a backend's stack and how it comes out, or why it cannot plan a layer.
+_Found: TypeAlias = "tuple[StackRecord, FinishedStack] | str"
 
 
 def compare_stacks(
@@ -59,30 +63,30 @@ def compare_stacks(
         stacks = {name: stack for name, stack in found if not isinstance(stack, str)}
         if not stacks:
             raise FieldError(next(told for _, told in found if isinstance(told, str)))
-        first, _ = next(iter(stacks.values()))
-        rows = [
-            compared_stack(name, stack if isinstance(stack, str) else stack[0], asked=job.robot)
-            for name, stack in found
-        ]
-        record = StackComparisonRecord(
-            schema=1,
-            version=version("geoprint"),
-            part=job.surface.name,
-            thickness_mm=first.thickness_mm,
-            layers=len(first.layers),
-            verdict=stack_verdict(rows, part=job.surface.name),
-            best=best_stack(rows)[0].backend,
-            backends=tuple(rows),
-        )
+        record = _record(job, found)
         Path(staging, STACKS).write_bytes(json_bytes(as_json(record)))
         Path(staging, REPORT).write_bytes(compared_stacks_page(stacks, record, job, page=REPORT))
         save_stacks(Path(staging), directory, overwrite=overwrite, told={STACKS: record})
     return record
 
 
-def _stack(
-    job: Job, compared: Sequence[str], folder: Path, observe: Callable[[str], None]
-) -> tuple[StackRecord, FinishedStack] | str:
+def _record(job: Job, found: Sequence[tuple[str, _Found]]) -> StackComparisonRecord:
+    """Return what is said of the stacks of all backends, at least one of which planned."""
+    rows = [compared_stack(name, told if isinstance(told, str) else told[0], asked=job.robot) for name, told in found]
+    first, _ = next(told for _, told in found if not isinstance(told, str))
+    return StackComparisonRecord(
+        schema=1,
+        version=version("geoprint"),
+        part=job.surface.name,
+        thickness_mm=first.thickness_mm,
+        layers=len(first.layers),
+        verdict=stack_verdict(rows, part=job.surface.name),
+        best=best_stack(rows)[0].backend,
+        backends=tuple(rows),
+    )
+
+
+def _stack(job: Job, compared: Sequence[str], folder: Path, observe: Callable[[str], None]) -> _Found:
     """Return what is said of the stack of a compared backend and how it comes out, or why it cannot plan a layer."""
     try:
         return stack_into(
