@@ -10,7 +10,8 @@ from scipy.spatial import KDTree
 from geoprint import transforms
 from geoprint.model import FloatArray, Robot, Surface
 from geoprint.motion.arm import JOINTS, Arm, tilts
-from geoprint.motion.collision import box_target, link_solids, polytope, tool_solids
+from geoprint.motion.collision import link_solids, obstacle_target, polytope, tool_solids
+from geoprint.motion.machine import obstacles_at
 from geoprint.report import MOST_FRAMES, Body, Machine, MotionShades, Replay, shading_normals, view_surface
 from geoprint.results import Plan, RobotPlan, Workpiece
 
@@ -22,7 +23,7 @@ BODY_SUNK = 0.006
 
 
 def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -> Machine:
-    """Return the arm, its tool, the obstacles of the cell and the body, with all joints at zero, in the work frame."""
+    """Return the arm, its tool, what stands in the cell and the body, with all joints at zero, in the work frame."""
     cell, T_work_base = workpiece.cell, transforms.inverse(robot.placement.T_base_work)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     screws, Ts_work_link = arm.screws(), T_work_base @ arm.link_poses(np.zeros((1, JOINTS)))[0]
@@ -31,8 +32,8 @@ def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -
     bodies = [Body("arm", joint, _moved(one, Ts_work_link[joint])) for joint, one in thinned]
     tool = (Surface(*polytope(solid, by=0.0)) for solid in tool_solids(cell.tool))
     bodies += [Body("tool", JOINTS, _moved(one, Ts_work_link[-1])) for one in tool]
-    for obstacle in cell.obstacles:
-        corners = box_target(obstacle, T_work_base=T_work_base).triangles.reshape(-1, 3)
+    for obstacle in obstacles_at(cell, robot.placement):
+        corners = obstacle_target(obstacle, T_work_base=T_work_base).triangles.reshape(-1, 3)
         bodies.append(Body("cell", 0, Surface(corners, np.arange(len(corners)).reshape(-1, 3))))
     if workpiece.body is not None:
         bodies.append(Body("body", 0, _sunk(view_surface(workpiece.body, faces=BODY_FACES).surface)))

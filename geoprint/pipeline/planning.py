@@ -40,6 +40,7 @@ from geoprint.motion.controller import (
     there_and_back,
     written_path,
 )
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
@@ -49,7 +50,7 @@ from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream, with_flow_of
-from geoprint.pipeline.tilting import with_table
+from geoprint.pipeline.tilting import with_attitudes, with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
@@ -83,7 +84,7 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
     if workpiece.placement is not None:
-        paths = printed(paths, workpiece.placement, stage, chain=with_robot)
+        paths = _with_robots(paths, workpiece.placement, stage)
     return with_print(paths, stage)
 
 
@@ -121,7 +122,7 @@ def plan_compared(
     if workpiece.placement is None:
         return with_print(replace(paths, not_printable=unplaced), stage), ()
     try:
-        return with_print(printed(paths, workpiece.placement, stage, chain=with_robot), stage), ()
+        return with_print(_with_robots(paths, workpiece.placement, stage), stage), ()
     except PlanError as error:
         return with_print(replace(paths, not_printable=str(error)), stage), lost_shares(error)
 
@@ -162,6 +163,13 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     return _low_or_high(paths, placement, stage, check=check, leaning=leaning)
 
 
+def _with_robots(paths: Plan, placement: Placement, stage: Stages) -> Plan:
+    """Plan the robot where the part stands, or in each attitude of the table that tilts it."""
+    if paths.tilting is not None:
+        return with_attitudes(paths, placement, stage, chain=with_robot)
+    return printed(paths, placement, stage, chain=with_robot)
+
+
 def clearance_check(workpiece: Workpiece, placement: Placement) -> ClearanceCheck:
     """Return what proves that tool and arm of a workpiece's cell keep clear where it stands."""
     return ClearanceCheck(
@@ -171,7 +179,7 @@ def clearance_check(workpiece: Workpiece, placement: Placement) -> ClearanceChec
         T_base_work=placement.T_base_work,
         part=workpiece.ground,
         body=workpiece.body,
-        obstacles=workpiece.cell.obstacles,
+        obstacles=obstacles_at(workpiece.cell, placement),
         below=workpiece.below,
     )
 

@@ -16,6 +16,7 @@ from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
 from geoprint.model import FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import tool_solids
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.placing import (
     LEAST_MEAN_NORMAL,
     ROUND_SOLIDS,
@@ -190,7 +191,7 @@ def leaning_of(paths: Plan, placement: Placement) -> Leaning:
         standoff=paths.poses.standoff + workpiece.below,
         part=workpiece.ground,
         body=workpiece.body,
-        obstacles=cell.obstacles,
+        obstacles=obstacles_at(cell, placement),
         T_base_work=placement.T_base_work,
     )
     return Leaning(float(np.radians(paths.job.max_tilt)), room)

@@ -40,7 +40,7 @@ from geoprint.results.stacked import (
     FinishedStack as FinishedStack,
     StackedLayer as StackedLayer,
 )
-from geoprint.results.tilting import Tilting as Tilting
+from geoprint.results.tilting import Order as Order, Tilting as Tilting
 from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,

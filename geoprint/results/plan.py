@@ -135,6 +135,8 @@ class RobotPlan:
         program: its text.
         switching: what flows when, as the text was executed.
         executed: what of the text was executed, and how far it lies from the plan.
+        table_kept: distance that is kept from the arm at home while a table brings the part here [mm]; None where the
+            part stands still.
     """
 
     placement: Placement
@@ -148,6 +150,7 @@ class RobotPlan:
     program: Program
     switching: Timeline
     executed: Executed
+    table_kept: float | None = None
 
 
 @final
@@ -160,10 +163,11 @@ class Plan:
         workpiece: what was planned on.
         contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
-        poses: tool poses, in the work frame; with a robot as the robot is commanded.
+        poses: tool poses, in the work frame; with a robot as the robot is commanded, and where that has several parts
+            as the paths lie: each part has its own.
         uniformity: how even the paths are, or None where that was not measured.
         layers: skins of material that the paths make, from the part outwards.
-        robot: the robot's parts, one a placement of the part; none where it was left out.
+        robot: the robot's parts, one a placement of the part, in the order of printing; none where it was left out.
         timings: seconds each stage took, in order.
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.

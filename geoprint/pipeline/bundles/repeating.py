@@ -24,6 +24,7 @@ from geoprint.model import Clearance, JointPath, PoseStream, Targets
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import ClearanceCheck
 from geoprint.motion.controller import ALOFT_STEP, aloft_path, controller_path
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
 from geoprint.pipeline.bundles.again import JOB
@@ -93,7 +94,7 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
 
     check = ClearanceCheck(
         arm, tool=cell.tool, process=cell.process, T_base_work=path.T_base_work, part=ground, body=part.body,
-        obstacles=cell.obstacles, below=below,
+        obstacles=obstacles_at(cell, setup.placement), below=below,
     )  # fmt: skip
     printing = check(controller_path(path, targets, arm, step=PRINT_STEP), poses=path.poses)
     return printing, check(controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP), poses=aloft.poses)
