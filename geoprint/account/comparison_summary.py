@@ -20,6 +20,7 @@ from geoprint.account.records.comparison import (
     ToldComparison,
 )
 from geoprint.account.records.plan import PlanRecord
+from geoprint.account.robot_summary import print_seconds
 from geoprint.account.summary import record_evenness, record_plan
 from geoprint.account.verdict import ranked, verdict
 from geoprint.model import FloatArray
@@ -131,7 +132,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
         printable=bool(plan.robot) if plan.job.robot else None,
         not_printable=outcome.not_printable,
         not_reached=dict(outcome.lost),
-        print_time_s=max((robot.trajectory.duration for robot in plan.robot), default=None),
+        print_time_s=print_seconds(plan),
         smallest_clearance_mm=min((robot.clearance.smallest for robot in plan.robot), default=None),
         warnings=told.warnings,
     )

@@ -61,6 +61,14 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
     )
 
 
+def print_seconds(plan: Plan) -> float | None:
+    """Return the time of the program from home to home, with the table's own motions; None without a program [s]."""
+    if not plan.robot:
+        return None
+    moving = () if plan.tilting is None else plan.tilting.seconds
+    return sum(robot.trajectory.duration for robot in plan.robot) + sum(moving)
+
+
 def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
     """Return how far geoprint itself has proven a program: one that exists was read, executed and compared."""
     return EvidenceRecord(

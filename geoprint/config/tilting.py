@@ -96,7 +96,7 @@ class TiltTurnTable(Table):
     turn_deg: Range = Field(default=[-180.0, 180.0])
     tilt_speed_deg_s: PositiveFloat = 90.0
     turn_speed_deg_s: PositiveFloat = 90.0
-    axis_depth_mm: float = 0.0
+    axis_depth_mm: float = 60.0
     plate_diameter_mm: PositiveFloat = 200.0
     plate_thickness_mm: PositiveFloat = 20.0
     hub_diameter_mm: PositiveFloat = 120.0
@@ -112,6 +112,12 @@ class TiltTurnTable(Table):
             low, high = getattr(self, key)
             if not low < 0.0 < high:
                 raise ValueError(f"{key} is [{low:g}, {high:g}]: it must begin below 0, where the table rests")
+        lowest = self.plate_thickness_mm + self.stand_diameter_mm / 2
+        if self.axis_depth_mm < lowest:
+            raise ValueError(
+                f"axis_depth_mm is {self.axis_depth_mm:g}, so that the beam of {self.stand_diameter_mm:g} mm about the "
+                f"tilting axis passes through the plate: it must be at least {lowest:g}"
+            )
         if self.stand_distance_mm <= (self.plate_diameter_mm + self.stand_diameter_mm) / 2:
             raise ValueError(
                 f"stand_distance_mm is {self.stand_distance_mm:g}, so that the turning plate of "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal
 
@@ -44,6 +45,7 @@ def poses(
     max_tilt: float,
     tool: Tool,
     body: Surface | None,
+    beside: Sequence[Surface] = (),
     travel: Literal["low", "high"] = "low",
 ) -> PoseStream:
     """Orient the tool along a toolpath and join the runs by travel.
@@ -63,15 +65,16 @@ def poses(
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
         body: what the part lies on, or None.
+        beside: what else the tool passes over, from home and between runs: a table's solids.
         travel: "high" crosses over everything, for where low travel turns out not to be clear.
 
     Returns:
-        The stream in the work frame; it starts and ends above the whole part.
+        The stream in the work frame; it starts and ends above the whole part, and above what stands beside it.
     """
     up = R_base_work[2]
-    bodies = [surface] if body is None else [surface, body]
+    bodies = [surface, *beside] if body is None else [surface, body, *beside]
     ground = terrain(bodies, tool=tool, up=up, kept=KEPT_SHARE * retract if travel == "low" else np.inf)
-    top = float((surface.vertices @ up).max())
+    top = max(float((each.vertices @ up).max()) for each in (surface, *beside))
     runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
     for run, following in pairwise(runs):

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
-from geoprint.model import FloatArray, Placement, PoseStream, Surface, Toolpath
+from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision import tool_solids
+from geoprint.motion.collision import obstacle_target, tool_solids
 from geoprint.motion.machine import obstacles_at
 from geoprint.motion.placing import (
     LEAST_MEAN_NORMAL,
@@ -32,7 +32,7 @@ from geoprint.motion.reach import Leaning, NozzleRoom
 from geoprint.paths import poses
 from geoprint.pipeline.stages import Stages
 from geoprint.results import Orientation, Plan, Workpiece
-from geoprint.transforms import apply
+from geoprint.transforms import apply, inverse
 
 Chain = Callable[[Plan, Placement, Stages], Plan]
 
@@ -173,8 +173,20 @@ def pose_stream(
         max_tilt=float(np.radians(max_tilt_deg)),
         tool=workpiece.cell.tool,
         body=workpiece.body,
+        beside=_table(workpiece),
         travel=travel,
     )
+
+
+def _table(workpiece: Workpiece) -> list[Surface]:
+    """Return the solids of a table as it holds the part, in the part's coordinates; none without a table."""
+    placement = workpiece.placement
+    if placement is None or placement.table is None:
+        return []
+    T_work_base = inverse(placement.T_base_work)
+    solids = [one for one in obstacles_at(workpiece.cell, placement) if isinstance(one, Cylinder)]
+    corners = [obstacle_target(one, T_work_base=T_work_base).triangles.reshape(-1, 3) for one in solids]
+    return [Surface(each, np.arange(len(each)).reshape(-1, 3)) for each in corners]
 
 
 def arm_of(workpiece: Workpiece) -> Arm:

@@ -22,6 +22,7 @@ from geoprint.results.mesh_files import (
 )
 from geoprint.results.plan import (
     Fed as Fed,
+    Joined as Joined,
     Laid as Laid,
     Layer as Layer,
     Plan as Plan,

@@ -10,6 +10,7 @@ from geoprint.deposition import Exposure
 from geoprint.deposition.feedback import Correction
 from geoprint.export import Orders
 from geoprint.export.rapid import Executed, Timeline
+from geoprint.export.rapid.stacks import StackProof
 from geoprint.model import (
     Clearance,
     Contours,
@@ -155,6 +156,22 @@ class RobotPlan:
 
 @final
 @frozen
+class Joined:
+    """The one program of several parts of the robot, each of which was verified by itself.
+
+    Attributes:
+        modules: path and text of each of its files, in the folder of the program.
+        beside: likewise of what a controller needs before the first load.
+        proof: what was executed of it.
+    """
+
+    modules: tuple[tuple[str, str], ...]
+    beside: tuple[tuple[str, str], ...]
+    proof: StackProof
+
+
+@final
+@frozen
 class Plan:
     """Everything from the mesh to the program.
 
@@ -177,6 +194,7 @@ class Plan:
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
         fed: what the last print taught, or None where the job names none.
         tilting: how a table is to tilt the part, or None where it stands still.
+        joined: the program of all of the robot's parts, or None where there is one part or none.
     """
 
     job: Job
@@ -196,6 +214,7 @@ class Plan:
     followed: FollowedLines | None = None
     fed: Fed | None = None
     tilting: Tilting | None = None
+    joined: Joined | None = None
 
     @property
     def flat_surface(self) -> Surface:

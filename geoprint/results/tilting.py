@@ -7,7 +7,6 @@ from typing import Literal, TypeAlias, final
 from geoprint.model import FloatArray, frozen
 from geoprint.motion.tilting import Attitude
 
-
 # Whether runs are printed as they come, or pieces of them gathered by what one attitude admits.
 Order: TypeAlias = Literal["kept", "gathered"]
 

@@ -93,7 +93,7 @@ def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
 
 
 def solid_target(solid: Solid) -> Target:
-    """Return a solid of the tool, of the arm or of a table as a target, in its own frame; FCL takes a convex solid as solid."""
+    """Return a solid of tool, arm or table as a target, in its own frame; FCL takes a convex solid as solid."""
     corners, triangles = polytope(solid, by=0.0)
     return Target(
         solid.name,

@@ -9,6 +9,7 @@ and between two poses of the table no ball comes nearer than half of what it mov
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import pairwise
 from typing import TypeAlias, final
 
@@ -96,7 +97,14 @@ def table_motion_clearance(
                 row = int(distances.argmin())
                 found = min(found, float(distances[row]))
                 if found < kept:
-                    raise _too_close(f"{table.name} goes to {to}", balls, sausage, place=balls.centres[row], distance=found, kept=kept)
+                    raise _too_close(
+                        f"{table.name} goes to {to}",
+                        balls,
+                        sausage,
+                        place=balls.centres[row],
+                        distance=found,
+                        kept=kept,
+                    )
     return found
 
 
@@ -105,24 +113,24 @@ def _at_home(arm: Arm, tool: Tool) -> list[_Sausage]:
     links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
     solids = [(frames[link.joint], solid) for link in links for solid in link.solids]
     solids += [(frames[-1], solid) for solid in tool_solids(tool)]
-    return [
-        _Sausage(
-            solid.name,
-            *transforms.apply(T_base_solid, np.stack([solid.start, solid.end])),
-            max(solid.start_radius, solid.end_radius),
-        )
-        for T_base_solid, solid in solids
-    ]
+    sausages: list[_Sausage] = []
+    for T_base_solid, solid in solids:
+        start, end = transforms.apply(T_base_solid, np.stack([solid.start, solid.end]))
+        sausages.append(_Sausage(solid.name, start, end, max(solid.start_radius, solid.end_radius)))
+    return sausages
 
 
 def _courses(table: TiltingTable, ends: FloatArray) -> list[Course]:
     """Return each straight motion that a table may make from one pose of its plate to another."""
     if not table.rotary:
-        return [lambda shares: _shifted(ends, shares)]
+        return [partial(_shifted, ends)]
     start, end = table.axes(ends)
-    corners = [np.where(np.arange(len(start)) == axis, end, start) for axis in range(len(start))]
-    knots = [np.stack([start, end]), *(np.stack([start, corner, end]) for corner in corners)]
-    return [lambda shares, along=along: _turned(table, along, shares) for along in knots]
+    knots = [np.stack([start, end])]
+    for axis in range(len(start)):
+        bent = start.copy()
+        bent[axis] = end[axis]
+        knots.append(np.stack([start, bent, end]))
+    return [partial(_turned, table, along) for along in knots]
 
 
 def _shifted(ends: FloatArray, shares: FloatArray) -> FloatArray:
@@ -132,21 +140,24 @@ def _shifted(ends: FloatArray, shares: FloatArray) -> FloatArray:
 
 def _turned(table: TiltingTable, knots: FloatArray, shares: FloatArray) -> FloatArray:
     places = np.linspace(0.0, 1.0, len(knots))
-    axes = np.column_stack([np.interp(shares, places, values) for values in knots.T])
-    return np.stack([table.plate(each) for each in axes])
+    axes = [np.interp(shares, places, knots[:, axis]) for axis in range(knots.shape[1])]
+    return np.stack([table.plate(np.array(each)) for each in zip(*axes, strict=True)])
 
 
 def _along(table: TiltingTable, course: Course, held: Sequence[_Balls]) -> Iterator[tuple[_Balls, float]]:
     """Yield what moves at poses of the table along a course, each with how far it moves to the next at most [mm]."""
     coarse = [_standing(table, pose, held) for pose in course(np.linspace(0.0, 1.0, FEWEST_POSES))]
-    moved = max(_moved(one, other) for before, behind in pairwise(coarse) for one, other in zip(before, behind, strict=True))
+    moved = max(
+        _moved(one, other) for before, behind in pairwise(coarse) for one, other in zip(before, behind, strict=True)
+    )
     count = max(int(np.ceil((FEWEST_POSES - 1) * moved / MOTION_STEP)), 1) + 1
     fine = [_standing(table, pose, held) for pose in course(np.linspace(0.0, 1.0, count))]
-    steps = [[_moved(one, other) for one, other in zip(before, behind, strict=True)] for before, behind in pairwise(fine)]
+    steps = [
+        [_moved(one, other) for one, other in zip(before, behind, strict=True)] for before, behind in pairwise(fine)
+    ]
     around = np.array([steps[0], *steps, steps[-1]])
     for row, balls in enumerate(fine):
-        for each, farthest in zip(balls, np.maximum(around[row], around[row + 1]).tolist(), strict=True):
-            yield each, farthest
+        yield from zip(balls, np.maximum(around[row], around[row + 1]).tolist(), strict=True)
 
 
 def _standing(table: TiltingTable, T_table_plate: FloatArray, held: Sequence[_Balls]) -> list[_Balls]:
@@ -167,7 +178,7 @@ def _held(surface: Surface, T_plate_work: FloatArray) -> _Balls:
     middles, own = (cells + 0.5) * BALL_STEP, own.reshape(-1)
     largest = np.zeros(len(cells))
     np.maximum.at(largest, own, np.linalg.norm(centres - middles[own], axis=1) + radii)
-    return _Balls(surface.name, middles, largest)
+    return _Balls(surface.name, np.asarray(middles, dtype=np.float64), largest)
 
 
 def _around(cylinder: Cylinder) -> _Balls:

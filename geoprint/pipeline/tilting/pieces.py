@@ -35,7 +35,7 @@ class Portions:
     @property
     def rows(self) -> IntArray:
         """(m,) deposited poses, piece after piece."""
-        return np.concatenate([np.arange(first, behind) for first, behind in self.pieces.tolist()])
+        return np.concatenate([np.arange(first, behind) for first, behind in _pairs(self.pieces)])
 
 
 def portions(attitudes: Sequence[Attitude], poses: PoseStream, *, overlap: float) -> tuple[Portions, ...]:
@@ -49,12 +49,12 @@ def portions(attitudes: Sequence[Attitude], poses: PoseStream, *, overlap: float
     Returns:
         What is printed in each; the shares of all pieces at any place of the deposit add to 1.
     """
-    starts = {int(first): behind for each in attitudes for first, behind in each.pieces.tolist()}
+    starts = {first: behind for each in attitudes for first, behind in _pairs(each.pieces)}
     ends = {behind: first for first, behind in starts.items()}
     fades = {first: _fade(poses, first, ends, overlap=overlap) for first in starts}
     found: list[Portions] = []
     for each in attitudes:
-        pieces = [(fades[first], behind) for first, behind in each.pieces.tolist()]
+        pieces = [(fades[first], behind) for first, behind in _pairs(each.pieces)]
         shares = [
             _shares(poses.arcs, first, behind, grown=own, fading=fades.get(behind - 1, behind - 1))
             for (first, behind), own in zip(pieces, each.pieces[:, 0].tolist(), strict=True)
@@ -120,3 +120,7 @@ def _at_deposits(stream: PoseStream, values: FloatArray) -> FloatArray:
     found = np.zeros(stream.count)
     found[stream.deposit] = values
     return found
+
+
+def _pairs(pieces: IntArray) -> list[tuple[int, int]]:
+    return [(int(first), int(behind)) for first, behind in pieces]

@@ -22,7 +22,9 @@ from geoprint.pipeline.refusals import proven
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import Chain, arm_of
 from geoprint.pipeline.tilting.division import deposited, plate_turn, tilting_of, up_range
+from geoprint.pipeline.tilting.joining import attitude_cell, joined_program
 from geoprint.pipeline.tilting.pieces import Portions, attitude_paths, portions
+from geoprint.quality import check_sum
 from geoprint.results import Plan, RobotPlan
 
 # Directions that are tried for an attitude at most, the one that was chosen first included.
@@ -79,19 +81,18 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     printed: list[_Printed] = []
     for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1):
         of = _Asked(number, len(divided), attitude, portion)
-        own = paths if number == len(divided) else _unflooded(paths)
+        cell = attitude_cell(paths.workpiece.cell, number=number, count=len(divided))
+        own = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
         printed.append(_printed(own, placement, of, stage, table=machine, within=within, chain=chain))
     robots = _swept(paths, placement, machine, printed, stage)
     changed = tuple(one.attitude for one in printed)
     found = tilting_of(paths, machine, changed, order=tilting.order, moves=tilting.moves)
     refused = tuple(text for one in printed for text in one.refused)
-    return replace(paths, robot=robots, tilting=replace(found, refused=refused), timings=tuple(stage.timings))
-
-
-def _unflooded(paths: Plan) -> Plan:
-    """Return paths whose part is not exposed as a whole yet: that comes when all of it is printed."""
-    cell = replace(paths.workpiece.cell, flood=None)
-    return replace(paths, workpiece=replace(paths.workpiece, cell=cell))
+    paths = replace(paths, robot=robots, tilting=replace(found, refused=refused))
+    check_sum(paths.poses, [robot.joint_path.poses for robot in robots])
+    with stage("program of all attitudes"):
+        paths = replace(paths, joined=joined_program(paths))
+    return replace(paths, timings=tuple(stage.timings))
 
 
 def _printed(
@@ -125,7 +126,7 @@ def _printed(
 
 
 def _directions(paths: Plan, asked: _Asked, within: UpRange) -> Iterator[FloatArray]:
-    """Yield the (3,) direction of an attitude, then others that its beads admit: nearest to rest, then farthest away."""
+    """Yield the (3,) direction of an attitude, then others that its beads admit: near rest, then far from those."""
     tried = [asked.attitude.up]
     yield tried[0]
     normals = np.concatenate([deposited(paths).normals[a:b] for a, b in asked.attitude.pieces.tolist()])
