@@ -47,7 +47,7 @@ def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -
 
 def motion_shades(plan: Plan, robot: RobotPlan, vertices: FloatArray) -> MotionShades:
     """Return lean and speed at the piece of deposit that lies nearest to each of (n, 3) vertices [mm]."""
-    poses, times = plan.poses, robot.trajectory.pose_times
+    poses, times = robot.joint_path.poses, robot.trajectory.pose_times
     lengths, durations = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), np.diff(times)
     rows = np.flatnonzero(poses.laid & (lengths > 0.0) & (durations > 0.0))
     places = poses.surface_points
@@ -59,21 +59,21 @@ def motion_shades(plan: Plan, robot: RobotPlan, vertices: FloatArray) -> MotionS
 
 def replay(plan: Plan, robot: RobotPlan) -> Replay:
     """Return the motion at so many rows of the trajectory as the page shows."""
-    cell, trajectory = plan.workpiece.cell, robot.trajectory
+    cell, trajectory, poses = plan.workpiece.cell, robot.trajectory, robot.joint_path.poses
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     last = trajectory.times.size - 1
     rows = np.unique(np.linspace(0, last, MOST_FRAMES).astype(np.int64))
     ends = np.clip([rows - 1, rows + 1], 0, last)
     tips = arm.link_poses(trajectory.joints[ends.ravel()])[:, -1, :3, 3].reshape(2, -1, 3)
-    laid = np.flatnonzero(plan.poses.deposit)
-    starts = np.flatnonzero(np.diff(plan.poses.runs[laid], prepend=-1))
+    laid = np.flatnonzero(poses.deposit)
+    starts = np.flatnonzero(np.diff(poses.runs[laid], prepend=-1))
     return Replay(
         times=trajectory.times[rows],
         joints=trajectory.joints[rows],
         speeds=np.linalg.norm(tips[1] - tips[0], axis=1) / np.diff(trajectory.times[ends], axis=0)[0],
         valve=robot.switching.material,
         lamp=robot.switching.lamp,
-        bead=plan.poses.tips[laid],
+        bead=poses.tips[laid],
         bead_offsets=np.append(starts, laid.size),
         bead_times=trajectory.pose_times[laid],
     )

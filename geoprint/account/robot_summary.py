@@ -14,6 +14,7 @@ from geoprint.account.records.robot import (
     BendRecord,
     ClearanceRecord,
     DryRunRecord,
+    JoinedRecord,
     LeanPlaceRecord,
     LeanRecord,
     MotionRecord,
@@ -27,6 +28,7 @@ from geoprint.account.records.robot import (
     SlowdownRecord,
     SlowedRecord,
     SwitchingRecord,
+    TablePoseRecord,
     TargetsRecord,
     TiltRecord,
 )
@@ -41,6 +43,8 @@ from geoprint.results import Orientation, Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
 NOTABLE_LEAN = float(np.radians(0.05))
+# What a person loads to print all attitudes.
+JOINED_LIST = "rapid/GeoStack.pgf"
 # Places of lean that are listed, those with the largest lean first.
 LISTED_PLACES = 20
 
@@ -49,6 +53,7 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
     """Return what plan.json says of one of the robot's parts."""
     program = robot.program
     return RobotRecord(
+        table=_table(plan, robot),
         motion=_motion(plan, robot),
         clearance=_clearance(robot),
         program=ProgramRecord(
@@ -58,6 +63,30 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
             switching=record_switching(robot.switching),
         ),
         evidence=record_evidence(program, robot.executed),
+    )
+
+
+def _table(plan: Plan, robot: RobotPlan) -> TablePoseRecord | None:
+    pose = robot.placement.table
+    if pose is None or plan.tilting is None or robot.table_kept is None:
+        return None
+    axes = np.degrees(pose.axes) if plan.tilting.rotary else pose.axes
+    return TablePoseRecord(attitude=pose.number, axes=tuple(axes.tolist()), kept_mm=robot.table_kept)
+
+
+def record_joined(plan: Plan) -> JoinedRecord | None:
+    """Return what plan.json says of the program of all attitudes; None where there is one or none."""
+    if plan.joined is None or plan.tilting is None:
+        return None
+    proof = plan.joined.proof
+    return JoinedRecord(
+        file=JOINED_LIST,
+        print_s=print_seconds(plan) or 0.0,
+        table_s=sum(plan.tilting.seconds),
+        scenarios=proof.scenarios,
+        refused=proof.refused,
+        lines_with_statements=proof.statements,
+        lines_executed=proof.executed,
     )
 
 

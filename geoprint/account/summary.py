@@ -45,7 +45,7 @@ from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import as_json, place_of
 from geoprint.account.records.spacing import SpacingRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
-from geoprint.account.robot_summary import record_robot
+from geoprint.account.robot_summary import record_joined, record_robot
 from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
@@ -83,6 +83,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         overhang=record_overhang(plan),
         feedback=record_feedback(plan),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
+        joined=record_joined(plan),
         not_printable=plan.not_printable,
         warnings=(),
     )

@@ -178,15 +178,14 @@ def pose_stream(
     )
 
 
-def _table(workpiece: Workpiece) -> list[Surface]:
-    """Return the solids of a table as it holds the part, in the part's coordinates; none without a table."""
+def _table(workpiece: Workpiece) -> FloatArray:
+    """Return the (b, 3) corners of a table's solids as it holds the part, in its coordinates; none without a table."""
     placement = workpiece.placement
     if placement is None or placement.table is None:
-        return []
+        return np.empty((0, 3))
     T_work_base = inverse(placement.T_base_work)
     solids = [one for one in obstacles_at(workpiece.cell, placement) if isinstance(one, Cylinder)]
-    corners = [obstacle_target(one, T_work_base=T_work_base).triangles.reshape(-1, 3) for one in solids]
-    return [Surface(each, np.arange(len(each)).reshape(-1, 3)) for each in corners]
+    return np.concatenate([obstacle_target(one, T_work_base=T_work_base).triangles.reshape(-1, 3) for one in solids])
 
 
 def arm_of(workpiece: Workpiece) -> Arm:

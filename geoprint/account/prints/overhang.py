@@ -36,6 +36,8 @@ def _table(found: Tilting) -> TableRecord:
     kept, by_attitude = found.moves
     return TableRecord(
         name=found.table,
+        rotary=found.rotary,
+        refused=found.refused,
         order=found.order,
         moves_kept=kept,
         moves_gathered=by_attitude,

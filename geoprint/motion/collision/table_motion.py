@@ -38,11 +38,21 @@ Course: TypeAlias = Callable[[FloatArray], FloatArray]
 @final
 @frozen
 class _Balls:
-    """Balls that hold something: (b, 3) centres and (b,) radii [mm]."""
+    """Balls that hold something.
+
+    Attributes:
+        name: what messages call it.
+        centres: (b, 3) [mm].
+        radii: (b,) [mm].
+        marks: (k, 3) points of it, the farthest of which moves as far as any: of a cylinder the ends of its axis [mm].
+        radius: how far it reaches beyond these, across its axis [mm].
+    """
 
     name: str
     centres: FloatArray
     radii: FloatArray
+    marks: FloatArray
+    radius: float
 
 
 @final
@@ -163,12 +173,21 @@ def _along(table: TiltingTable, course: Course, held: Sequence[_Balls]) -> Itera
 def _standing(table: TiltingTable, T_table_plate: FloatArray, held: Sequence[_Balls]) -> list[_Balls]:
     """Return balls about all that moves, in the base frame: surfaces on the plate, and the table's own solids."""
     T_base_plate = table.T_base_table @ T_table_plate
-    surfaces = [_Balls(one.name, transforms.apply(T_base_plate, one.centres), one.radii) for one in held]
+    there = [transforms.apply(T_base_plate, one.centres) for one in held]
+    surfaces = [_Balls(one.name, at, one.radii, at, 0.0) for one, at in zip(held, there, strict=True)]
     return [*surfaces, *(_around(one) for one in table.solids(T_table_plate))]
 
 
 def _moved(one: _Balls, other: _Balls) -> float:
-    return ARC_ALLOWANCE * float(np.linalg.norm(one.centres - other.centres, axis=1).max())
+    """Bound how far any point moves: as its marks do, and across a cylinder's axis as this turns [mm]."""
+    turned = np.linalg.norm(_axis(one.marks) - _axis(other.marks)) if one.radius else 0.0
+    shifted = np.linalg.norm(one.marks - other.marks, axis=1).max()
+    return ARC_ALLOWANCE * float(shifted + one.radius * turned)
+
+
+def _axis(ends: FloatArray) -> FloatArray:
+    along = ends[1] - ends[0]
+    return along / np.linalg.norm(along)
 
 
 def _held(surface: Surface, T_plate_work: FloatArray) -> _Balls:
@@ -178,7 +197,8 @@ def _held(surface: Surface, T_plate_work: FloatArray) -> _Balls:
     middles, own = (cells + 0.5) * BALL_STEP, own.reshape(-1)
     largest = np.zeros(len(cells))
     np.maximum.at(largest, own, np.linalg.norm(centres - middles[own], axis=1) + radii)
-    return _Balls(surface.name, np.asarray(middles, dtype=np.float64), largest)
+    middles = np.asarray(middles, dtype=np.float64)
+    return _Balls(surface.name, middles, largest, middles, 0.0)
 
 
 def _around(cylinder: Cylinder) -> _Balls:
@@ -193,11 +213,12 @@ def _around(cylinder: Cylinder) -> _Balls:
     disc = (radii[:, None, None] * circle).reshape(-1, 3)
     centres = (cylinder.start + rings[:, None, None] * axis + disc).reshape(-1, 3)
     # No point of it is farther from one of these along each of the three than half of a step.
-    return _Balls(cylinder.name, centres, np.full(len(centres), BALL_STEP * np.sqrt(3.0) / 2.0))
+    radii = np.full(len(centres), BALL_STEP * np.sqrt(3.0) / 2.0)
+    return _Balls(cylinder.name, centres, radii, np.stack([cylinder.start, cylinder.end]), cylinder.radius)
 
 
 def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return two unit vectors across an axis that turn with it: a ball stays where it was when the axis tilts."""
+    """Return two unit vectors across an axis, and across one another."""
     rotation = transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), axis[None])[0]
     return rotation[:, 0], rotation[:, 1]
 

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 
 from geoprint.account.checked import CheckedJoined, Finding
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.robot_summary import program_digest
+from geoprint.account.robot_summary import JOINED_LIST, program_digest
 from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import read_setup
 from geoprint.export.rapid import CONTROLLER_FOLDER, RESIDENT, check_resident
@@ -15,9 +15,6 @@ from geoprint.export.rapid.stacks import OwnProgram, judge_stack
 from geoprint.pipeline.bundles.contents import PART, RAPID_FOLDER
 from geoprint.pipeline.bundles.paths import stream_of
 from geoprint.quality import check_sum
-
-# What a person loads.
-PROGRAM_LIST = f"{RAPID_FOLDER}/GeoStack.pgf"
 
 
 def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> CheckedJoined:
@@ -83,5 +80,5 @@ def resident_findings(folder: Path, own: OwnProgram) -> Iterable[Finding]:
 def program_finding(error: GeoprintError) -> Finding:
     """Return what an error says; it names a module and its line."""
     module, line, reason = (error.details.get(name) for name in ("module", "line", "reason"))
-    name = f"{RAPID_FOLDER}/{module}" if isinstance(module, str) else PROGRAM_LIST
+    name = f"{RAPID_FOLDER}/{module}" if isinstance(module, str) else JOINED_LIST
     return Finding(name, line if isinstance(line, int) else 1, reason if isinstance(reason, str) else str(error))

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from geoprint.account.checked import CheckedStack, Finding
 from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.account.robot_summary import program_digest
+from geoprint.account.robot_summary import JOINED_LIST, program_digest
 from geoprint.errors import GeoprintError
 from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.export.rapid.stacks import (
@@ -20,7 +20,6 @@ from geoprint.export.rapid.stacks import (
 )
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER, STACK
 from geoprint.pipeline.bundles.joined import (
-    PROGRAM_LIST,
     own_program,
     program_finding,
     program_modules,
@@ -76,7 +75,7 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
             return [], CheckedStack(told)
         if not sound:
             reason = "a layer is not as it was planned, so that the program of the stack was not held against it"
-            return [Finding(PROGRAM_LIST, 1, reason)], CheckedStack(told)
+            return [Finding(JOINED_LIST, 1, reason)], CheckedStack(told)
         own = [own_program(folder, layer.folder) for layer in told.layers]
         findings = [*resident_findings(folder, own[0])]
         modules = dict(program_modules(folder, names))
@@ -92,7 +91,7 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
 def _record(proof: StackProof, layers: Sequence[StackedLayerRecord], *, pause: float, dry: bool) -> StackProgramRecord:
     printing = sum(layer.print_s or 0.0 for layer in layers)
     return StackProgramRecord(
-        file=PROGRAM_LIST,
+        file=JOINED_LIST,
         pause_s=pause,
         print_s=printing + pause * (len(layers) - 1),
         runs_dry_only=dry,
