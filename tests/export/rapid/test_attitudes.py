@@ -14,7 +14,7 @@ import pytest
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.guard import resident_module
 from geoprint.export.rapid.language.parsing import parse_module
-from geoprint.export.rapid.machine import execute
+from geoprint.export.rapid.machine import Execution, execute
 from geoprint.export.rapid.made import printing, task_of
 from geoprint.export.rapid.program import proven_program
 from geoprint.export.rapid.settings import as_new
@@ -25,7 +25,7 @@ from geoprint.motion.arm import Arm
 from geoprint.motion.machine import table_machine, tilted_placement
 from tests.export.export_cases import CELL, PLACEMENT, orders, stream, tips_of
 from tests.export.rapid.test_lint import errors
-from tests.export.rapid.test_stacks import Files, judged, ran, replaced, said, stacked
+from tests.export.rapid.test_stacks import Files, judged, replaced, running, said, stacked
 from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
 
 UPS = ((0.0, 0.0, 1.0), (0.0, 0.17, 0.98), (0.1, -0.1, 0.98))
@@ -51,6 +51,14 @@ def attitudes(kind: str = "tilt-turn") -> tuple[OwnProgram, ...]:
     return tuple(own_program(number, table) for number in (1, 2, 3))
 
 
+def whole(own: tuple[OwnProgram, ...]) -> Execution:
+    """The whole program as it prints, with somebody who brings the table to each attitude."""
+    scenario = printing(own[0].cell, placement=own[0].placement, tables=len(own))
+    controller = running(stacked(own), own, scenario)
+    controller.run_until(np.inf)
+    return controller.execution()
+
+
 @pytest.mark.parametrize("kind", TABLES)
 def test_a_program_is_its_attitudes_one_after_another_and_asks_for_each(kind: str) -> None:
     own = attitudes(kind)
@@ -68,7 +76,7 @@ def test_a_program_is_its_attitudes_one_after_another_and_asks_for_each(kind: st
 
 def test_each_attitude_moves_in_its_own_work_object() -> None:
     own = attitudes()
-    moves = ran(stacked(own), own).moves
+    moves = whole(own).moves
     places = moves.tips(moves.along_path).reshape(3, -1, 3)
     one = own[0].placement.T_base_work
     for of, program in zip(places, own, strict=True):
@@ -80,7 +88,7 @@ def test_each_attitude_moves_in_its_own_work_object() -> None:
 @pytest.mark.parametrize(("kind", "shown"), [("tilt-turn", 3), ("hexapod", 13)])
 def test_the_pendant_shows_what_to_bring_the_table_to(kind: str, shown: int) -> None:
     own = attitudes(kind)[1]
-    texts = [text for _, text in ran(stacked(attitudes(kind)), attitudes(kind)).texts]
+    texts = [text for _, text in whole(attitudes(kind)).texts]
     first = texts.index("Bring the table to attitude 2")
     numbers = [float(text.rpartition(" ")[2]) for text in texts[first : first + shown]]
     assert own.placement.table is not None

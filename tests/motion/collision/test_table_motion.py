@@ -81,7 +81,7 @@ def moved(kind: str, up: FloatArray, *, lower: float = 400.0) -> float:
     """The distance that is proven from the arm at home while a table, so much below it, goes to a direction."""
     arm = Arm(CELL.robot, T_flange_tool=CELL.tool.T_flange_tool)
     tip = arm.tool_poses(CELL.robot.home[None])[0, :3, 3]
-    keys = {"position_mm": [*tip[:2].tolist(), tip[2] - lower], "rpy_deg": [0.0, 0.0, 0.0]}
+    keys = {"position_mm": (tip - [0.0, 0.0, lower]).tolist(), "rpy_deg": [0.0, 0.0, 90.0]}
     table = tilt_turn(**keys) if kind == "tilt-turn" else hexapod(**keys)
     T_base_work = transforms.rigid(np.eye(3), table.T_base_table[:3, 3] - [20.0, 15.0, 0.0])
     Ts = np.concatenate([np.eye(4)[None], table.plates(up[None] / np.linalg.norm(up))])
@@ -106,10 +106,10 @@ def test_what_passes_only_between_two_attitudes_is_found() -> None:
     arm = Arm(CELL.robot, T_flange_tool=CELL.tool.T_flange_tool)
     tip = arm.tool_poses(CELL.robot.home[None])[0, :3, 3]
     table = tilt_turn(
-        position_mm=[tip[0], tip[1] + 80.0, tip[2] - 30.0], rpy_deg=[0.0, 0.0, 0.0], stand_distance_mm=400.0
+        position_mm=np.add(tip, [0.0, 80.0, -30.0]).tolist(), rpy_deg=[0.0, 0.0, 180.0], stand_distance_mm=400.0
     )
     mast = Surface(plate().vertices * 0.1 + [80.0, 0.0, 29.0], plate().faces, name="mast")
-    ends = np.stack([table.plate(np.radians([0.0, turn])) for turn in (0.0, -179.0)])
+    ends = np.stack([table.plate(np.radians([0.0, turn])) for turn in (0.0, 179.0)])
 
     def kept(T_ends: FloatArray) -> float:
         return table_motion_clearance(
