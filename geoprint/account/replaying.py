@@ -41,20 +41,30 @@ def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -
         points=transforms.apply(T_work_base, screws.points),
         directions=screws.directions @ T_work_base[:3, :3].T,
         bodies=tuple(bodies),
-        note=" ".join(notes),
+        note=" ".join([*notes, *_attitude(robot)]),
     )
 
 
-def motion_shades(plan: Plan, robot: RobotPlan, vertices: FloatArray) -> MotionShades:
+def _attitude(robot: RobotPlan) -> list[str]:
+    pose = robot.placement.table
+    return [] if pose is None else [f"The replay shows attitude {pose.number} of the table."]
+
+
+def motion_shades(plan: Plan, vertices: FloatArray) -> MotionShades:
     """Return lean and speed at the piece of deposit that lies nearest to each of (n, 3) vertices [mm]."""
+    middles, leans, speeds = (np.concatenate(each) for each in zip(*map(_laid, plan.robot), strict=True))
+    _, nearest = KDTree(middles).query(vertices)
+    pieces = np.asarray(nearest)
+    return MotionShades(np.degrees(leans[pieces]), speeds[pieces] / plan.workpiece.cell.process.speed)
+
+
+def _laid(robot: RobotPlan) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the (k, 3) middles of the pieces of deposit of a robot's part, their leans [rad] and speeds [mm/s]."""
     poses, times = robot.joint_path.poses, robot.trajectory.pose_times
     lengths, durations = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), np.diff(times)
     rows = np.flatnonzero(poses.laid & (lengths > 0.0) & (durations > 0.0))
     places = poses.surface_points
-    _, nearest = KDTree((places[rows] + places[rows + 1]) / 2.0).query(vertices)
-    pieces = rows[np.asarray(nearest)]
-    speeds = lengths[pieces] / durations[pieces]
-    return MotionShades(np.degrees(tilts(poses)[pieces]), speeds / plan.workpiece.cell.process.speed)
+    return (places[rows] + places[rows + 1]) / 2.0, tilts(poses)[rows], lengths[rows] / durations[rows]
 
 
 def replay(plan: Plan, robot: RobotPlan) -> Replay:

@@ -49,7 +49,13 @@ def propose_placement(
     if not 0.0 <= tilt_deg <= 90.0:
         raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
     check_part(job)
-    job = with_rounds(job, load_cell(job.cell))
+    cell = load_cell(job.cell)
+    if cell.table is not None:
+        raise UsageError(
+            f"the cell {cell.name} has a table that tilts the part, and no place for the part is looked for on one: "
+            "leave [table] out of the cell for a place where it stands still."
+        )
+    job = with_rounds(job, cell)
     rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
     job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
     stage = Stages(observe)

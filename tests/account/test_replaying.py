@@ -93,6 +93,6 @@ def test_each_vertex_has_lean_and_speed_of_the_deposit_that_lies_nearest() -> No
     planned = SimpleNamespace(poses=poses, workpiece=SimpleNamespace(cell=process))
     robot = SimpleNamespace(trajectory=SimpleNamespace(pose_times=times))
     vertices = np.array([[5.3, 1.0, 0.0], [15.3, -1.0, 0.0]])
-    shades = motion_shades(cast("Plan", planned), cast("RobotPlan", robot), vertices)
+    shades = motion_shades(cast("Plan", planned), vertices)
     np.testing.assert_allclose(shades.lean, [0.0, 8.0], atol=1e-9)
     np.testing.assert_allclose(shades.speed, [1.0, 0.5])
