@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.account.part_report import part_report
 from geoprint.account.pictures import chart_pictures, coverage_picture
+from geoprint.account.prints.attitudes import print_seconds
 from geoprint.account.prints.expected import in_print, record_apart
 from geoprint.account.records.comparison import (
     ComparisonRecord,
@@ -20,7 +21,6 @@ from geoprint.account.records.comparison import (
     ToldComparison,
 )
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.robot_summary import print_seconds
 from geoprint.account.summary import record_evenness, record_plan
 from geoprint.account.verdict import ranked, verdict
 from geoprint.model import FloatArray

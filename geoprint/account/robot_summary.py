@@ -9,12 +9,12 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
+from geoprint.account.prints.attitudes import record_table_pose
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
 from geoprint.account.records.robot import (
     BendRecord,
     ClearanceRecord,
     DryRunRecord,
-    JoinedRecord,
     LeanPlaceRecord,
     LeanRecord,
     MotionRecord,
@@ -28,7 +28,6 @@ from geoprint.account.records.robot import (
     SlowdownRecord,
     SlowedRecord,
     SwitchingRecord,
-    TablePoseRecord,
     TargetsRecord,
     TiltRecord,
 )
@@ -43,8 +42,6 @@ from geoprint.results import Orientation, Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
 NOTABLE_LEAN = float(np.radians(0.05))
-# What a person loads to print all attitudes.
-JOINED_LIST = "rapid/GeoStack.pgf"
 # Places of lean that are listed, those with the largest lean first.
 LISTED_PLACES = 20
 
@@ -53,7 +50,7 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
     """Return what plan.json says of one of the robot's parts."""
     program = robot.program
     return RobotRecord(
-        table=_table(plan, robot),
+        table=record_table_pose(plan, robot),
         motion=_motion(plan, robot),
         clearance=_clearance(robot),
         program=ProgramRecord(
@@ -64,38 +61,6 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
         ),
         evidence=record_evidence(program, robot.executed),
     )
-
-
-def _table(plan: Plan, robot: RobotPlan) -> TablePoseRecord | None:
-    pose = robot.placement.table
-    if pose is None or plan.tilting is None or robot.table_kept is None:
-        return None
-    axes = np.degrees(pose.axes) if plan.tilting.rotary else pose.axes
-    return TablePoseRecord(attitude=pose.number, axes=tuple(axes.tolist()), kept_mm=robot.table_kept)
-
-
-def record_joined(plan: Plan) -> JoinedRecord | None:
-    """Return what plan.json says of the program of all attitudes; None where there is one or none."""
-    if plan.joined is None or plan.tilting is None:
-        return None
-    proof = plan.joined.proof
-    return JoinedRecord(
-        file=JOINED_LIST,
-        print_s=print_seconds(plan) or 0.0,
-        table_s=sum(plan.tilting.seconds),
-        scenarios=proof.scenarios,
-        refused=proof.refused,
-        lines_with_statements=proof.statements,
-        lines_executed=proof.executed,
-    )
-
-
-def print_seconds(plan: Plan) -> float | None:
-    """Return the time of the program from home to home, with the table's own motions; None without a program [s]."""
-    if not plan.robot:
-        return None
-    moving = () if plan.tilting is None else plan.tilting.seconds
-    return sum(robot.trajectory.duration for robot in plan.robot) + sum(moving)
 
 
 def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:

@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint.account.cautions import notes_of, warnings_of
 from geoprint.account.patches import record_cut
+from geoprint.account.prints.attitudes import record_joined
 from geoprint.account.prints.expected import record_printed, says_errors
 from geoprint.account.prints.feedback import record_feedback
 from geoprint.account.prints.overhang import record_overhang
@@ -45,7 +46,7 @@ from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import as_json, place_of
 from geoprint.account.records.spacing import SpacingRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
-from geoprint.account.robot_summary import record_joined, record_robot
+from geoprint.account.robot_summary import record_robot
 from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface

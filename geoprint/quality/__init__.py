@@ -39,7 +39,6 @@ from geoprint.quality.sides import (
 )
 from geoprint.quality.spans import Spans as Spans, joined_spans as joined_spans
 from geoprint.quality.straying import SOURCES as SOURCES
-from geoprint.quality.summing import check_sum as check_sum
 from geoprint.quality.thickness import (
     LevelledLayer as LevelledLayer,
     Thickness as Thickness,

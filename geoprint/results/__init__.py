@@ -22,7 +22,7 @@ from geoprint.results.mesh_files import (
 )
 from geoprint.results.plan import (
     Fed as Fed,
-    Joined as Joined,
+    JoinedProgram as JoinedProgram,
     Laid as Laid,
     Layer as Layer,
     Plan as Plan,

@@ -156,7 +156,7 @@ class RobotPlan:
 
 @final
 @frozen
-class Joined:
+class JoinedProgram:
     """The one program of several parts of the robot, each of which was verified by itself.
 
     Attributes:
@@ -214,7 +214,7 @@ class Plan:
     followed: FollowedLines | None = None
     fed: Fed | None = None
     tilting: Tilting | None = None
-    joined: Joined | None = None
+    joined: JoinedProgram | None = None
 
     @property
     def flat_surface(self) -> Surface:

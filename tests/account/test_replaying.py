@@ -33,14 +33,14 @@ def arm() -> Arm:
 @pytest.fixture(scope="module")
 def shown() -> Machine:
     workpiece = SimpleNamespace(cell=load_cell(None), body=plate())
-    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK, table=None))
     return machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None)
 
 
 def test_a_body_that_is_folded_onto_itself_is_drawn_all_the_same() -> None:
     folded = Surface(np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]]))
     workpiece = SimpleNamespace(cell=load_cell(None), body=folded)
-    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK, table=None))
     bodies = machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None).bodies
     assert np.isfinite(bodies[-1].surface.vertices).all()
 

@@ -6,15 +6,16 @@ from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 
 from geoprint.account.checked import CheckedJoined, Finding
+from geoprint.account.prints.attitudes import JOINED_LIST
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.robot_summary import JOINED_LIST, program_digest
+from geoprint.account.robot_summary import program_digest
 from geoprint.errors import GeoprintError, VerificationError
 from geoprint.export import read_setup
 from geoprint.export.rapid import CONTROLLER_FOLDER, RESIDENT, check_resident
 from geoprint.export.rapid.stacks import OwnProgram, judge_stack
+from geoprint.paths import check_sum
 from geoprint.pipeline.bundles.contents import PART, RAPID_FOLDER
 from geoprint.pipeline.bundles.paths import stream_of
-from geoprint.quality import check_sum
 
 
 def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> CheckedJoined:

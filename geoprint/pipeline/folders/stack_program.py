@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from geoprint.account.checked import CheckedStack, Finding
+from geoprint.account.prints.attitudes import JOINED_LIST
 from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.account.robot_summary import JOINED_LIST, program_digest
+from geoprint.account.robot_summary import program_digest
 from geoprint.errors import GeoprintError
 from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.export.rapid.stacks import (

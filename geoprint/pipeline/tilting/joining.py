@@ -8,10 +8,10 @@ from dataclasses import replace
 from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.export.rapid.stacks import OwnProgram, stack_files, stacked_layer, verify_stack
 from geoprint.model import Cell
-from geoprint.results import Joined, Plan, RobotPlan
+from geoprint.results import JoinedProgram, Plan, RobotPlan
 
 
-def joined_program(plan: Plan) -> Joined | None:
+def joined_program(plan: Plan) -> JoinedProgram | None:
     """Return the program that prints all attitudes of a plan, verified; None where one attitude is all.
 
     Raises:
@@ -30,7 +30,7 @@ def joined_program(plan: Plan) -> Joined | None:
     loading = any("GeoPath" in name for name in modules)
     kept = controller_files(cell, placement=placement, loading=loading, layers=len(own))
     beside = {f"{CONTROLLER_FOLDER}/{name}": text for name, text in kept.items()}
-    return Joined(tuple(modules.items()), tuple(beside.items()), proof)
+    return JoinedProgram(tuple(modules.items()), tuple(beside.items()), proof)
 
 
 def own_programs(cell: Cell, robots: Sequence[RobotPlan]) -> list[OwnProgram]:

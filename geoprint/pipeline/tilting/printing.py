@@ -18,13 +18,13 @@ from geoprint.model import FloatArray, Placement, TiltingTable, frozen
 from geoprint.motion.collision import table_motion_clearance
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.tilting import Attitude, UpRange
+from geoprint.paths import check_sum
 from geoprint.pipeline.refusals import proven
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import Chain, arm_of
 from geoprint.pipeline.tilting.division import deposited, plate_turn, tilting_of, up_range
 from geoprint.pipeline.tilting.joining import attitude_cell, joined_program
 from geoprint.pipeline.tilting.pieces import Portions, attitude_paths, portions
-from geoprint.quality import check_sum
 from geoprint.results import Plan, RobotPlan
 
 # Directions that are tried for an attitude at most, the one that was chosen first included.

@@ -14,9 +14,9 @@ from geoprint.account.texts.checking import check_text
 from geoprint.config import packaged_cell_text
 from geoprint.errors import ClearanceError
 from geoprint.model import Surface
+from geoprint.paths import check_sum
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.saving import save_plan
-from geoprint.quality import check_sum
 from geoprint.results import Plan
 from geoprint.surfaces.files import ply_bytes
 from tests.meshes import spherical_cap

@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.model import PoseStream
-from geoprint.quality import check_sum
+from geoprint.paths import check_sum
 
 
 def deposit(count: int = 11, *, start: int = 0) -> PoseStream:
