@@ -222,8 +222,8 @@ class TablePoseRecord(Record):
         description="lengths of the six legs [mm], or angles of tilting and turning [degrees]"
     )
     kept_mm: Rounded = Field(
-        description="distance of the table and all that moves with it from the arm at home as it comes here [mm]; the true "
-        "one may be larger"
+        description="distance of the table, and of all on it, from the arm at home as it comes here [mm]; the true one "
+        "may be larger"
     )
 
 
