@@ -102,6 +102,14 @@ class UpRange:
             left = left[(left @ rows.T >= np.cos(self.critical + ANGLE_TOLERANCE)).all(axis=1)]
         return left
 
+    def slack(self, up: FloatArray, normals: FloatArray) -> float:
+        """Return the share that a (3,) direction leaves of the critical angle of (k, 3) normals, or of the table.
+
+        The smaller of both counts; it is negative where one is passed.
+        """
+        angle = float(angles_between(normals, up).max())
+        return min(1.0 - angle / self.critical, float(self._margins(up[None])[0]))
+
     def nearest(self, normals: FloatArray) -> FloatArray:
         """Return the (n, 3) directions that the table can bring up at which (n, 3) normals overhang least.
 

@@ -25,7 +25,7 @@ from geoprint.pipeline.standing import Chain, arm_of
 from geoprint.pipeline.tilting.division import deposited, plate_turn, tilting_of, up_range
 from geoprint.pipeline.tilting.joining import attitude_cell, joined_program
 from geoprint.pipeline.tilting.pieces import Portions, attitude_paths, portions
-from geoprint.results import Plan, RobotPlan
+from geoprint.results import Plan, RobotPlan, Tilting
 
 # Directions that are tried for an attitude at most, the one that was chosen first included.
 MOST_DIRECTIONS = 5
@@ -34,12 +34,21 @@ MOST_DIRECTIONS = 5
 @final
 @frozen
 class _Asked:
-    """An attitude that is to be printed: its number of how many, and what is printed in it."""
+    """An attitude that is to be printed.
+
+    Attributes:
+        number: from 1.
+        count: of all attitudes.
+        attitude: as it was chosen.
+        portion: what is printed in it.
+        aims: (k, 3) normals of its beads, those that overhang whatever the table does led as it was chosen for.
+    """
 
     number: int
     count: int
     attitude: Attitude
     portion: Portions
+    aims: FloatArray
 
 
 @final
@@ -80,7 +89,7 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     divided = portions(tilting.attitudes, deposited(paths), overlap=overlap)
     printed: list[_Printed] = []
     for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1):
-        of = _Asked(number, len(divided), attitude, portion)
+        of = _Asked(number, len(divided), attitude, portion, _aims(paths, attitude, tilting, within))
         cell = attitude_cell(paths.workpiece.cell, number=number, count=len(divided))
         own = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
         printed.append(_printed(own, placement, of, stage, table=machine, within=within, chain=chain))
@@ -109,7 +118,7 @@ def _printed(
     refused: list[str] = []
     errors: list[PlanError] = []
     starts: list[tuple[Plan, Placement]] = []
-    for up in _directions(paths, asked, within):
+    for up in _directions(asked, within):
         T_table_plate = table.plates((plate_turn(paths, table) @ up)[None])[0]
         stands = tilted_placement(table, placement, T_table_plate=T_table_plate, number=asked.number)
         own = attitude_paths(paths, asked.portion, stands)
@@ -121,16 +130,26 @@ def _printed(
             errors.append(error)
             starts.append((own, stands))
             continue
-        return _Printed(replace(asked.attitude, up=up), T_table_plate, robot, tuple(refused))
+        attitude = asked.attitude if not refused else replace(asked.attitude, up=up, slack=within.slack(up, asked.aims))
+        return _Printed(attitude, T_table_plate, robot, tuple(refused))
     raise _refusal(asked, table, errors, starts, stage)
 
 
-def _directions(paths: Plan, asked: _Asked, within: UpRange) -> Iterator[FloatArray]:
+def _aims(paths: Plan, attitude: Attitude, tilting: Tilting, within: UpRange) -> FloatArray:
+    """Return the (k, 3) normals that an attitude was chosen for; the last pose of a piece may be that of the next."""
+    firsts = np.concatenate([each.pieces[:, 0] for each in tilting.attitudes])
+    pieces = attitude.pieces
+    ends = pieces[:, 1] - np.isin(pieces[:, 1] - 1, firsts)
+    rows = np.concatenate([np.arange(first, end) for first, end in zip(pieces[:, 0], ends, strict=True)])
+    normals = deposited(paths).normals[rows]
+    return within.aims(normals, within.nearest(normals))
+
+
+def _directions(asked: _Asked, within: UpRange) -> Iterator[FloatArray]:
     """Yield the (3,) direction of an attitude, then others that its beads admit: near rest, then far from those."""
     tried = [asked.attitude.up]
     yield tried[0]
-    normals = np.concatenate([deposited(paths).normals[a:b] for a, b in asked.attitude.pieces.tolist()])
-    others = within.admitting(within.aims(normals, within.nearest(normals)))
+    others = within.admitting(asked.aims)
     wanted = within.rest
     for _ in range(min(MOST_DIRECTIONS - 1, len(others))):
         near = others @ np.stack(tried).T

@@ -239,7 +239,8 @@ def _placement(job: Job, cell: Cell, part: Surface, *, turnable: bool) -> tuple[
     if not job.robot:
         return None, None
     if job.place == "demo":
-        least = LEAST_MEAN_NORMAL if turnable else SHORTEST_MEAN_NORMAL
+        # What turns the part, or tilts it, makes less of where it starts.
+        least = LEAST_MEAN_NORMAL if turnable or cell.table is not None else SHORTEST_MEAN_NORMAL
         return demo_placement(part, position=cell.demo_position, rotation=cell.demo_turn, least=least), None
     calibration = calibrate_fixture(_fixture(cell))
     if calibration.placement.missing:
