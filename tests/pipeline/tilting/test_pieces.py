@@ -18,7 +18,7 @@ def deposit(*counts: int) -> PoseStream:
     arcs = np.concatenate([np.arange(each, dtype=np.float64) for each in counts])
     runs = np.repeat(np.arange(len(counts)), counts)
     return PoseStream(
-        tips=np.column_stack([arcs, 5.0 * runs, np.ones(count)]),
+        tips=np.column_stack([arcs, 5.0 * runs, np.ones(count)]).astype(np.float64),
         quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (count, 1)),
         normals=np.tile(UP, (count, 1)),
         runs=runs,

@@ -12,7 +12,6 @@ import pytest
 from geoprint import job_of, plan
 from geoprint.account.texts.checking import check_text
 from geoprint.config import packaged_cell_text
-from geoprint.errors import ClearanceError
 from geoprint.model import Surface
 from geoprint.paths import check_sum
 from geoprint.pipeline.checking import check_bundle
@@ -27,14 +26,14 @@ TABLE = (
 )
 
 
-def cell(folder: Path, *, home: str = HOME, table: str = TABLE) -> Path:
+def cell(folder: Path) -> Path:
     """A cell with a table below the arm's home, and the flow on an analog output."""
     text = packaged_cell_text("irb120-slim45")
     lines = text.split("\n")
-    lines[next(k for k, line in enumerate(lines) if line.startswith("joints_deg = "))] = home
+    lines[next(k for k, line in enumerate(lines) if line.startswith("joints_deg = "))] = HOME
     position = next(k for k, line in enumerate(lines) if line.startswith("demo_position_mm = "))
     lines[position] = "demo_position_mm = [340, 0, 150]"
-    text = "\n".join(lines).replace("\n[[obstacles]]", f"\n[table]\n{table}\n\n[[obstacles]]")
+    text = "\n".join(lines).replace("\n[[obstacles]]", f"\n[table]\n{TABLE}\n\n[[obstacles]]")
     text = text.replace('mode = "io"', 'mode = "analog"')
     for key in ('flow = "aoFlow"', "flow_per_mm3_s = 0.1", "flow_lag_s = 0.05"):
         text = text.replace(f"# {key}", key)
@@ -98,10 +97,3 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
     lines = poses.read_text().split("\n")
     poses.write_text("\n".join([*lines[:2], *lines[3:]]))
     assert any(finding.file.startswith("part-1/") for finding in check_bundle(thinner).findings)
-
-
-@pytest.mark.dear
-def test_a_home_in_the_course_of_the_table_is_refused(tmp_path: Path) -> None:
-    low = cell(tmp_path, home="joints_deg = [0, 28, 20, 0, 87, 180]")
-    with pytest.raises(ClearanceError, match=r"goes to attitude \d of \d|attitude \d of \d \(tilt-turn table at"):
-        plan(job_of(surface=part(tmp_path), unit="mm", spacing=3.0, backend="heat", place="demo", cell=low))
