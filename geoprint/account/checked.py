@@ -46,6 +46,24 @@ class Repeated:
 
 @final
 @frozen
+class CheckedJoined:
+    """The program of all attitudes of a table that was checked.
+
+    Attributes:
+        findings: what is wrong.
+        settings: how it is set to run, or None where it is not that of its attitudes.
+        scenarios: in which it was executed; none where it does not run.
+        program_sha256: of its modules with their switches as written; empty where it was not read back.
+    """
+
+    findings: tuple[Finding, ...]
+    settings: StackSettings | None
+    scenarios: tuple[str, ...]
+    program_sha256: str
+
+
+@final
+@frozen
 class Checked:
     """A bundle that was checked.
 
@@ -62,6 +80,9 @@ class Checked:
         program_sha256: of its modules with their switches as written; empty without a program.
         repeated: what was computed once more, or None where nobody asked.
         seen: what people saw a program of this bundle do.
+        attitudes: what holds of each of several attitudes of a table; then setup is that of the first, and there are
+            neither orders nor settings, switching and executed of a single program.
+        joined: the program of all attitudes, or None where there is one or none.
     """
 
     folder: Path
@@ -76,6 +97,8 @@ class Checked:
     program_sha256: str = ""
     repeated: Repeated | None = None
     seen: tuple[SeenRecord, ...] = ()
+    attitudes: tuple[Checked, ...] = ()
+    joined: CheckedJoined | None = None
 
 
 @final

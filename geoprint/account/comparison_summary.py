@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.account.part_report import part_report
 from geoprint.account.pictures import chart_pictures, coverage_picture
+from geoprint.account.prints.attitudes import print_seconds
 from geoprint.account.prints.expected import in_print, record_apart
 from geoprint.account.records.comparison import (
     ComparisonRecord,
@@ -131,7 +132,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
         printable=bool(plan.robot) if plan.job.robot else None,
         not_printable=outcome.not_printable,
         not_reached=dict(outcome.lost),
-        print_time_s=max((robot.trajectory.duration for robot in plan.robot), default=None),
+        print_time_s=print_seconds(plan),
         smallest_clearance_mm=min((robot.clearance.smallest for robot in plan.robot), default=None),
         warnings=told.warnings,
     )

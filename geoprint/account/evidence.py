@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from geoprint.account.records.evidence import STAGES, EvidenceRecord, ExecutedRecord, SeenRecord, Stage
+from geoprint.account.records.evidence import (
+    STAGES,
+    EvidenceRecord,
+    ExecutedRecord,
+    ParsedRecord,
+    SeenRecord,
+    Stage,
+)
 
 # What each stage is called.
 WORDS: dict[Stage, str] = {
@@ -31,6 +38,29 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
         *([("executed", "not yet")] if executed is None else _executed(executed)),
     ]
     return [*rows, *seen_rows(seen, program_sha256=program_sha256)]
+
+
+def of_all(told: Sequence[EvidenceRecord]) -> EvidenceRecord:
+    """Return how far the programs of all attitudes are proven together: sums of lines, and the largest deviations."""
+    first = told[0]
+    executed = [one.executed for one in told if one.executed is not None]
+    parsed = ParsedRecord(
+        modules=sum(one.parsed.modules for one in told),
+        lines=sum(one.parsed.lines for one in told),
+        targets=sum(one.parsed.targets for one in told),
+    )
+    if len(told) == 1 or len(executed) < len(told):
+        return first if len(told) == 1 else first.model_copy(update={"parsed": parsed, "executed": None})
+    update = {
+        "lines": sum(one.lines for one in executed),
+        "lines_executed": sum(one.lines_executed for one in executed),
+        "not_executed": tuple(each for one in executed for each in one.not_executed),
+        "largest_motion_mm": max(one.largest_motion_mm for one in executed),
+        "largest_move_time_s": max(one.largest_move_time_s for one in executed),
+        "largest_run_time_share": max(one.largest_run_time_share for one in executed),
+        "largest_output_mm": max(one.largest_output_mm for one in executed),
+    }
+    return first.model_copy(update={"parsed": parsed, "executed": executed[0].model_copy(update=update)})
 
 
 def seen_rows(seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:

@@ -64,6 +64,7 @@ def part_report(
     spacing = first.contours.spacing
     view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = told.path_distances_mm
+    # Of several attitudes the replay shows the first, in which the machine stands as it does then.
     robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
     return PartReport(
         name=told.part,
@@ -111,12 +112,15 @@ def _pictures(name: str, plan: Plan, charts: Sequence[bytes]) -> list[Picture]:
         )
         for number, chart in enumerate(charts, start=1)
     ]
-    for robot in plan.robot:
+    for number, robot in enumerate(plan.robot, start=1):
         found = robot.switching
-        title = f"{name}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
+        which = f", attitude {number}" if len(plan.robot) > 1 else ""
+        title = (
+            f"{name}{which}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
+        )
         drawn = switching_figure(found.deposits, found.material, found.lamp, found.vacuum, title=title)
         on = "the lamp is on and the vacuum draws" if found.vacuum.size else "and the lamp is on"
-        pictures.append(Picture(f"{name}: when material is laid, flows, {on}", "png", drawn))
+        pictures.append(Picture(f"{name}{which}: when material is laid, flows, {on}", "png", drawn))
     return pictures
 
 
@@ -143,7 +147,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         ratios=panel.ratios,
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
         replay=replay(plan, plan.robot[0]) if plan.robot else None,
-        shades=motion_shades(plan, plan.robot[0], vertices) if plan.robot else None,
+        shades=motion_shades(plan, vertices) if plan.robot else None,
     )
 
 

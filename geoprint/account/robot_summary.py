@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 
 import numpy as np
 
+from geoprint.account.prints.attitudes import record_table_pose
 from geoprint.account.prints.laid import laid_share
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
 from geoprint.account.records.robot import (
@@ -50,6 +51,7 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
     """Return what plan.json says of one of the robot's parts."""
     program = robot.program
     return RobotRecord(
+        table=record_table_pose(plan, robot),
         motion=_motion(plan, robot),
         clearance=_clearance(robot),
         program=ProgramRecord(

@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint.account.cautions import notes_of, warnings_of
 from geoprint.account.patches import record_cut
+from geoprint.account.prints.attitudes import record_joined
 from geoprint.account.prints.expected import record_printed, says_errors
 from geoprint.account.prints.feedback import record_feedback
 from geoprint.account.prints.overhang import record_overhang
@@ -83,6 +84,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         overhang=record_overhang(plan),
         feedback=record_feedback(plan),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
+        joined=record_joined(plan),
         not_printable=plan.not_printable,
         warnings=(),
     )

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from geoprint.config.strict import Table, Triple
 from geoprint.model import FloatArray, Hexapod, TiltTurn
@@ -26,6 +26,8 @@ Spread = Annotated[float, Field(gt=0.0, lt=60.0)]
 Cone = Annotated[float, Field(gt=0.0, lt=90.0)]
 Lengths = Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)]
 Range = Annotated[list[Annotated[float, Field(ge=-360.0, le=360.0)]], Field(min_length=2, max_length=2)]
+# A few beads wide: CHOSEN.
+OVERLAP_MM = 3.0
 # Pairs stand 120 degrees apart, those of the plate between those of the base.
 _PAIRS_DEG = np.array([0.0, 120.0, 240.0])
 _FIRST_BASE_PAIR_DEG, _FIRST_PLATE_PAIR_DEG = 270.0, 330.0
@@ -53,6 +55,7 @@ class HexapodTable(Table):
     plate_thickness_mm: PositiveFloat = 15.0
     base_diameter_mm: PositiveFloat = 348.0
     base_height_mm: PositiveFloat = 119.1
+    overlap_mm: NonNegativeFloat = OVERLAP_MM
 
     def noun(self, pose: Callable[[list[float], list[float]], FloatArray]) -> Hexapod:
         """Return the hexapod in mm and rad.
@@ -79,6 +82,7 @@ class HexapodTable(Table):
             plate_thickness=self.plate_thickness_mm,
             base_diameter=self.base_diameter_mm,
             base_height=self.base_height_mm,
+            overlap=self.overlap_mm,
         )
 
 
@@ -92,7 +96,7 @@ class TiltTurnTable(Table):
     turn_deg: Range = Field(default=[-180.0, 180.0])
     tilt_speed_deg_s: PositiveFloat = 90.0
     turn_speed_deg_s: PositiveFloat = 90.0
-    axis_depth_mm: float = 0.0
+    axis_depth_mm: float = 60.0
     plate_diameter_mm: PositiveFloat = 200.0
     plate_thickness_mm: PositiveFloat = 20.0
     hub_diameter_mm: PositiveFloat = 120.0
@@ -100,6 +104,7 @@ class TiltTurnTable(Table):
     stand_distance_mm: PositiveFloat = 220.0
     stand_diameter_mm: PositiveFloat = 80.0
     stand_height_mm: PositiveFloat = 250.0
+    overlap_mm: NonNegativeFloat = OVERLAP_MM
 
     @model_validator(mode="after")
     def _rests_within_its_ranges(self) -> Self:
@@ -107,6 +112,12 @@ class TiltTurnTable(Table):
             low, high = getattr(self, key)
             if not low < 0.0 < high:
                 raise ValueError(f"{key} is [{low:g}, {high:g}]: it must begin below 0, where the table rests")
+        lowest = self.plate_thickness_mm + self.stand_diameter_mm / 2
+        if self.axis_depth_mm < lowest:
+            raise ValueError(
+                f"axis_depth_mm is {self.axis_depth_mm:g}, so that the beam of {self.stand_diameter_mm:g} mm about the "
+                f"tilting axis passes through the plate: it must be at least {lowest:g}"
+            )
         if self.stand_distance_mm <= (self.plate_diameter_mm + self.stand_diameter_mm) / 2:
             raise ValueError(
                 f"stand_distance_mm is {self.stand_distance_mm:g}, so that the turning plate of "
@@ -133,6 +144,7 @@ class TiltTurnTable(Table):
             stand_distance=self.stand_distance_mm,
             stand_diameter=self.stand_diameter_mm,
             stand_height=self.stand_height_mm,
+            overlap=self.overlap_mm,
         )
 
 

@@ -11,6 +11,7 @@ from geoprint.model.cell import (
     Cell as Cell,
     Lamp as Lamp,
     LoadLimits as LoadLimits,
+    Obstacle as Obstacle,
     Placement as Placement,
     Robot as Robot,
     SearchWeights as SearchWeights,
@@ -65,6 +66,7 @@ from geoprint.model.surface import (
 from geoprint.model.table import (
     Cylinder as Cylinder,
     Hexapod as Hexapod,
+    TablePose as TablePose,
     TiltingTable as TiltingTable,
     TiltTurn as TiltTurn,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import final
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from geoprint.model.arrays import FloatArray, freeze_arrays
 from geoprint.model.material import Material
 from geoprint.model.print_errors import PrintErrors
 from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
-from geoprint.model.table import Hexapod, TiltTurn
+from geoprint.model.table import Cylinder, Hexapod, TablePose, TiltTurn
 from geoprint.model.values import comparable, frozen
 
 
@@ -186,6 +186,10 @@ class TouchedPoints:
             freeze_arrays(self, T_fixture_work="float: 4 4")
 
 
+# What stands in a cell, in the robot's base: boxes, and the solids of a table as it holds the part.
+Obstacle: TypeAlias = "Box | Cylinder"
+
+
 @final
 @frozen
 class Placement:
@@ -197,6 +201,7 @@ class Placement:
         calibrated: whether touched points stand behind the fixture.
         part_stated: whether somebody has stated where the part stands on it.
         misses: (k,) distance of each touched point from where the others put it [mm]; empty for a demonstration.
+        table: how the table of the cell holds the part there, or None where the part stands still.
     """
 
     T_base_fixture: FloatArray
@@ -204,6 +209,7 @@ class Placement:
     calibrated: bool
     part_stated: bool
     misses: FloatArray
+    table: TablePose | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_base_fixture="float: 4 4", T_fixture_work="float: 4 4", misses="float: k")

@@ -35,6 +35,7 @@ class Hexapod:
         plate_thickness: [mm].
         base_diameter: of the cylinder below the lower joints [mm].
         base_height: of that cylinder [mm].
+        overlap: of the beads where one is interrupted and goes on in another attitude [mm].
     """
 
     name: str
@@ -51,6 +52,7 @@ class Hexapod:
     plate_thickness: float
     base_diameter: float
     base_height: float
+    overlap: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -83,6 +85,7 @@ class TiltTurn:
         stand_distance: from the plate's axis to the post, along the tilting axis [mm].
         stand_diameter: of the post, and of the beam from it to the hub [mm].
         stand_height: of the tilting axis over the post's foot [mm].
+        overlap: of the beads where one is interrupted and goes on in another attitude [mm].
     """
 
     name: str
@@ -97,6 +100,7 @@ class TiltTurn:
     stand_distance: float
     stand_diameter: float
     stand_height: float
+    overlap: float
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_base_table="float: 4 4", ranges="float: 2 2", speeds="float: 2")
@@ -128,6 +132,25 @@ class Cylinder:
         freeze_arrays(self, start="float: 3", end="float: 3")
 
 
+@final
+@frozen
+class TablePose:
+    """How a table holds the part while one attitude is printed.
+
+    Attributes:
+        number: of the attitude, from 1, in the order of printing.
+        T_table_plate: (4, 4) the plate's pose.
+        axes: (m,) values of the table's axes: lengths of its legs, or angles of tilting and turning [mm or rad].
+    """
+
+    number: int
+    T_table_plate: FloatArray
+    axes: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, T_table_plate="float: 4 4", axes="float: m")
+
+
 class TiltingTable(Protocol):
     """What moves the part between stretches of printing; n poses of its plate at a time."""
 
@@ -139,6 +162,11 @@ class TiltingTable(Protocol):
     @property
     def T_base_table(self) -> FloatArray:
         """(4, 4) the table's frame in the robot's base."""
+        ...
+
+    @property
+    def rotary(self) -> bool:
+        """Whether its axes turn, so that their values are angles; else they are lengths."""
         ...
 
     @property

@@ -8,3 +8,4 @@ from geoprint.paths.poses import (
     poses as poses,
 )
 from geoprint.paths.seams import Seams as Seams, seams_of as seams_of
+from geoprint.paths.summing import check_sum as check_sum

@@ -17,6 +17,9 @@ from geoprint.transforms import rotation_of, same_sign
 # A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
 # stops there for an instant.
 CORNER_ANGLE = np.radians(30.0)
+# Corners of what stands beside a part that stands alone.
+NOTHING = np.empty((0, 3))
+NOTHING.setflags(write=False)
 # Steps shorter than this [mm] have no direction; where they meet others, the tool stops.
 SHORTEST = 1e-9
 
@@ -44,6 +47,7 @@ def poses(
     max_tilt: float,
     tool: Tool,
     body: Surface | None,
+    beside: FloatArray = NOTHING,
     travel: Literal["low", "high"] = "low",
 ) -> PoseStream:
     """Orient the tool along a toolpath and join the runs by travel.
@@ -63,15 +67,16 @@ def poses(
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
         body: what the part lies on, or None.
+        beside: (b, 3) corners of what else the tool passes over, on its motion from home: a table's solids [mm].
         travel: "high" crosses over everything, for where low travel turns out not to be clear.
 
     Returns:
-        The stream in the work frame; it starts and ends above the whole part.
+        The stream in the work frame; it starts and ends above the whole part, and above what stands beside it.
     """
     up = R_base_work[2]
     bodies = [surface] if body is None else [surface, body]
-    ground = terrain(bodies, tool=tool, up=up, kept=KEPT_SHARE * retract if travel == "low" else np.inf)
-    top = float((surface.vertices @ up).max())
+    ground = terrain(bodies, beside=beside, tool=tool, up=up, kept=KEPT_SHARE * retract if travel == "low" else np.inf)
+    top = float((np.concatenate([surface.vertices, beside]) @ up).max())
     runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
     for run, following in pairwise(runs):

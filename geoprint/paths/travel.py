@@ -72,16 +72,17 @@ class Terrain:
         return float(needed.max(initial=-np.inf)) / max(float(axis @ self.up), LEAST_UPRIGHT)
 
 
-def terrain(surfaces: Sequence[Surface], *, tool: Tool, up: FloatArray, kept: float) -> Terrain:
+def terrain(surfaces: Sequence[Surface], *, beside: FloatArray, tool: Tool, up: FloatArray, kept: float) -> Terrain:
     """Return what travel passes over.
 
     Args:
         surfaces: part and, where there is one, body.
+        beside: (b, 3) corners of what else stands there [mm].
         tool: that passes.
         up: (3,) unit vector away from the table.
         kept: distance to keep [mm]; infinite to go over everything.
     """
-    points = np.concatenate([_points(surface) for surface in surfaces])
+    points = np.concatenate([*(_points(surface) for surface in surfaces), beside])
     _, first = np.unique(np.floor(points / TERRAIN_STEP).astype(np.int64), axis=0, return_index=True)
     return Terrain(
         points=points[first],

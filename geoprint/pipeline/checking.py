@@ -48,7 +48,8 @@ from geoprint.export.rapid import (
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
-from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
+from geoprint.pipeline.bundles.contents import PART, RAPID_FOLDER, changes, listed_bundle
+from geoprint.pipeline.bundles.joined import check_joined
 from geoprint.pipeline.bundles.paths import path_findings
 from geoprint.pipeline.bundles.proof import read_seen
 from geoprint.pipeline.bundles.repeating import repeat
@@ -78,7 +79,9 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
     """
     folder = Path(folder)
     names = listed_bundle(folder)
-    if any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
+    if any(name.startswith(f"{PART}1/") for name in names):
+        checked = _check_attitudes(folder, list(names))
+    elif any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
         checked = check_program(folder, list(names))
     else:
         checked = _check_paths(folder)
@@ -86,13 +89,40 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
     changed = [Finding(name, 1, reason) for name, reason in changes(folder, names) if name not in said]
     checked = replace(checked, findings=(*checked.findings, *changed))
     if full and checked.told is not None:
-        motion = checked.setup and checked.orders and (checked.setup, checked.orders)
-        repeated, found = repeat(folder, checked.told, motion)
+        each = [(one.folder, one.setup, one.orders) for one in checked.attitudes or (checked,)]
+        motions = [(place, setup, orders) for place, setup, orders in each if setup and orders]
+        repeated, found = repeat(folder, checked.told, motions)
         checked = replace(checked, repeated=repeated, findings=(*checked.findings, *found))
     try:
         return replace(checked, seen=read_seen(folder))
     except GeoprintError as error:
         return replace(checked, findings=(*checked.findings, Finding(EVIDENCE, 1, str(error))))
+
+
+def _check_attitudes(folder: Path, names: Sequence[str]) -> Checked:
+    """Check the program of each attitude by itself, then that of all of them against these."""
+    count = sum(name.startswith(PART) and name.endswith("/setup.json") for name in names)
+    attitudes: list[Checked] = []
+    findings: list[Finding] = []
+    for number in range(1, count + 1):
+        part = f"{PART}{number}"
+        own = [name.removeprefix(f"{part}/") for name in names if name.startswith(f"{part}/")]
+        attitudes.append(check_program(folder / part, own, plan=folder))
+        findings += [replace(one, file=f"{part}/{one.file}") for one in attitudes[-1].findings if one.file != PLAN]
+    told = attitudes[0].told if attitudes else None
+    if told is None:
+        findings += [one for one in attitudes[0].findings if one.file == PLAN]
+        return Checked(folder, tuple(findings), None, attitudes=tuple(attitudes))
+    joined = check_joined(folder, names, told)
+    return Checked(
+        folder,
+        (*findings, *joined.findings),
+        told,
+        setup=attitudes[0].setup,
+        program_sha256=joined.program_sha256,
+        attitudes=tuple(attitudes),
+        joined=joined,
+    )
 
 
 def _check_paths(folder: Path) -> Checked:
@@ -109,14 +139,15 @@ def _check_paths(folder: Path) -> Checked:
     return Checked(folder, tuple(findings), told, program=False)
 
 
-def check_program(folder: Path, names: Sequence[str]) -> Checked:
-    """Check the program of a bundle against the bundle's own tables; hashes are left out.
+def check_program(folder: Path, names: Sequence[str], *, plan: Path | None = None) -> Checked:
+    """Check the program of a bundle, or of one of its attitudes, against its own tables; hashes are left out.
 
     Args:
-        folder: the bundle.
+        folder: of the tables.
         names: of its files.
+        plan: the folder of plan.json, where that is another one.
     """
-    checking = _Checking(folder)
+    checking = _Checking(folder, folder if plan is None else plan)
     checking.run(names)
     return Checked(
         folder,
@@ -135,7 +166,7 @@ def check_program(folder: Path, names: Sequence[str]) -> Checked:
 class _Checking:
     """Collects what is found while the parts of a bundle are read; what one part lacks, later ones go without."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, plan: Path) -> None:
         self.findings: list[Finding] = []
         self.told: PlanRecord | None = None
         self.setup: Setup | None = None
@@ -143,7 +174,7 @@ class _Checking:
         self.settings: Settings | None = None
         self.switching: Timeline | None = None
         self.executed: Executed | None = None
-        self._folder = folder
+        self._folder, self._plan = folder, plan
 
     def run(self, names: Sequence[str]) -> None:
         with_file = self._collecting
@@ -165,7 +196,7 @@ class _Checking:
                 self._check_program(names, setup, self.orders, table)
 
     def _read_plan(self) -> None:
-        self.told = read_record(self._folder / "plan.json", PlanRecord)
+        self.told = read_record(self._plan / PLAN, PlanRecord)
         if not self.told.robot:
             raise VerificationError("plan.json: robot: it has no part of the robot; write the plan again.")
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.config import Job, load_cell
 from geoprint.errors import PlanError, UsageError
-from geoprint.model import FloatArray
+from geoprint.model import Cell, FloatArray
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import reach_map, reach_margin
 from geoprint.pipeline.choice import check_part
@@ -49,7 +49,9 @@ def propose_placement(
     if not 0.0 <= tilt_deg <= 90.0:
         raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
     check_part(job)
-    job = with_rounds(job, load_cell(job.cell))
+    cell = load_cell(job.cell)
+    _refuse_table(cell)
+    job = with_rounds(job, cell)
     rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
     job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
     stage = Stages(observe)
@@ -74,6 +76,14 @@ def propose_placement(
         f"is refused: {refused[0]}",
         margin_deg=float(np.degrees(candidates[0].margin)),
     )
+
+
+def _refuse_table(cell: Cell) -> None:
+    if cell.table is not None:
+        raise UsageError(
+            f"the cell {cell.name} has a table that tilts the part, and no place for the part is looked for on one: "
+            "leave [table] out of the cell for a place where it stands still."
+        )
 
 
 def _candidates(paths: Plan, room: Room, *, height: float | None, tilt: float) -> tuple[Candidate, ...]:

@@ -40,6 +40,7 @@ from geoprint.motion.controller import (
     there_and_back,
     written_path,
 )
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
@@ -49,11 +50,16 @@ from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream, with_flow_of
-from geoprint.pipeline.tilting import with_table
+from geoprint.pipeline.tilting import with_attitudes, with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 
+# What no check looks at where a table holds the part.
+OVER_A_TABLE = (
+    "how exactly the table takes its attitude and holds it",
+    "the table's motion otherwise than straight from one attitude to the next, and past obstacles",
+)
 # Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
 RIM_SHARE = 0.1
 
@@ -83,7 +89,7 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     job = with_rounds(job, workpiece.cell)
     paths = plan_paths(job, workpiece, stage)
     if workpiece.placement is not None:
-        paths = printed(paths, workpiece.placement, stage, chain=with_robot)
+        paths = _with_robots(paths, workpiece.placement, stage)
     return with_print(paths, stage)
 
 
@@ -121,7 +127,7 @@ def plan_compared(
     if workpiece.placement is None:
         return with_print(replace(paths, not_printable=unplaced), stage), ()
     try:
-        return with_print(printed(paths, workpiece.placement, stage, chain=with_robot), stage), ()
+        return with_print(_with_robots(paths, workpiece.placement, stage), stage), ()
     except PlanError as error:
         return with_print(replace(paths, not_printable=str(error)), stage), lost_shares(error)
 
@@ -162,6 +168,13 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     return _low_or_high(paths, placement, stage, check=check, leaning=leaning)
 
 
+def _with_robots(paths: Plan, placement: Placement, stage: Stages) -> Plan:
+    """Plan the robot where the part stands, or in each attitude of the table that tilts it."""
+    if paths.tilting is not None:
+        return with_attitudes(paths, placement, stage, chain=with_robot)
+    return printed(paths, placement, stage, chain=with_robot)
+
+
 def clearance_check(workpiece: Workpiece, placement: Placement) -> ClearanceCheck:
     """Return what proves that tool and arm of a workpiece's cell keep clear where it stands."""
     return ClearanceCheck(
@@ -171,7 +184,7 @@ def clearance_check(workpiece: Workpiece, placement: Placement) -> ClearanceChec
         T_base_work=placement.T_base_work,
         part=workpiece.ground,
         body=workpiece.body,
-        obstacles=workpiece.cell.obstacles,
+        obstacles=obstacles_at(workpiece.cell, placement),
         below=workpiece.below,
     )
 
@@ -199,6 +212,8 @@ def _with_robot(
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
         found = check(path, poses=joint_path.poses)
+        if placement.table is not None:
+            found = replace(found, not_checked=(*found.not_checked, *OVER_A_TABLE))
         aloft, aloft_targets = aloft_path(joint_path, targets, arm)
         dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
         dry_found = check(dry, poses=aloft.poses)

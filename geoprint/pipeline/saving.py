@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geoprint.account.checked import Finding
 from geoprint.account.comparison_summary import (
     comparison_picture,
     comparison_report,
@@ -15,12 +16,13 @@ from geoprint.account.comparison_summary import (
 from geoprint.account.pictures import chart_pictures
 from geoprint.account.records.comparison import ToldComparison
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.records.rounding import as_json, verify_record
+from geoprint.account.records.rounding import as_json, read_record, verify_record
 from geoprint.account.spacing_table import spacing_table
 from geoprint.account.summary import record_plan, record_timings
 from geoprint.errors import VerificationError
 from geoprint.export import (
     FEEDBACK_TABLE,
+    PLAN,
     TIMINGS,
     Setup,
     feedback_table,
@@ -34,9 +36,12 @@ from geoprint.export import (
     write_bundle,
 )
 from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
+from geoprint.model import Cell
 from geoprint.pipeline.bundles.again import input_files
 from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, part_folders
+from geoprint.pipeline.bundles.joined import check_joined
 from geoprint.pipeline.checking import check_program
+from geoprint.pipeline.tilting import attitude_cell, part_folder
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
@@ -157,21 +162,28 @@ def plan_files(plan: Plan, told: PlanRecord, *, charts: Mapping[str, bytes]) -> 
     }
     if plan.fed is not None:
         files[FEEDBACK_TABLE] = feedback_table(plan.poses, plan.fed.wanted)
-    for robot, folder in zip(plan.robot, robot_folders(plan), strict=True):
-        files |= {f"{folder}{name}": content for name, content in _robot_files(plan.workpiece, robot).items()}
+    for number, (robot, folder) in enumerate(zip(plan.robot, robot_folders(plan), strict=True), start=1):
+        cell = attitude_cell(plan.workpiece.cell, number=number, count=len(plan.robot))
+        own = _robot_files(plan.workpiece, robot, cell)
+        own |= {"poses.csv": poses_table(robot.joint_path.poses)} if folder else {}
+        files |= {f"{folder}{name}": content for name, content in own.items()}
+    if plan.joined is not None:
+        together = (*plan.joined.modules, *plan.joined.beside)
+        files |= {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in together}
     return files
 
 
 def robot_folders(plan: Plan) -> list[str]:
     """Return the folder in the bundle of each placement's files, with a slash at its end: none for a single one."""
-    return [""] if len(plan.robot) == 1 else [f"part-{number}/" for number, _ in enumerate(plan.robot, start=1)]
+    folders = [part_folder(number, len(plan.robot)) for number, _ in enumerate(plan.robot, start=1)]
+    return [f"{folder}/" if folder else "" for folder in folders]
 
 
-def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
+def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str, bytes]:
     orders = robot.orders
     loading = any(name.startswith("GeoPath") for name, _ in robot.program.modules)
     setup = Setup(
-        workpiece.cell,
+        cell,
         robot.placement,
         workpiece.surface_within,
         start=orders.start,
@@ -185,7 +197,7 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan) -> dict[str, bytes]:
         **{f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in robot.program.modules},
         **{
             f"{RAPID_FOLDER}/{CONTROLLER_FOLDER}/{name}": text.encode("ascii")
-            for name, text in controller_files(workpiece.cell, placement=robot.placement, loading=loading).items()
+            for name, text in controller_files(cell, placement=robot.placement, loading=loading).items()
         },
     }
 
@@ -207,10 +219,17 @@ def verify_files(plan: Plan, told: PlanRecord, folder: Path) -> None:
     for robot, part in zip(plan.robot, robot_folders(plan), strict=True):
         verify_trajectory_table(folder / part / "trajectory.csv", robot.trajectory)
         names = [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules]
-        for finding in check_program(folder / part, names).findings:
-            raise VerificationError(
-                f"{finding.file}, line {finding.line}: {finding.reason}; please report this as a defect of geoprint."
-            )
+        _refuse(check_program(folder / part, names, plan=folder).findings)
+    if plan.joined is not None:
+        names = [f"{RAPID_FOLDER}/{name}" for name, _ in plan.joined.modules]
+        _refuse(check_joined(folder, names, read_record(folder / PLAN, PlanRecord)).findings)
+
+
+def _refuse(findings: Sequence[Finding]) -> None:
+    for finding in findings:
+        raise VerificationError(
+            f"{finding.file}, line {finding.line}: {finding.reason}; please report this as a defect of geoprint."
+        )
 
 
 def _verify_surface(plan: Plan, path: Path) -> None:

@@ -13,9 +13,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
-from geoprint.model import FloatArray, Placement, PoseStream, Surface, Toolpath
+from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision import tool_solids
+from geoprint.motion.collision import obstacle_target, tool_solids
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.placing import (
     LEAST_MEAN_NORMAL,
     ROUND_SOLIDS,
@@ -31,7 +32,7 @@ from geoprint.motion.reach import Leaning, NozzleRoom
 from geoprint.paths import poses
 from geoprint.pipeline.stages import Stages
 from geoprint.results import Orientation, Plan, Workpiece
-from geoprint.transforms import apply
+from geoprint.transforms import apply, inverse
 
 Chain = Callable[[Plan, Placement, Stages], Plan]
 
@@ -172,8 +173,19 @@ def pose_stream(
         max_tilt=float(np.radians(max_tilt_deg)),
         tool=workpiece.cell.tool,
         body=workpiece.body,
+        beside=_table(workpiece),
         travel=travel,
     )
+
+
+def _table(workpiece: Workpiece) -> FloatArray:
+    """Return the (b, 3) corners of a table's solids as it holds the part, in its coordinates; none without a table."""
+    placement = workpiece.placement
+    if placement is None or placement.table is None:
+        return np.empty((0, 3))
+    T_work_base = inverse(placement.T_base_work)
+    solids = [one for one in obstacles_at(workpiece.cell, placement) if isinstance(one, Cylinder)]
+    return np.concatenate([obstacle_target(one, T_work_base=T_work_base).triangles.reshape(-1, 3) for one in solids])
 
 
 def arm_of(workpiece: Workpiece) -> Arm:
@@ -190,7 +202,7 @@ def leaning_of(paths: Plan, placement: Placement) -> Leaning:
         standoff=paths.poses.standoff + workpiece.below,
         part=workpiece.ground,
         body=workpiece.body,
-        obstacles=cell.obstacles,
+        obstacles=obstacles_at(cell, placement),
         T_base_work=placement.T_base_work,
     )
     return Leaning(float(np.radians(paths.job.max_tilt)), room)

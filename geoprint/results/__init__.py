@@ -22,6 +22,7 @@ from geoprint.results.mesh_files import (
 )
 from geoprint.results.plan import (
     Fed as Fed,
+    JoinedProgram as JoinedProgram,
     Laid as Laid,
     Layer as Layer,
     Plan as Plan,
@@ -40,7 +41,7 @@ from geoprint.results.stacked import (
     FinishedStack as FinishedStack,
     StackedLayer as StackedLayer,
 )
-from geoprint.results.tilting import Tilting as Tilting
+from geoprint.results.tilting import Order as Order, Tilting as Tilting
 from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,

@@ -10,6 +10,7 @@ from geoprint.deposition import Exposure
 from geoprint.deposition.feedback import Correction
 from geoprint.export import Orders
 from geoprint.export.rapid import Executed, Timeline
+from geoprint.export.rapid.stacks import StackProof
 from geoprint.model import (
     Clearance,
     Contours,
@@ -135,6 +136,8 @@ class RobotPlan:
         program: its text.
         switching: what flows when, as the text was executed.
         executed: what of the text was executed, and how far it lies from the plan.
+        table_kept: distance that is kept from the arm at home while a table brings the part here [mm]; None where the
+            part stands still.
     """
 
     placement: Placement
@@ -148,6 +151,23 @@ class RobotPlan:
     program: Program
     switching: Timeline
     executed: Executed
+    table_kept: float | None = None
+
+
+@final
+@frozen
+class JoinedProgram:
+    """The one program of several parts of the robot, each of which was verified by itself.
+
+    Attributes:
+        modules: path and text of each of its files, in the folder of the program.
+        beside: likewise of what a controller needs before the first load.
+        proof: what was executed of it.
+    """
+
+    modules: tuple[tuple[str, str], ...]
+    beside: tuple[tuple[str, str], ...]
+    proof: StackProof
 
 
 @final
@@ -160,10 +180,11 @@ class Plan:
         workpiece: what was planned on.
         contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
-        poses: tool poses, in the work frame; with a robot as the robot is commanded.
+        poses: tool poses, in the work frame; with a robot as the robot is commanded, and where that has several parts
+            as the paths lie: each part has its own.
         uniformity: how even the paths are, or None where that was not measured.
         layers: skins of material that the paths make, from the part outwards.
-        robot: the robot's parts, one a placement of the part; none where it was left out.
+        robot: the robot's parts, one a placement of the part, in the order of printing; none where it was left out.
         timings: seconds each stage took, in order.
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
         laid: the layer that the paths leave, or None before the flow is chosen.
@@ -173,6 +194,7 @@ class Plan:
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
         fed: what the last print taught, or None where the job names none.
         tilting: how a table is to tilt the part, or None where it stands still.
+        joined: the program of all of the robot's parts, or None where there is one part or none.
     """
 
     job: Job
@@ -192,6 +214,7 @@ class Plan:
     followed: FollowedLines | None = None
     fed: Fed | None = None
     tilting: Tilting | None = None
+    joined: JoinedProgram | None = None
 
     @property
     def flat_surface(self) -> Surface:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, final
+from typing import Literal, TypeAlias, final
 
 from geoprint.model import FloatArray, frozen
 from geoprint.motion.tilting import Attitude
+
+# Whether runs are printed as they come, or pieces of them gathered by what one attitude admits.
+Order: TypeAlias = Literal["kept", "gathered"]
 
 
 @final
@@ -15,22 +18,26 @@ class Tilting:
 
     Attributes:
         table: what messages call it.
+        rotary: whether its axes are angles, not lengths.
         attitudes: in the order of printing, with what is printed in each: rows of the deposited poses.
         axes: of the table in each, lengths of its legs or angles of tilting and turning [mm or rad].
         lengths: deposited in each [mm].
         seconds: that the table takes at least to come to each, from the one before or from rest.
         order: whether runs are printed as they come, or pieces of them gathered by what one attitude admits.
-        moves: attitudes in each of these orders.
+        moves: attitudes in each of these orders, as the deposit alone asks for them.
         overhanging: length that still overhangs [mm].
         missing: largest angle beyond the critical one that is left [rad].
+        refused: attitudes that the robot refused before it printed their pieces in another one, in words.
     """
 
     table: str
+    rotary: bool
     attitudes: tuple[Attitude, ...]
     axes: tuple[FloatArray, ...]
     lengths: tuple[float, ...]
     seconds: tuple[float, ...]
-    order: Literal["kept", "gathered"]
+    order: Order
     moves: tuple[int, int]
     overhanging: float
     missing: float
+    refused: tuple[str, ...] = ()

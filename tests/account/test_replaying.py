@@ -33,14 +33,14 @@ def arm() -> Arm:
 @pytest.fixture(scope="module")
 def shown() -> Machine:
     workpiece = SimpleNamespace(cell=load_cell(None), body=plate())
-    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK, table=None))
     return machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None)
 
 
 def test_a_body_that_is_folded_onto_itself_is_drawn_all_the_same() -> None:
     folded = Surface(np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]]))
     workpiece = SimpleNamespace(cell=load_cell(None), body=folded)
-    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK))
+    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK, table=None))
     bodies = machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None).bodies
     assert np.isfinite(bodies[-1].surface.vertices).all()
 
@@ -90,9 +90,9 @@ def test_each_vertex_has_lean_and_speed_of_the_deposit_that_lies_nearest() -> No
     poses = replace(leaned, normals=np.tile([0.0, 0.0, 1.0], (21, 1)))
     times = np.concatenate([np.linspace(0.0, 1.0, 11), np.linspace(1.0, 3.0, 11)[1:]])
     process = SimpleNamespace(process=SimpleNamespace(speed=10.0))
-    planned = SimpleNamespace(poses=poses, workpiece=SimpleNamespace(cell=process))
-    robot = SimpleNamespace(trajectory=SimpleNamespace(pose_times=times))
+    robot = SimpleNamespace(trajectory=SimpleNamespace(pose_times=times), joint_path=SimpleNamespace(poses=poses))
+    planned = SimpleNamespace(robot=(robot,), workpiece=SimpleNamespace(cell=process))
     vertices = np.array([[5.3, 1.0, 0.0], [15.3, -1.0, 0.0]])
-    shades = motion_shades(cast("Plan", planned), cast("RobotPlan", robot), vertices)
+    shades = motion_shades(cast("Plan", planned), vertices)
     np.testing.assert_allclose(shades.lean, [0.0, 8.0], atol=1e-9)
     np.testing.assert_allclose(shades.speed, [1.0, 0.5])

@@ -1,4 +1,4 @@
-"""What a plan tells of a table that tilts the part, and that no program is written over one."""
+"""What a plan tells of a table that tilts the part."""
 
 from __future__ import annotations
 
@@ -58,7 +58,9 @@ def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Pa
     assert [row.quantity for row in tilted[len(still) :]] == ["attitudes of the table"]
 
 
-def test_with_a_robot_a_cell_with_a_table_is_refused(tmp_path: Path) -> None:
+def test_layers_over_a_table_are_refused_before_the_long_work(tmp_path: Path) -> None:
     cell = tilting_cell(tmp_path, "tilt-turn")
-    with pytest.raises(UsageError, match="no program over one is written yet: add `--no-robot`"):
-        plan(job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell))
+    with pytest.raises(UsageError, match="layers upon layers are not printed over one yet: print a single skin"):
+        plan(
+            job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell, thickness=2, layer=1)
+        )

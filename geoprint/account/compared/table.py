@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from geoprint.account.cautions import patch_evenness
-from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows
+from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows, of_all
 from geoprint.account.prints.expected import expected_rows
 from geoprint.account.prints.overhang import overhang_rows
 from geoprint.account.prints.sides import of_spacing, side_rows
@@ -161,7 +161,8 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
 
 def evidence_table(told: Sequence[PlanRecord]) -> list[Row]:
     """Return how far each program was proven when the page was written; what people see later `geoprint check` says."""
-    each = [dict(evidence_rows(plan.robot[0].evidence, (), program_sha256="")) if plan.robot else {} for plan in told]
+    proven = [[robot.evidence for robot in plan.robot] for plan in told]
+    each = [dict(evidence_rows(of_all(one), (), program_sha256="")) if one else {} for one in proven]
     names = dict.fromkeys(name for one in each for name in one if name != NOT_SIMULATED)
     meanings = {WORDS[STAGES[0]]: SEEN_LATER, "executed": SAID_ELSEWHERE}
     return [

@@ -13,9 +13,6 @@ from geoprint.quality import overhang
 from geoprint.report import Row
 from geoprint.results import Plan, Tilting
 
-# A table of so many axes turns about each of them.
-ROTARY_AXES = 2
-
 
 def record_overhang(plan: Plan) -> OverhangRecord:
     """Return what of a plan overhangs as its part stands; without a placement, with its mean normal up."""
@@ -39,6 +36,8 @@ def _table(found: Tilting) -> TableRecord:
     kept, by_attitude = found.moves
     return TableRecord(
         name=found.table,
+        rotary=found.rotary,
+        refused=found.refused,
         order=found.order,
         moves_kept=kept,
         moves_gathered=by_attitude,
@@ -47,8 +46,7 @@ def _table(found: Tilting) -> TableRecord:
         attitudes=tuple(
             TableAttitudeRecord(
                 up=place_of(one.up),
-                # Two axes are those of a tilt-turn table, and angles.
-                axes=tuple((np.degrees(axes) if len(axes) == ROTARY_AXES else axes).tolist()),
+                axes=tuple((np.degrees(axes) if found.rotary else axes).tolist()),
                 slack=one.slack,
                 length_mm=length,
                 pieces=len(one.pieces),

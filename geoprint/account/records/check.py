@@ -42,6 +42,17 @@ class StackSettingsNow(Record):
 
 
 @final
+class AttitudeSettingsNow(Record):
+    """How the program of several attitudes of a table is set to run."""
+
+    dry_run: bool = Field(description="whether it runs dry")
+    speed_pct: float = Field(description="of the planned speed [%]")
+    first_attitude: int = Field(description="from which on it prints, from 1")
+    first_run: int = Field(description="of that attitude, from which on it prints, from 1")
+    last_attitude: int = Field(description="behind which it ends")
+
+
+@final
 class RepeatedRecord(Record):
     """What was computed once more, with `--full`."""
 
@@ -70,6 +81,15 @@ class CheckRecord(Record):
     repeated: RepeatedRecord | None = Field(default=None, description="left out without `--full`")
     evidence: EvidenceRecord | None = Field(default=None, description="as in plan.json; left out without a program")
     seen: tuple[SeenRecord, ...] = Field(default=(), description="by people, of this program or another one")
+    attitudes: tuple[CheckRecord, ...] = Field(
+        default=(), description="of a table, each by itself in its folder; empty where there is one or none"
+    )
+    attitudes_set_to: AttitudeSettingsNow | None = Field(
+        default=None, description="left out where the program of all attitudes is not theirs"
+    )
+    executed: tuple[str, ...] = Field(
+        default=(), description="how the program of all attitudes was run in this check, each as by itself"
+    )
 
 
 @final

@@ -36,6 +36,7 @@ class TableRecord(Record):
     """How a table is to tilt the part, so that as little as possible overhangs."""
 
     name: str = Field(description="of the table")
+    rotary: bool = Field(description="whether its axes turn, so that their values are angles; else they are lengths")
     order: Literal["kept", "gathered"] = Field(
         description="whether runs are printed as they come, or pieces of them gathered by attitude"
     )
@@ -44,6 +45,9 @@ class TableRecord(Record):
     length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
     missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")
     attitudes: tuple[TableAttitudeRecord, ...] = Field(description="in the order of printing")
+    refused: tuple[str, ...] = Field(
+        default=(), description="attitudes that the robot refused, whose pieces are printed in another one, and why"
+    )
 
 
 class OverhangRecord(Record):

@@ -13,7 +13,7 @@ from pydantic import Field, create_model
 from geoprint.account.records.feedback import FeedbackRecord
 from geoprint.account.records.overhang import OverhangRecord
 from geoprint.account.records.printed import PrintedRecord
-from geoprint.account.records.robot import RobotRecord
+from geoprint.account.records.robot import JoinedRecord, RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
 from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
@@ -334,7 +334,12 @@ class PlanRecord(Record):
     deposition: DepositionRecord | None = Field(default=None, description="of material")
     overhang: OverhangRecord | None = Field(default=None, description="of beads; older versions did not measure it")
     feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
-    robot: tuple[RobotRecord, ...] = Field(description="one a placement of the part; none without a robot")
+    robot: tuple[RobotRecord, ...] = Field(
+        description="one a placement of the part, in the order of printing; none without a robot"
+    )
+    joined: JoinedRecord | None = Field(
+        default=None, description="the program of all attitudes; left out where there is one or none"
+    )
     not_printable: str | None = Field(default=None, description="why the robot cannot print what was compared")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
     notes: tuple[str, ...] = Field(default=(), description="what else a person may want to know")

@@ -219,8 +219,39 @@ class ProgramRecord(Record):
     switching: SwitchingRecord = Field(description="of valve, lamp and vacuum")
 
 
+class TablePoseRecord(Record):
+    """How a table holds the part while this is printed."""
+
+    attitude: Count = Field(description="from 1, in the order of printing")
+    axes: tuple[Rounded, ...] = Field(
+        description="lengths of the six legs [mm], or angles of tilting and turning [degrees]"
+    )
+    kept_mm: Rounded = Field(
+        description="distance of the table, and of all on it, from the arm at home as it comes here [mm]; the true one "
+        "may be larger"
+    )
+
+
+class JoinedRecord(Record):
+    """The one program of several attitudes, and what was executed of it."""
+
+    file: str = Field(description="list of the modules that a person loads; attitudes are loaded by the program")
+    print_s: Rounded = Field(description="time of all attitudes and of the table's own motions, loading left out [s]")
+    table_s: Rounded = Field(description="that the table moves of these, at its largest speeds [s]")
+    scenarios: tuple[str, ...] = Field(
+        description="in which it was executed, each attitude with the moves and switchings of its own program"
+    )
+    refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
+    lines_with_statements: Count = Field(description="of its main module")
+    lines_executed: Count = Field(description="of these, in at least one scenario")
+
+
 class RobotRecord(Record):
     """The robot's part of a plan for one placement of the part."""
+
+    table: TablePoseRecord | None = Field(
+        default=None, description="that holds it; left out where the part stands still"
+    )
 
     motion: MotionRecord = Field(description="of the arm")
     clearance: ClearanceRecord = Field(description="of the motion")

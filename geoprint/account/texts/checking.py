@@ -76,7 +76,9 @@ def _outcome(bundle: Checked) -> str:
     dry = ", runs dry only" if bundle.setup.placement.missing else ""
     of_it = [one.stage for one in bundle.seen if one.program_sha256 == bundle.program_sha256]
     seen = f"; seen {', '.join(dict.fromkeys(of_it))}" if of_it else ""
-    return f"as planned{again}; {told.robot[0].program.targets} targets{dry}{seen}"
+    targets = sum(robot.program.targets for robot in told.robot)
+    tilted = f" in {len(told.robot)} attitudes" if len(told.robot) > 1 else ""
+    return f"as planned{again}; {targets} targets{tilted}{dry}{seen}"
 
 
 def _line(one: Finding) -> str:

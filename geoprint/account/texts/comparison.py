@@ -180,4 +180,4 @@ def _mind(told: ToldComparison, *, verbose: bool) -> list[str]:
 
 def _unchecked(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
     robots = next((plan.robot for plan in plans.values() if plan.robot), ())
-    return tuple(text for robot in robots for text in robot.clearance.not_checked)
+    return tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked))

@@ -11,7 +11,7 @@ from geoprint.account.prints.overhang import overhang_text, table_text
 from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
-from geoprint.account.records.robot import MotionRecord, RobotRecord
+from geoprint.account.records.robot import JoinedRecord, MotionRecord, RobotRecord
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.account.texts.marks import marked_lines
 
@@ -63,9 +63,11 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines += [] if told.overhang.table is None else [table_text(told.overhang.table)]
     for robot in told.robot:
         lines += _robot_text(robot, speed=settings.speed_mm_s)
+    if told.joined is not None:
+        lines.append(_joined_text(told.joined, count=len(told.robot)))
     if told.not_printable is not None:
         lines.append(f"no program: the robot cannot print this: {told.not_printable}")
-    unchecked = [text for robot in told.robot for text in robot.clearance.not_checked]
+    unchecked = list(dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked))
     lines += marked_lines(warnings=told.warnings, notes=told.notes, not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
 
@@ -120,15 +122,24 @@ def _layer_text(told: DepositionRecord) -> str:
 
 def _robot_text(told: RobotRecord, *, speed: float) -> list[str]:
     motion, found = told.motion, told.clearance
+    named = "" if told.table is None else f"attitude {told.table.attitude}, "
     return [
         (
-            f"motion: {motion.duration_s:.0f} s, smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} degrees, "
-            f"{told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
+            f"{named}motion: {motion.duration_s:.0f} s, smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} "
+            f"degrees, {told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
         ),
         _attitude_text(motion),
         _pace_text(motion, speed=speed),
         f"clearance: {found.smallest_mm:.2f} mm at the closest ({found.at})",
     ]
+
+
+def _joined_text(told: JoinedRecord, *, count: int) -> str:
+    """Return the line on the program of all attitudes."""
+    return (
+        f"program: {count} attitudes of the table one after another, {told.print_s:.0f} s with its own motions; it "
+        f"asks for each while the arm waits at home; executed in {len(told.scenarios)} scenarios: {told.file}"
+    )
 
 
 def _attitude_text(told: MotionRecord) -> str:

@@ -19,7 +19,9 @@ CAUSES = {
 
 
 def refusal_sentence(refusal: Refusal) -> str:
-    """Return what follows the finding: the proof, and a change that was tried."""
+    """Return what follows the finding: the proof, and a change that was tried where any could be."""
+    if not refusal.screened:
+        return f"{_proof(refusal.exhausted)}."
     return f"{_proof(refusal.exhausted)}. {_help(refusal)}"
 
 

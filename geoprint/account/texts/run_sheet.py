@@ -14,6 +14,7 @@ from geoprint.account.cautions import near_borders, orientation_notes
 from geoprint.account.checked import Checked, CheckedComparison, Repeated
 from geoprint.account.evidence import evidence_rows
 from geoprint.account.records.check import (
+    AttitudeSettingsNow,
     CheckedComparisonRecord,
     CheckRecord,
     FindingRecord,
@@ -26,8 +27,9 @@ from geoprint.account.records.plan import PatchRecord, PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.robot_summary import record_executed, record_switching
+from geoprint.account.texts.attitude_sheet import attitude_rows
 from geoprint.export import Json, Orders, Setup
-from geoprint.export.rapid import Settings, Timeline
+from geoprint.export.rapid import Settings, StackSettings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray
 from geoprint.surfaces import in_words
 
@@ -60,7 +62,8 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
 def _record(checked: Checked, name: str) -> CheckRecord:
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
     extent = None if setup is None or orders is None else _extent(setup, orders)
-    robot = checked.told.robot[:1] if checked.told is not None else ()
+    robot = checked.told.robot if checked.told is not None and len(checked.told.robot) == 1 else ()
+    joined = checked.joined
     return CheckRecord(
         bundle=name,
         agrees=not checked.findings,
@@ -71,7 +74,20 @@ def _record(checked: Checked, name: str) -> CheckRecord:
         extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
         repeated=None if checked.repeated is None else _repeated(checked.repeated),
         evidence=_executed_now(checked, robot[0].evidence) if robot else None,
+        attitudes=tuple(_record(one, one.folder.name) for one in checked.attitudes),
+        attitudes_set_to=None if joined is None or joined.settings is None else _attitudes_now(joined.settings),
+        executed=() if joined is None else joined.scenarios,
         seen=checked.seen,
+    )
+
+
+def _attitudes_now(found: StackSettings) -> AttitudeSettingsNow:
+    return AttitudeSettingsNow(
+        dry_run=found.dry_run,
+        speed_pct=found.speed_pct,
+        first_attitude=found.first_layer,
+        first_run=found.first_run,
+        last_attitude=found.last_layer,
     )
 
 
@@ -97,6 +113,12 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
     """
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
     told = checked.told
+    if checked.attitudes and told is not None and not checked.findings:
+        head = [f"RUN SHEET  {told.input.name}, attitude by attitude  ({checked.folder.name})", ""]
+        rows = [*attitude_rows(checked, told), ("checked again", repeated_texts(checked))]
+        return "\n".join(
+            [*head, *(line for label, texts in rows if texts for line in entry(label, texts, width=width))]
+        )
     if checked.findings or told is None or not (setup and orders and settings and switching):
         return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
     robot = told.robot[0]

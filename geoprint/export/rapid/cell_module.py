@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid import values
 from geoprint.export.rapid.outputs import output_names, output_words
-from geoprint.export.rapid.templates import conditions, filled
-from geoprint.model import Cell, FloatArray, Placement, Tool
+from geoprint.export.rapid.templates import conditions, filled, unit_words
+from geoprint.model import Cell, FloatArray, Placement, TiltTurn, Tool
 from geoprint.motion.controller import LIFT
 
 # A work object is refused by which any point of the part may lie off by more than this share of the stand-off; one half
@@ -23,6 +24,8 @@ _FRAME_SHARE = 0.2
 _LIMIT_DIGITS = 4
 # The tip's speed in motions that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
 _SLOW = "[20,10,5000,1000]"
+# A person brings a table to so many decimals of a degree or a millimetre.
+_TABLE_DECIMALS = 4
 # A joint move that is planned to take no time, because the arm is there already, is given this [s].
 _SHORTEST_MOVE = 0.1
 
@@ -120,6 +123,7 @@ def cell_module(
         _jointtarget("jGeoAloft", orders.aloft),
         *_prime_data(cell, orders),
         *_flood_data(cell),
+        *_table_data(cell, placement),
         f"  CONST num nGeoThere:={_seconds(orders.there)};",
         f"  CONST num nGeoBack:={_seconds(orders.back)};",
         f"  CONST speeddata vGeoHome:=[{travel},500,5000,1000];",
@@ -138,7 +142,7 @@ def guard_module(cell: Cell, *, placement: Placement, loading: bool, stacked: bo
         cell: its outputs, and what it has besides valve and lamp.
         placement: whether all of it was stated.
         loading: whether the program loads its modules while it runs.
-        stacked: whether it is a layer of a stack.
+        stacked: whether it is a layer of a stack, or one of several attitudes.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
@@ -146,7 +150,7 @@ def guard_module(cell: Cell, *, placement: Placement, loading: bool, stacked: bo
     return filled(
         "geo_guard.mod",
         holding=conditions(cell, placement=placement, loading=loading, stacked=stacked),
-        words=output_words(output_names(cell.signals)),
+        words=output_words(output_names(cell.signals)) | unit_words(placement),
     )
 
 
@@ -212,3 +216,21 @@ def _flood_data(cell: Cell) -> list[str]:
         return []
     lines = [f"  CONST num nGeoFlood:={values.number(cell.flood.duration, decimals=3)};"]
     return lines if cell.flood.joints is None else [_jointtarget("jGeoFlood", cell.flood.joints), *lines]
+
+
+def _table_data(cell: Cell, placement: Placement) -> list[str]:
+    """Return what a person brings the table to: number of the attitude, its axes, and of legs the plate's pose."""
+    pose = placement.table
+    if pose is None:
+        return []
+    if isinstance(cell.table, TiltTurn):
+        named = dict(zip(("nGeoTilt", "nGeoTurned"), np.degrees(pose.axes).tolist(), strict=True))
+    else:
+        named = {f"nGeoLeg{leg}": length for leg, length in enumerate(pose.axes.tolist(), start=1)}
+        turns = Rotation.from_matrix(pose.T_table_plate[:3, :3]).as_euler("xyz", degrees=True)
+        plate = np.concatenate([pose.T_table_plate[:3, 3], turns]).tolist()
+        named |= dict(zip((f"nGeoPlate{name}" for name in ("X", "Y", "Z", "Roll", "Pitch", "Yaw")), plate, strict=True))
+    return [
+        f"  CONST num nGeoTable:={pose.number};",
+        *(f"  CONST num {name}:={values.number(value, decimals=_TABLE_DECIMALS)};" for name, value in named.items()),
+    ]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from geoprint.export.rapid import values
 from geoprint.export.rapid.outputs import output_names, output_words
-from geoprint.export.rapid.templates import conditions, filled
+from geoprint.export.rapid.templates import conditions, filled, unit_words
 from geoprint.model import Cell, Placement
 
 # Where a bundle keeps them, within the folder of the program.
@@ -29,7 +29,7 @@ def controller_files(cell: Cell, *, placement: Placement, loading: bool, layers:
         cell: its outputs and arm.
         placement: whether all of it was stated: the page says what to try.
         loading: whether the program loads its modules while it runs.
-        layers: of the stack that the program prints; 0 for a program by itself.
+        layers: of the stack that the program prints, or attitudes of a table; 0 for a program by itself.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
@@ -40,7 +40,9 @@ def controller_files(cell: Cell, *, placement: Placement, loading: bool, layers:
         "NAMES": ", ".join(names.values()),
         "ARM": cell.robot.model,
         "LAG": values.significant(cell.signals.flow_lag),
-        "LAST": f"layer-{layers:02}",
-        "LAYERS": str(layers),
+        "FIRST": "layer-01" if placement.table is None else "part-1",
+        "LAST": f"layer-{layers:02}" if placement.table is None else f"part-{layers}",
+        "COUNT": str(layers),
+        **unit_words(placement),
     }
     return {name: filled(template, holding=holding, words=words) for name, template in _FILES.items()}

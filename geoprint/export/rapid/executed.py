@@ -109,7 +109,7 @@ def prove(
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     task = task_of(modules, cell=cell, arm=arm)
     runs = int(orders.runs[-1]) + 1
-    lifted = make(task, dry(cell), orders=orders)
+    lifted = make(task, dry(cell, placement=placement), orders=orders)
     verify_dry(lifted)
     made = make(task, printing(cell, placement=placement), orders=orders)
     ran: list[_Ran] = [("dry", lifted.execution.statements), ("printing", made.execution.statements)]

@@ -2,7 +2,7 @@ MODULE GeoGuard
   ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
   ! GeoResident.sys of rapid/controller shuts off at stops and outlasts this program, which refuses to run without it.
   ! What a person sets counts from the next start from main on; geoDryRun:=TRUE counts from the next run on.
-@stacked|  ! GeoStack holds what a person sets, says which layer this is, and loads the next one when this has ended at home.
+@stacked|  ! GeoStack holds what a person sets, says which <LOWER> this is, and loads the next one when this has ended at home.
   ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
 @unknown|  ! PLACEMENT NOT KNOWN: nothing here switches an output on, whatever geoDryRun is.
   VAR num geoOn:=0;
@@ -35,16 +35,16 @@ MODULE GeoGuard
 @known|    geoPrints:=FALSE;
 @known|    geoCutShort:=FALSE;
 @single|    TPErase;
-@stacked|    TPWrite "Layer "\Num:=geoLayer;
+@stacked|    TPWrite "<UNIT> "\Num:=geo<UNIT>;
     GeoAskResident;
     IF geoSpeedPct<1 OR geoSpeedPct>100 GeoRefuse "geoSpeedPct must lie between 1 and 100.";
 @single|    IF geoFirstRun<1 OR geoFirstRun>runs GeoRefuse "geoFirstRun is no run of this program.";
-@stacked|    IF geoLayerFrom<1 OR geoLayerFrom>runs GeoRefuse "geoFirstRun is no run of this layer.";
+@stacked|    IF geo<UNIT>From<1 OR geo<UNIT>From>runs GeoRefuse "geoFirstRun is no run of this <LOWER>.";
     geoPct:=geoSpeedPct;
 @known+single|    geoPrints:=NOT geoDryRun;
 @known+single|    geoFrom:=geoFirstRun;
 @known+stacked|    geoPrints:=geoStackPrints AND NOT geoDryRun;
-@known+stacked|    geoFrom:=geoLayerFrom;
+@known+stacked|    geoFrom:=geo<UNIT>From;
 @known+io|    IF geoPrints AND (geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100) THEN
 @known+io|      GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
 @known+io|    ENDIF
@@ -56,8 +56,9 @@ MODULE GeoGuard
     VelSet 100,250;
     GeoAskFrame;
     GeoAskHome;
+@table|    GeoAskTable;
 @known|    GeoAskCutShort;
-@known+stacked|    IF geoPrints geoLayerBegun:=geoLayer;
+@known+stacked|    IF geoPrints geo<UNIT>Begun:=geo<UNIT>;
 @prime|    GeoPrime;
 @unknown|    MoveAbsJ jGeoAloft\NoEOffs,vGeoHome\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;
 @known|    IF NOT geoPrints OR geoFrom>1 THEN
@@ -125,6 +126,31 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
+@table|  ! The table moves only here, while the arm waits at home: whoever looks at it answers, nothing else knows.
+@table|  PROC GeoAskTable()
+@table|    VAR num answer;
+@table|    TPErase;
+@table|    TPWrite "Bring the table to attitude "\Num:=nGeoTable;
+@tiltturn|    TPWrite "tilt, degrees: "\Num:=nGeoTilt;
+@tiltturn|    TPWrite "turn, degrees: "\Num:=nGeoTurned;
+@hexapod|    TPWrite "leg 1, mm: "\Num:=nGeoLeg1;
+@hexapod|    TPWrite "leg 2, mm: "\Num:=nGeoLeg2;
+@hexapod|    TPWrite "leg 3, mm: "\Num:=nGeoLeg3;
+@hexapod|    TPWrite "leg 4, mm: "\Num:=nGeoLeg4;
+@hexapod|    TPWrite "leg 5, mm: "\Num:=nGeoLeg5;
+@hexapod|    TPWrite "leg 6, mm: "\Num:=nGeoLeg6;
+@hexapod|    TPWrite "plate x, mm: "\Num:=nGeoPlateX;
+@hexapod|    TPWrite "plate y, mm: "\Num:=nGeoPlateY;
+@hexapod|    TPWrite "plate z, mm: "\Num:=nGeoPlateZ;
+@hexapod|    TPWrite "plate roll, degrees: "\Num:=nGeoPlateRoll;
+@hexapod|    TPWrite "plate pitch, degrees: "\Num:=nGeoPlatePitch;
+@hexapod|    TPWrite "plate yaw, degrees: "\Num:=nGeoPlateYaw;
+@table|    TPReadFK answer,"Is it there, and does it hold?","Yes","","","","Stop";
+@table|    IF answer<>1 GeoRefuse "bring the table to its attitude, start from main.";
+@table|  ERROR
+@table|    GeoSafe;
+@table|    RAISE;
+@table|  ENDPROC
 @known|  ! What the last print has left in the middle of a run; it is forgotten only when somebody prints anew.
 @known|  PROC GeoAskCutShort()
 @known|    VAR num left:=0;
@@ -137,9 +163,9 @@ MODULE GeoGuard
 @known|    GeoKeeper "GeoResidentSet",cut;
 @known|    IF NOT geoPrints RETURN;
 @known|    TPWrite "The last print was stopped in run "\Num:=cut;
-@known+stacked|    TPWrite "of layer "\Num:=geoLayerBegun;
+@known+stacked|    TPWrite "of <LOWER> "\Num:=geo<UNIT>Begun;
 @known|    TPWrite "This one starts with run "\Num:=geoFrom;
-@known+stacked|    TPWrite "of layer "\Num:=geoLayer;
+@known+stacked|    TPWrite "of <LOWER> "\Num:=geo<UNIT>;
 @known|    TPReadFK answer,"Is the nozzle clean, the part right?","Print","","","","Stop";
 @known|    IF answer<>1 GeoRefuse "clean the nozzle, set geoFirstRun, start from main.";
 @known|    cut:=0;
@@ -155,7 +181,7 @@ MODULE GeoGuard
 @known|    IF cut>0 THEN
 @known|      GeoKeeper "GeoResidentSet",cut;
 @known|      TPWrite "Material was stopped in run "\Num:=cut;
-@known+stacked|      TPWrite "of layer "\Num:=geoLayer;
+@known+stacked|      TPWrite "of <LOWER> "\Num:=geo<UNIT>;
 @known|      GeoRefuse "clean the nozzle, set geoFirstRun to that run, start from main.";
 @known|    ENDIF
 @known|  ERROR
@@ -210,7 +236,7 @@ MODULE GeoGuard
     MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
 @flood|    GeoFlood;
 @byhand+known+single|    IF geoPrints TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
-@byhand+known+stacked|    IF geoPrints AND (geoLayer=nGeoLayers OR geoLayer>=geoLastLayer) THEN
+@byhand+known+stacked|    IF geoPrints AND (geo<UNIT>=nGeo<UNIT>s OR geo<UNIT>>=geoLast<UNIT>) THEN
 @byhand+known+stacked|      TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
 @byhand+known+stacked|    ENDIF
 @known|    geoPrints:=FALSE;

@@ -1,20 +1,20 @@
 MODULE GeoStack
 <HEADER>
-@unknown|  ! PLACEMENT NOT KNOWN: no layer switches an output on, whatever geoDryRun is.
-  ! A person sets these five before a start from main; geoLastLayer counts at once, geoDryRun:=TRUE from the next run on.
+@unknown|  ! PLACEMENT NOT KNOWN: no <LOWER> switches an output on, whatever geoDryRun is.
+  ! A person sets these five before a start from main; geoLast<UNIT> counts at once, geoDryRun:=TRUE from the next run on.
   PERS bool geoDryRun:=TRUE;
   PERS num geoSpeedPct:=25;
-  PERS num geoFirstLayer:=1;
+  PERS num geoFirst<UNIT>:=1;
   PERS num geoFirstRun:=1;
-  PERS num geoLastLayer:=<LAYERS>;
-  ! The layer whose print was begun last; 0 is none. A print also moves geoFirstLayer on, behind each layer.
-  PERS num geoLayerBegun:=0;
-  CONST num nGeoLayers:=<LAYERS>;
+  PERS num geoLast<UNIT>:=<COUNT>;
+  ! The <LOWER> whose print was begun last; 0 is none. A print also moves geoFirst<UNIT> on, behind each <LOWER>.
+  PERS num geo<UNIT>Begun:=0;
+  CONST num nGeo<UNIT>s:=<COUNT>;
 @pause|  CONST num nGeoLayerPause:=<PAUSE>;
   VAR bool geoStackPrints:=FALSE;
   VAR num geoStackFrom:=1;
-  VAR num geoLayer:=0;
-  VAR num geoLayerFrom:=1;
+  VAR num geo<UNIT>:=0;
+  VAR num geo<UNIT>From:=1;
   PROC main()
 <FORGETTING>
     GeoStackBegin;
@@ -24,17 +24,17 @@ MODULE GeoStack
     TPErase;
     geoStackPrints:=FALSE;
 @known|    geoStackPrints:=NOT geoDryRun;
-    IF geoFirstLayer>nGeoLayers GeoStackRefuse "All layers are printed. For a new part set geoFirstLayer to 1.";
-    IF geoFirstLayer<1 GeoStackRefuse "geoFirstLayer is no layer of this stack.";
-    IF geoLastLayer>nGeoLayers GeoStackRefuse "geoLastLayer is no layer of this stack.";
-    IF geoLastLayer<geoFirstLayer GeoStackRefuse "geoLastLayer lies before geoFirstLayer.";
-    geoStackFrom:=geoFirstLayer;
-    geoLayerFrom:=geoFirstRun;
+    IF geoFirst<UNIT>>nGeo<UNIT>s GeoStackRefuse "All <LOWER>s are printed. For a new part set geoFirst<UNIT> to 1.";
+    IF geoFirst<UNIT><1 GeoStackRefuse "geoFirst<UNIT> is no <LOWER> of this <WHOLE>.";
+    IF geoLast<UNIT>>nGeo<UNIT>s GeoStackRefuse "geoLast<UNIT> is no <LOWER> of this <WHOLE>.";
+    IF geoLast<UNIT><geoFirst<UNIT> GeoStackRefuse "geoLast<UNIT> lies before geoFirst<UNIT>.";
+    geoStackFrom:=geoFirst<UNIT>;
+    geo<UNIT>From:=geoFirstRun;
   ENDPROC
-  ! Only one layer is there at a time, from home to home: all of them declare the same names.
-  PROC GeoStackLayer(num layer,string folder,string entry)
-    IF layer<geoStackFrom OR layer>geoLastLayer RETURN;
-    geoLayer:=layer;
+  ! Only one <LOWER> is there at a time, from home to home: all of them declare the same names.
+  PROC GeoStack<UNIT>(num <LOWER>,string folder,string entry)
+    IF <LOWER><geoStackFrom OR <LOWER>>geoLast<UNIT> RETURN;
+    geo<UNIT>:=<LOWER>;
     GeoStackLoad folder+"/GeoCell.mod";
     GeoStackLoad folder+"/GeoGuard.mod";
     GeoStackLoad folder+"/GeoPrint.mod";
@@ -42,23 +42,24 @@ MODULE GeoStack
     GeoStackForget folder+"/GeoPrint.mod";
     GeoStackForget folder+"/GeoGuard.mod";
     GeoStackForget folder+"/GeoCell.mod";
-    geoLayerFrom:=1;
+    geo<UNIT>From:=1;
     IF geoStackPrints AND NOT geoDryRun THEN
       geoFirstRun:=1;
-      geoFirstLayer:=layer+1;
-@pause|      IF layer<nGeoLayers AND layer<geoLastLayer THEN
+      geoFirst<UNIT>:=<LOWER>+1;
+@pause|      IF <LOWER><nGeo<UNIT>s AND <LOWER><geoLast<UNIT> THEN
 @pause|        TPWrite "Pause before the next layer, seconds: "\Num:=nGeoLayerPause;
 @pause|        WaitTime nGeoLayerPause;
 @pause|      ENDIF
     ENDIF
   ENDPROC
-  ! The name of a layer's routine holds a sum over its modules, so that those of another stack are not taken for it.
+@layers|  ! The name of a layer's routine holds a sum over its modules, so that those of another stack are not taken for it.
+@attitudes|  ! The name of an attitude's routine holds a sum over its modules, so that those of others are not taken for it.
   PROC GeoStackPrint(string entry)
     %entry%;
   ERROR
     IF ERRNO=ERR_REFUNKPRC OR ERRNO=ERR_CALLPROC THEN
       TPWrite "There is no "+entry;
-      GeoStackRefuse "copy the folders of this stack to HOME: anew.";
+      GeoStackRefuse "copy the folders of this <WHOLE> to HOME: anew.";
     ENDIF
     RAISE;
   ENDPROC

@@ -12,7 +12,7 @@ from importlib import resources
 
 from geoprint.export.rapid.reader import check_line
 from geoprint.export.rapid.text import Place, refuse
-from geoprint.model import Cell, Placement
+from geoprint.model import Cell, Hexapod, Placement, TiltTurn
 
 GUARD = "GeoGuard.mod"
 # Where it lies in the folder of the program.
@@ -29,7 +29,7 @@ def check_guard(text: str, *, cell: Cell, placement: Placement, loading: bool, s
         cell: whose outputs it switches.
         placement: whether all of it was stated.
         loading: whether the program loads modules while it runs.
-        stacked: whether it is a layer of a stack.
+        stacked: whether it is a layer of a stack, or one of several attitudes.
 
     Raises:
         VerificationError: a line is not what it must be.
@@ -89,6 +89,9 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, sta
         "loading": loading,
         "single": not stacked,
         "stacked": stacked,
+        "table": placement.table is not None,
+        "hexapod": placement.table is not None and isinstance(cell.table, Hexapod),
+        "tiltturn": placement.table is not None and isinstance(cell.table, TiltTurn),
     }
     signals = cell.signals
     outputs = {"<VALVE>": signals.dispenser, "<LAMP>": signals.uv_lamp, "<VACUUM>": signals.vacuum or ""}
@@ -97,6 +100,7 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, sta
     named = sorted(f"{place[1:-1]}={name.lower()}" for place, name in outputs.items() if name)
     outputs["<OUTPUTS>"] = str(zlib.crc32(",".join(named).encode("ascii")) % 1000000)
     outputs["<VERSION>"] = str(_VERSION)
+    outputs["<UNIT>"], outputs["<LOWER>"] = ("Layer", "layer") if placement.table is None else ("Attitude", "attitude")
     template = resources.files("geoprint.export.rapid").joinpath(file).read_text(encoding="ascii")
     lines: list[str] = []
     for line in template.split("\n"):

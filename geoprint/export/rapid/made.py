@@ -109,21 +109,37 @@ def signals_of(cell: Cell) -> dict[str, str]:
     return found
 
 
-def dry(cell: Cell) -> Scenario:
-    """Return how a program is run dry, at the planned speed, with the arm at home."""
-    return _scenario(cell, {"geoDryRun": True, "geoFirstRun": 1.0}, held={})
+def dry(cell: Cell, *, placement: Placement, tables: int = 1) -> Scenario:
+    """Return how a program is run dry, at the planned speed, with the arm at home; as `printing`."""
+    return _scenario(cell, {"geoDryRun": True, "geoFirstRun": 1.0}, held={}, answers=_answers(placement, tables))
 
 
-def printing(cell: Cell, *, placement: Placement, first: int = 1) -> Scenario:
-    """Return how a program prints from a run on; where its placement is not known, what it would do if it could."""
+def printing(cell: Cell, *, placement: Placement, first: int = 1, tables: int = 1) -> Scenario:
+    """Return how a program prints from a run on; where its placement is not known, what it would do if it could.
+
+    Args:
+        cell: outputs and home.
+        placement: where the part stands; in an attitude of a table somebody has to say that the table is there.
+        first: run that is printed first.
+        tables: how often that is asked.
+    """
     held = {_ON: 1.0} if placement.missing else {}
-    return _scenario(cell, {"geoDryRun": False, "geoFirstRun": float(first)}, held=held)
+    data = {"geoDryRun": False, "geoFirstRun": float(first)}
+    return _scenario(cell, data, held=held, answers=_answers(placement, tables))
 
 
-def _scenario(cell: Cell, data: dict[str, bool | float], *, held: dict[str, float]) -> Scenario:
+def _answers(placement: Placement, tables: int) -> tuple[float, ...]:
+    """Return the answers of somebody who brings the table to each attitude; none where the part stands still."""
+    return () if placement.table is None else (1.0,) * tables
+
+
+def _scenario(
+    cell: Cell, data: dict[str, bool | float], *, held: dict[str, float], answers: tuple[float, ...]
+) -> Scenario:
     return Scenario(
         data={**data, "geoSpeedPct": 100.0},
         held=dict(held),
+        answers=answers,
         joints=tuple(cell.robot.home.tolist()),
         ties=TIES,
         watched=frozenset({BEGIN, ENTER, END}),

@@ -58,7 +58,22 @@ def refusals(task: MachineTask, printing: Scenario, *, runs: int) -> list[tuple[
             place = Place(execution.file or task.files[-1], max(execution.line, 1))
             refuse(place, f"{name}: the program must refuse before it moves, and it does not")
         found.append((name, execution))
-    return found
+    return [*found, *_untilted(task, printing)]
+
+
+def _untilted(task: MachineTask, printing: Scenario) -> list[tuple[str, Execution]]:
+    """Execute a start while the table is not where it must be, and somebody says so; nothing where none is asked for.
+
+    Raises:
+        VerificationError: the tool moves farther than home, or the program does not end by itself.
+    """
+    if not printing.answers:
+        return []
+    execution = execute(task, replace(printing, answers=(5.0,)))
+    if execution.ended != "exit" or execution.moves.along_path.size:
+        place = Place(execution.file or task.files[-1], max(execution.line, 1))
+        refuse(place, "the table is not there, and Stop: the program must refuse before it moves on, and it does not")
+    return [("the table is not there, and Stop", execution)]
 
 
 def stopped(task: MachineTask, made: Made, *, valve: str) -> list[tuple[str, Execution]]:
@@ -85,7 +100,7 @@ def stopped(task: MachineTask, made: Made, *, valve: str) -> list[tuple[str, Exe
     if not on or scenario.held or "Stop" not in scenario.ties:
         return []
     away = tuple(angle + math.radians(_FAR_DEG) for angle in scenario.joints)
-    controller = Controller(task, replace(scenario, joints=away, answers=(1.0,)))
+    controller = Controller(task, replace(scenario, joints=away, answers=(1.0, *scenario.answers)))
     moves = made.execution.moves
     rows = np.flatnonzero(moves.begins >= on[0].time)
     # From elsewhere the first motion takes another time: it is stopped as long behind its own first switching.

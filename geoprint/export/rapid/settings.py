@@ -12,7 +12,7 @@ from typing import final
 
 from geoprint.export.rapid.compare import declared
 from geoprint.export.rapid.text import Place, RapidText, Value, refuse
-from geoprint.model import comparable
+from geoprint.model import Placement, comparable
 
 CELL_MODULE, STACK_MODULE = "GeoCell.mod", "GeoStack.mod"
 _CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
@@ -23,8 +23,8 @@ _NEW: Mapping[str, tuple[str, str]] = {
     "geoFirstRun": ("num", "1"),
 }
 # What GeoStack declares besides; the program itself moves the first two on. geoLastLayer is the uppermost in a new one.
-_NEW_STACK: Mapping[str, tuple[str, str]] = {"geoFirstLayer": ("num", "1"), "geoLayerBegun": ("num", "0")}
-_LAYERS = re.compile(r"(?m)^  CONST num nGeoLayers:=(\d+);$")
+_NEW_STACK: Mapping[str, tuple[str, str]] = {"geoFirst{}": ("num", "1"), "geo{}Begun": ("num", "0")}
+_PARTS = re.compile(r"(?m)^  CONST num nGeo(Layer|Attitude)s:=(\d+);$")
 
 
 @final
@@ -63,20 +63,29 @@ class StackSettings:
     last_layer: int
 
 
-def read_stack_settings(text: RapidText, *, runs: Sequence[int]) -> StackSettings:
+def unit_of(placement: Placement) -> str:
+    """Return what the parts of one program are, as names of its data have it: layers, or attitudes of a table."""
+    return "Layer" if placement.table is None else "Attitude"
+
+
+def read_stack_settings(text: RapidText, *, runs: Sequence[int], unit: str) -> StackSettings:
     """Return how the program of a stack is set.
 
     Args:
         text: its GeoStack.
         runs: of each layer, how many.
+        unit: as `unit_of`.
 
     Raises:
         VerificationError: a switch is missing, or stands at a value that the program refuses.
     """
     dry_run, speed_pct = _pace(text, _STACK)
-    first = _whole(text, "geoFirstLayer", most=len(runs), of="a layer of this stack", place=_STACK)
-    last = _whole(text, "geoLastLayer", least=first, most=len(runs), of="a layer from the first on", place=_STACK)
-    run = _whole(text, "geoFirstRun", most=runs[first - 1], of=f"a run of layer {first}", place=_STACK)
+    one = unit.lower()
+    first = _whole(text, f"geoFirst{unit}", most=len(runs), of=f"a number of {one}", place=_STACK)
+    last = _whole(
+        text, f"geoLast{unit}", least=first, most=len(runs), of=f"a number of {one} from there on", place=_STACK
+    )
+    run = _whole(text, "geoFirstRun", most=runs[first - 1], of=f"a run of {one} {first}", place=_STACK)
     return StackSettings(dry_run, speed_pct, first, run, last)
 
 
@@ -146,8 +155,10 @@ def as_new(text: str) -> str:
         >>> as_new("  PERS num geoFirstRun:=7;")
         '  PERS num geoFirstRun:=1;'
     """
-    layers = _LAYERS.search(text)
-    last = {} if layers is None else {"geoLastLayer": ("num", layers[1])}
-    for name, (kind, value) in {**_NEW, **_NEW_STACK, **last}.items():
+    parts, switches = _PARTS.search(text), {**_NEW}
+    if parts is not None:
+        switches |= {name.format(parts[1]): new for name, new in _NEW_STACK.items()}
+        switches[f"geoLast{parts[1]}"] = ("num", parts[2])
+    for name, (kind, value) in switches.items():
         text = re.sub(rf"(?m)^(  PERS {kind} {name}:=)[A-Z0-9.]+;$", rf"\g<1>{value};", text)
     return text

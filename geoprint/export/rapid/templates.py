@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection, Mapping
 from importlib import resources
 
-from geoprint.model import Cell, Placement
+from geoprint.model import Cell, Hexapod, Placement
 
 
 def filled(template: str, *, holding: Collection[str], words: Mapping[str, str]) -> str:
@@ -37,9 +37,9 @@ def conditions(cell: Cell, *, placement: Placement, loading: bool, stacked: bool
 
     Args:
         cell: its outputs, and what it has besides valve and lamp.
-        placement: whether all of it was stated.
+        placement: whether all of it was stated, and how a table holds the part.
         loading: whether the program loads its modules while it runs.
-        stacked: whether it is a layer of a stack, or the stack itself.
+        stacked: whether it is a layer of a stack or one of several attitudes, or all of them.
     """
     holding = {cell.signals.mode, "unknown" if placement.missing else "known", "stacked" if stacked else "single"}
     holding |= {"prime"} if cell.purge is not None else set()
@@ -47,4 +47,13 @@ def conditions(cell: Cell, *, placement: Placement, loading: bool, stacked: bool
     holding |= {"lag" if cell.signals.mode == "analog" and cell.signals.flow_lag > 0.0 else "nolag"}
     if cell.flood is not None:
         holding.add("byhand" if cell.flood.joints is None else "flood")
+    if placement.table is not None:
+        holding |= {"table", "hexapod" if isinstance(cell.table, Hexapod) else "tiltturn"}
     return holding | ({"loading"} if loading else set())
+
+
+def unit_words(placement: Placement) -> dict[str, str]:
+    """Return what the placeholders for parts of one program stand for: layers of a stack, or attitudes of a table."""
+    if placement.table is None:
+        return {"UNIT": "Layer", "LOWER": "layer", "WHOLE": "stack"}
+    return {"UNIT": "Attitude", "LOWER": "attitude", "WHOLE": "program"}

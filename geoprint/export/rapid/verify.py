@@ -142,7 +142,7 @@ def judge_program(
     if not unresolved:
         findings += _failing(lambda: proofs.append(prove(task, orders, cell=cell, placement=placement, events=events)))
     for proof in proofs:
-        findings += _motion_findings(proof, text, orders, cell=cell, events=events)
+        findings += _motion_findings(proof, text, orders, cell=cell, placement=placement, events=events)
     return Judged(tuple(findings), proofs[0] if proofs else None)
 
 
@@ -217,11 +217,17 @@ def _cell(modules: tuple[tuple[str, str], ...]) -> RapidText:
 
 
 def _motion_findings(
-    proof: Proof, text: RapidText, orders: Orders, *, cell: Cell, events: tuple[Event, ...]
+    proof: Proof,
+    text: RapidText,
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    events: tuple[Event, ...],
 ) -> Iterator[VerificationError]:
     made = proof.printing
     yield from _failing(lambda: _verify_targets(made, proof.dry, orders))
-    yield from _failing(lambda: verify_names(text, made, cell=cell))
+    yield from _failing(lambda: verify_names(text, made, cell=cell, placement=placement))
     if made.count == orders.count:
         yield from _failing(lambda: verify_switching(made, events, signals=cell.signals))
         yield from _failing(lambda: verify_flow(made, orders, signals=cell.signals))

@@ -15,8 +15,9 @@ from geoprint.export.rapid.language.syntax import Call, FunctionCall, Name, Stat
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.settings import CELL_MODULE, read_settings
 from geoprint.export.rapid.text import Declaration, Place, RapidText, Value, refuse
-from geoprint.model import Cell, FloatArray, Placement
+from geoprint.model import Cell, FloatArray, Placement, TiltTurn
 from geoprint.motion.controller import LIFT
+from geoprint.motion.machine import table_machine
 
 _ANGLE_TOLERANCE_DEG = 1e-5
 _LOAD_TOLERANCE = 1e-4
@@ -40,6 +41,11 @@ _NAMES = frozenset(
         "ngeoturn", "geolift", "jgeohome", "jgeostart", "jgeoaloft", "ngeothere", "ngeoback", "vgeohome", "vgeoslow",
     }
 )  # fmt: skip
+_TILT_TURN_NAMES = ("nGeoTilt", "nGeoTurned")
+_PLATE_NAMES = ("nGeoPlateX", "nGeoPlateY", "nGeoPlateZ", "nGeoPlateRoll", "nGeoPlatePitch", "nGeoPlateYaw")
+_LEG_NAMES = ("nGeoLeg1", "nGeoLeg2", "nGeoLeg3", "nGeoLeg4", "nGeoLeg5", "nGeoLeg6")
+# What a person brings a table to is written to four decimals [mm, degrees].
+_TABLE_TOLERANCE = 1e-4
 _PRIME_NAMES = frozenset({"jgeoprime", "ngeoprime"})
 
 
@@ -52,6 +58,7 @@ def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Place
     read_settings(text, runs=int(orders.runs[-1]) + 1)
     _verify_tool(declared(text, "tGeoNozzle", kind="tooldata", storage="PERS", place=_CELL), cell=cell)
     _verify_work(text, placement=placement)
+    _verify_table(text, cell=cell, placement=placement)
     _verify_frame_limits(text, orders.extent, standoff=cell.process.standoff)
     _verify_motions(text, orders, cell=cell)
 
@@ -76,7 +83,7 @@ def verify_header(text: RapidText, *, placement: Placement, surface_within: floa
                 refuse(Place(module, row + 2), f"the header must say {words!r} here")
 
 
-def verify_names(text: RapidText, made: Made, *, cell: Cell) -> None:
+def verify_names(text: RapidText, made: Made, *, cell: Cell, placement: Placement) -> None:
     """Check that nothing is declared that the program does not use, and that all moves use the tool and work object.
 
     Raises:
@@ -88,6 +95,7 @@ def verify_names(text: RapidText, made: Made, *, cell: Cell) -> None:
         used |= {"ngeoprimeflow"} if cell.signals.mode == "analog" else set()
     if cell.flood is not None:
         used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
+    used |= {name.lower() for name in _table_wanted(cell, placement)}
     moves, rows = made.execution.moves, made.rows
     wanted = [moves.names.index(name) if name in moves.names else -1 for name in ("tgeonozzle", "wgeopart")]
     wrong = np.flatnonzero((moves.tools[rows] != wanted[0]) | (moves.works[rows] != wanted[1]))
@@ -125,6 +133,28 @@ def _verify_work(text: RapidText, *, placement: Placement) -> None:
     lift = declared(text, "geoLift", kind="pose", storage="CONST", place=_CELL)
     up = transforms.inverse(placement.T_base_work)[:3, 2] * LIFT
     compare(lift.value, [literal(up), [1, 0, 0, 0]], tolerance=POSITION_TOLERANCE, place=lift.place, what="geoLift")
+
+
+def _table_wanted(cell: Cell, placement: Placement) -> dict[str, float]:
+    """Return what a table must be brought to, by the name of its datum: the axes follow anew from the plate's pose."""
+    if placement.table is None or cell.table is None:
+        return {}
+    pose = placement.table.T_table_plate
+    axes = table_machine(cell.table).axes(pose[None])[0]
+    wanted = {"nGeoTable": float(placement.table.number)}
+    if isinstance(cell.table, TiltTurn):
+        return wanted | dict(zip(_TILT_TURN_NAMES, np.degrees(axes).tolist(), strict=True))
+    roll = np.arctan2(pose[2, 1], pose[2, 2])
+    pitch, yaw = np.arctan2(-pose[2, 0], np.hypot(pose[2, 1], pose[2, 2])), np.arctan2(pose[1, 0], pose[0, 0])
+    plate = [*pose[:3, 3].tolist(), *np.degrees([roll, pitch, yaw]).tolist()]
+    return wanted | dict(zip((*_LEG_NAMES, *_PLATE_NAMES), [*axes.tolist(), *plate], strict=True))
+
+
+def _verify_table(text: RapidText, *, cell: Cell, placement: Placement) -> None:
+    """Check what the program shows of the attitude to whoever brings the table there."""
+    for name, value in _table_wanted(cell, placement).items():
+        datum = declared(text, name, kind="num", storage="CONST", place=_CELL)
+        compare(datum.value, value, tolerance=_TABLE_TOLERANCE, place=datum.place, what=name)
 
 
 def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float) -> None:

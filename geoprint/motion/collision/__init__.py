@@ -16,7 +16,9 @@ from geoprint.motion.collision.single_poses import SinglePoses as SinglePoses
 from geoprint.motion.collision.surroundings import (
     box_target as box_target,
     mesh_target as mesh_target,
+    obstacle_target as obstacle_target,
 )
+from geoprint.motion.collision.table_motion import table_motion_clearance as table_motion_clearance
 from geoprint.motion.collision.tip_zone import (
     SMALLEST_ROOM as SMALLEST_ROOM,
     TipZone as TipZone,

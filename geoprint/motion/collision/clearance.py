@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
-from geoprint.model import Box, Clearance, ControllerPath, FloatArray, PoseStream, Process, Surface, Tool
+from geoprint.model import Clearance, ControllerPath, FloatArray, Obstacle, PoseStream, Process, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, arm_motion
 from geoprint.motion.collision.closest import smallest_distance, worst_hit
@@ -58,7 +58,7 @@ def clearance(
     poses: PoseStream,
     part: Surface,
     body: Surface | None,
-    obstacles: tuple[Box, ...],
+    obstacles: tuple[Obstacle, ...],
     below: float = 0.0,
 ) -> Clearance:
     """Prove that tool and arm keep clear on the whole path, from home to home.
@@ -72,7 +72,7 @@ def clearance(
         poses: the stream that the path prints; of one that lays nothing the tip margin is infinite.
         part: the surface that is printed on: of a layer the top of those below with its sides.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
-        obstacles: boxes in the base frame; the arm stands on those that end below its foot.
+        obstacles: what stands in the cell, in the base frame; the arm stands on boxes that end below its foot.
         below: how far what is printed on lies below the surface that the stand-off counts from; of a layer above 0.
 
     Returns:
@@ -119,7 +119,7 @@ class ClearanceCheck:
         T_base_work: FloatArray,
         part: Surface,
         body: Surface | None,
-        obstacles: tuple[Box, ...],
+        obstacles: tuple[Obstacle, ...],
         below: float = 0.0,
     ) -> None:
         check_rigid(T_base_work[None])
@@ -152,7 +152,7 @@ def check_placements(
     standoff: float,
     part: Surface,
     body: Surface | None,
-    obstacles: tuple[Box, ...],
+    obstacles: tuple[Obstacle, ...],
     T_work_base: FloatArray,
 ) -> Clearance:
     """Prove that the tool keeps clear at and between placements; the part of `clearance` that needs no arm.
@@ -164,7 +164,7 @@ def check_placements(
         standoff: height of the tip over the surface on deposit [mm].
         part: the surface that is printed on.
         body: what it lies on, or None.
-        obstacles: boxes in the base frame.
+        obstacles: what stands in the cell, in the base frame.
         T_work_base: (4, 4) base frame in the work frame [mm].
 
     Returns:

@@ -8,10 +8,10 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import Box, FloatArray, Process, Surface, Tool
+from geoprint.model import Box, FloatArray, Obstacle, Process, Surface, Tool
 from geoprint.motion.collision.closest import ranking_trees
 from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
-from geoprint.motion.collision.surroundings import Target, box_target, mesh_target
+from geoprint.motion.collision.surroundings import Target, mesh_target, obstacle_target
 from geoprint.motion.collision.sweep import Placements
 from geoprint.motion.collision.tip_zone import TipZone
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
@@ -29,7 +29,7 @@ class CheckedWorld:
         process: clearance to keep.
         part: the surface that is printed on.
         body: what it lies on, or None.
-        obstacles: boxes in the base frame.
+        obstacles: what stands in the cell, in the base frame.
         T_work_base: (4, 4) base frame in the work frame [mm].
 
     Attributes:
@@ -54,7 +54,7 @@ class CheckedWorld:
         process: Process,
         part: Surface,
         body: Surface | None,
-        obstacles: tuple[Box, ...],
+        obstacles: tuple[Obstacle, ...],
         T_work_base: FloatArray,
     ) -> None:
         if not 0.0 <= process.clearance < np.inf:
@@ -63,10 +63,10 @@ class CheckedWorld:
         self.kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
         bodies = [mesh_target(part, role="part")]
         bodies += [] if body is None else [mesh_target(body, role="body")]
-        boxes = [box_target(box, T_work_base=T_work_base) for box in obstacles]
-        beside = [target for target, box in zip(boxes, obstacles, strict=True) if not stands_on(box)]
+        standing = [obstacle_target(one, T_work_base=T_work_base) for one in obstacles]
+        beside = [target for target, one in zip(standing, obstacles, strict=True) if not stands_on(one)]
         self._tool = InflatedSolids(solids, kept=self.kept)
-        self.targets: tuple[Target, ...] = (*bodies, *boxes)
+        self.targets: tuple[Target, ...] = (*bodies, *standing)
         self.base_targets: tuple[Target, ...] = (*bodies, *beside)
         self.trees = ranking_trees(self.targets)
         self.zones = tuple(TipZone(target.triangles) for target in self.targets)
@@ -91,6 +91,6 @@ def rounding_on_travel(placements: Placements, tip: Solid) -> float:
     return float(placements.rounding((tip,))[travels].max(initial=0.0))
 
 
-def stands_on(box: Box) -> bool:
-    """Say whether the arm stands on a box: it ends no higher than the foot."""
-    return float(box.centre[2] + box.size[2] / 2) <= FOOT_ROUNDING
+def stands_on(obstacle: Obstacle) -> bool:
+    """Say whether the arm stands on an obstacle: a box that ends no higher than the foot; never on a table."""
+    return isinstance(obstacle, Box) and float(obstacle.centre[2] + obstacle.size[2] / 2) <= FOOT_ROUNDING

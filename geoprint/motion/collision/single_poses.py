@@ -11,13 +11,13 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
-from geoprint.model import BoolArray, Box, FloatArray, Process, Surface, Tool
+from geoprint.model import BoolArray, FloatArray, Obstacle, Process, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.arm_clearance import LINKS_APART_FROM_TOOL, pairs_of_links, with_whole_needle
 from geoprint.motion.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.scene import stands_on
-from geoprint.motion.collision.surroundings import Target, box_target, mesh_target, solid_target
+from geoprint.motion.collision.surroundings import Target, mesh_target, obstacle_target, solid_target
 from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, TipZone
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
 
@@ -36,7 +36,7 @@ class SinglePoses:
         standoff: height of the tip over the surface on deposit [mm].
         part: the surface that is printed on.
         body: what it lies on, or None.
-        obstacles: boxes in the base frame.
+        obstacles: what stands in the cell, in the base frame.
         T_base_work: (4, 4) where the part stands [mm].
 
     Raises:
@@ -55,16 +55,16 @@ class SinglePoses:
         standoff: float,
         part: Surface,
         body: Surface | None,
-        obstacles: tuple[Box, ...],
+        obstacles: tuple[Obstacle, ...],
         T_base_work: FloatArray,
     ) -> None:
         self._arm = arm
         self._T_work_base = transforms.inverse(T_base_work)
         surfaces = [mesh_target(part, role="part")]
         surfaces += [] if body is None else [mesh_target(body, role="body")]
-        boxes = [box_target(box, T_work_base=self._T_work_base) for box in obstacles]
-        beside = [target for target, box in zip(boxes, obstacles, strict=True) if not stands_on(box)]
-        targets: tuple[Target, ...] = (*surfaces, *boxes)
+        standing = [obstacle_target(one, T_work_base=self._T_work_base) for one in obstacles]
+        beside = [target for target, one in zip(standing, obstacles, strict=True) if not stands_on(one)]
+        targets: tuple[Target, ...] = (*surfaces, *standing)
         self._zones = [TipZone(target.triangles) for target in targets]
         solids, kept = tool_solids(tool), process.clearance
         self._nozzle = CollisionWorld(_inflated(solids[:ROUND_SOLIDS], kept=kept), targets=targets)

@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError
-from geoprint.model import Box, FloatArray, IntArray, Surface, frozen
+from geoprint.model import Box, FloatArray, IntArray, Obstacle, Surface, frozen
 from geoprint.motion.collision.sides import is_closed
 from geoprint.motion.collision.tool_distance import circumscribed
 from geoprint.motion.collision.tool_solids import Solid, polytope, polytopes
@@ -64,6 +64,18 @@ def mesh_target(surface: Surface, *, role: str) -> Target:
     )
 
 
+def obstacle_target(obstacle: Obstacle, *, T_work_base: FloatArray) -> Target:
+    """Return what stands in the cell as a target: a box, or a solid of the table as a prism around its cylinder.
+
+    Raises:
+        InputError: an edge length of a box is not positive.
+    """
+    if isinstance(obstacle, Box):
+        return box_target(obstacle, T_work_base=T_work_base)
+    start, end = transforms.apply(T_work_base, np.stack([obstacle.start, obstacle.end]))
+    return solid_target(Solid(obstacle.name, start, end, obstacle.radius, obstacle.radius))
+
+
 def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
     """Return an obstacle of the cell as a target.
 
@@ -82,7 +94,7 @@ def box_target(box: Box, *, T_work_base: FloatArray) -> Target:
 
 
 def solid_target(solid: Solid) -> Target:
-    """Return a solid of the tool or of the arm as a target, in its own frame; FCL takes a convex solid as solid."""
+    """Return a solid of tool, arm or table as a target, in its own frame; FCL takes a convex solid as solid."""
     corners, triangles = polytope(solid, by=0.0)
     return Target(
         solid.name,

@@ -3,7 +3,9 @@
 from geoprint.motion.machine.hexapod import SINGULAR_SHARE as SINGULAR_SHARE, HexapodMachine as HexapodMachine
 from geoprint.motion.machine.moving import (
     move_seconds as move_seconds,
+    obstacles_at as obstacles_at,
     table_machine as table_machine,
+    tilted_placement as tilted_placement,
     work_poses as work_poses,
 )
 from geoprint.motion.machine.tilt_turn import TiltTurnMachine as TiltTurnMachine

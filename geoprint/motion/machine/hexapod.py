@@ -75,6 +75,11 @@ class HexapodMachine:
         return self._hexapod.T_base_table
 
     @property
+    def rotary(self) -> bool:
+        """No: its legs change their lengths."""
+        return False
+
+    @property
     def speeds(self) -> FloatArray:
         """(6,) largest speeds of its legs [mm/s]."""
         return np.full(LEGS, self._hexapod.leg_speed)

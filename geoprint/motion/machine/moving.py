@@ -1,11 +1,13 @@
-"""What follows from any table's kinematics: where the part stands, and how long the table takes to move."""
+"""What follows from any table's kinematics: where the part stands, what is beside it, how long the table moves."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from geoprint import transforms
-from geoprint.model import FloatArray, Hexapod, TiltingTable, TiltTurn
+from geoprint.model import Cell, FloatArray, Hexapod, Obstacle, Placement, TablePose, TiltingTable, TiltTurn
 from geoprint.motion.machine.hexapod import HexapodMachine
 from geoprint.motion.machine.tilt_turn import TiltTurnMachine
 
@@ -54,3 +56,25 @@ def move_seconds(table: TiltingTable, *, Ts_from: FloatArray, Ts_to: FloatArray)
     """
     moved = np.abs(table.axes(Ts_to) - table.axes(Ts_from))
     return (moved / table.speeds).max(axis=1)
+
+
+def tilted_placement(table: TiltingTable, placement: Placement, *, T_table_plate: FloatArray, number: int) -> Placement:
+    """Return where a part stands in an attitude: its fixture moves with the plate.
+
+    Args:
+        table: under the part.
+        placement: while the table is at rest.
+        T_table_plate: (4, 4) pose of the plate.
+        number: of the attitude, from 1.
+    """
+    pose = TablePose(number, T_table_plate, table.axes(T_table_plate[None])[0])
+    T_base_fixture = work_poses(table, Ts_table_plate=T_table_plate[None], T_base_work=placement.T_base_fixture)[0]
+    return replace(placement, T_base_fixture=T_base_fixture, table=pose)
+
+
+def obstacles_at(cell: Cell, placement: Placement) -> tuple[Obstacle, ...]:
+    """Return what of the cell must not be touched: its obstacles, and its table as it holds the part there."""
+    if cell.table is None:
+        return cell.obstacles
+    at = np.eye(4) if placement.table is None else placement.table.T_table_plate
+    return (*cell.obstacles, *table_machine(cell.table).solids(at))

@@ -43,6 +43,11 @@ class TiltTurnMachine:
         return self._tilt_turn.T_base_table
 
     @property
+    def rotary(self) -> bool:
+        """Yes: both axes turn."""
+        return True
+
+    @property
     def speeds(self) -> FloatArray:
         """(2,) largest speeds of tilting and turning [rad/s]."""
         return self._tilt_turn.speeds

@@ -13,15 +13,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.model import BoolArray, Box, FloatArray, IntArray, PoseStream, Process, Surface, Tool, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, Obstacle, PoseStream, Process, Surface, Tool, frozen
 from geoprint.motion.collision import (
     NOT_TESTED,
     SMALLEST_ROOM,
     CollisionWorld,
     InflatedSolids,
     TipZone,
-    box_target,
     mesh_target,
+    obstacle_target,
     tool_solids,
 )
 
@@ -54,7 +54,7 @@ class NozzleRoom:
         standoff: height of the tip over the surface on deposit [mm].
         part: the surface that is printed on.
         body: what it lies on, or None.
-        obstacles: boxes in the base frame.
+        obstacles: what stands in the cell, in the base frame.
         T_base_work: (4, 4) where the part stands [mm].
 
     Raises:
@@ -72,16 +72,16 @@ class NozzleRoom:
         standoff: float,
         part: Surface,
         body: Surface | None,
-        obstacles: tuple[Box, ...],
+        obstacles: tuple[Obstacle, ...],
         T_base_work: FloatArray,
     ) -> None:
         self._T_work_base = transforms.inverse(T_base_work)
         surfaces = [mesh_target(part, role="part")]
         surfaces += [] if body is None else [mesh_target(body, role="body")]
-        boxes = [box_target(box, T_work_base=self._T_work_base) for box in obstacles]
+        standing = [obstacle_target(one, T_work_base=self._T_work_base) for one in obstacles]
         solids = tool_solids(tool)[:ROUND_SOLIDS]
         kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-        targets = (*surfaces, *boxes)
+        targets = (*surfaces, *standing)
         self._zones = [TipZone(target.triangles) for target in targets]
         self._world = CollisionWorld(InflatedSolids(solids, kept=kept, reaches=(MARGIN,)), targets=targets)
         self._radius = tool.needle_diameter / 2.0

@@ -19,6 +19,8 @@ Margins: TypeAlias = Callable[[FloatArray], FloatArray]
 
 # Directions that are tried all over the sphere: 1.1 degrees from one to the next.
 DIRECTIONS = 40_000
+# Normals that directions are compared with at a time: these are few behind the first.
+NORMALS_AT_ONCE = 200
 # Margins are met up to this share: they are worked out in floating point.
 MARGIN_TOLERANCE = 1e-9
 # Halvings that find how far the table comes towards a direction: to 1e-6 of the angle, far finer than a table repeats.
@@ -87,6 +89,26 @@ class UpRange:
         within = self._grid[: int(np.searchsorted(-self._grid_margins, -least, side="right"))]
         at = first_common(within, normals, half_angle + ANGLE_TOLERANCE)
         return within[at : at + 1] if at >= 0 else np.empty((0, 3))
+
+    @property
+    def rest(self) -> FloatArray:
+        """(3,) unit direction of the part that points up while the table rests."""
+        return self._rest
+
+    def admitting(self, normals: FloatArray) -> FloatArray:
+        """Return the (a, 3) of `directions` within the critical angle of all of (k, 3) normals, most margin first."""
+        left = self._grid
+        for rows in np.array_split(normals, max(len(normals) // NORMALS_AT_ONCE, 1)):
+            left = left[(left @ rows.T >= np.cos(self.critical + ANGLE_TOLERANCE)).all(axis=1)]
+        return left
+
+    def slack(self, up: FloatArray, normals: FloatArray) -> float:
+        """Return the share that a (3,) direction leaves of the critical angle of (k, 3) normals, or of the table.
+
+        The smaller of both counts; it is negative where one is passed.
+        """
+        angle = float(angles_between(normals, up).max())
+        return min(1.0 - angle / self.critical, float(self._margins(up[None])[0]))
 
     def nearest(self, normals: FloatArray) -> FloatArray:
         """Return the (n, 3) directions that the table can bring up at which (n, 3) normals overhang least.

@@ -7,7 +7,8 @@ written. What comes out must be what plan.json says.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -24,6 +25,7 @@ from geoprint.model import Clearance, JointPath, PoseStream, Targets
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import ClearanceCheck
 from geoprint.motion.controller import ALOFT_STEP, aloft_path, controller_path
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
 from geoprint.pipeline.bundles.again import JOB
@@ -40,13 +42,15 @@ PRINT_STEP = 0.5
 _T = TypeVar("_T")
 
 
-def repeat(folder: Path, told: PlanRecord, motion: tuple[Setup, Orders] | None) -> tuple[Repeated, tuple[Finding, ...]]:
+def repeat(
+    folder: Path, told: PlanRecord, motions: Sequence[tuple[Path, Setup, Orders]]
+) -> tuple[Repeated, tuple[Finding, ...]]:
     """Check clearance and evenness of a bundle once more.
 
     Args:
         folder: the bundle.
         told: its plan.json.
-        motion: its cell and targets, or None without a program.
+        motions: folder, cell and targets of each of its programs, as many as plan.json tells of; none without one.
 
     Returns:
         What was found now, and where that is not what plan.json says or could not be found.
@@ -54,18 +58,25 @@ def repeat(folder: Path, told: PlanRecord, motion: tuple[Setup, Orders] | None) 
     started = time.perf_counter()
     findings: list[Finding] = []
     part = _found(JOB, lambda: read_part(job_of(surface=folder / JOB)), findings)
-    printing, dry, even = None, None, None
+    even = None
+    printing: list[Clearance] = []
+    dry: list[Clearance] = []
     if part is not None:
         even = _found("poses.csv", lambda: _evenness(folder, told, part), findings)
-        if motion is not None:
-            passed = _found("targets.csv", lambda: _clearances(folder, part, *motion), findings)
-            printing, dry = passed or (None, None)
+        for (place, setup, orders), of in zip(motions, told.robot, strict=False):
+            passed = _found("targets.csv", partial(_clearances, place, part, setup, orders), findings)
+            if passed is not None:
+                printing.append(passed[0])
+                dry.append(passed[1])
+                findings += _closer(*passed, of.clearance)
     if even is not None and told.uniformity is not None:
         findings += _uneven(even, told.uniformity)
-    if printing is not None and dry is not None and told.robot:
-        findings += _closer(printing, dry, told.robot[0].clearance)
     seconds = time.perf_counter() - started
-    return Repeated(printing, dry, even, seconds, peak_memory()), tuple(findings)
+    return Repeated(_narrowest(printing), _narrowest(dry), even, seconds, peak_memory()), tuple(findings)
+
+
+def _narrowest(found: Sequence[Clearance]) -> Clearance | None:
+    return min(found, key=lambda each: each.smallest, default=None)
 
 
 def _found(file: str, check: Callable[[], _T], findings: list[Finding]) -> _T | None:
@@ -94,7 +105,7 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
 
     check = ClearanceCheck(
         arm, tool=cell.tool, process=cell.process, T_base_work=path.T_base_work, part=ground, body=part.body,
-        obstacles=cell.obstacles, below=below,
+        obstacles=obstacles_at(cell, setup.placement), below=below,
     )  # fmt: skip
     printing = check(controller_path(path, targets, arm, step=PRINT_STEP), poses=path.poses)
     return printing, check(controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP), poses=aloft.poses)

@@ -18,6 +18,7 @@ from geoprint.errors import ClearanceError, PlanError, ReachError
 from geoprint.model import Cell, FloatArray, Placement
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import SinglePoses
+from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import COARSE_TURN_STEP, Exhausted, Exhaustion, Grid, Worst, reach
 from geoprint.pipeline.refusals.changes import (
     CELL,
@@ -67,12 +68,31 @@ def printed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -
         if arm_of(paths.workpiece).closed_form is None or not paths.poses.deposit.any():
             raise
         refused = error
-    with stage("exhaustive search"):
-        search, cone = _search(paths, paths.workpiece.cell, placement), float(np.radians(paths.job.max_tilt))
-        worst = search.worst(_places(refused), cone=cone)
-        exhausted = search.judged(worst.rows, Grid(cone))
+    worst, exhausted = _exhausted(refused, paths, placement, stage)
     budget = _Budget(stage, motions=stage.begun(MOTION) - before)
     raise _with_proof(refused, _tried(paths, exhausted, worst, budget, chain=chain)) from refused
+
+
+def proven(error: PlanError, paths: Plan, placement: Placement, stage: Stages) -> PlanError:
+    """Return a refusal with what an exhaustive search at the worst poses says; no change is tried.
+
+    Args:
+        error: of the chain.
+        paths: that it refuses.
+        placement: where the part stands.
+        stage: names and times the work.
+    """
+    if arm_of(paths.workpiece).closed_form is None or not paths.poses.deposit.any():
+        return error
+    return _with_proof(error, Refusal(_exhausted(error, paths, placement, stage)[1], screened=0, freeing=0, tried=()))
+
+
+def _exhausted(error: PlanError, paths: Plan, placement: Placement, stage: Stages) -> tuple[Worst, Exhausted]:
+    """Search the worst poses of a plan that is refused for any attitude."""
+    with stage("exhaustive search"):
+        search, cone = _search(paths, paths.workpiece.cell, placement), float(np.radians(paths.job.max_tilt))
+        worst = search.worst(_places(error), cone=cone)
+        return worst, search.judged(worst.rows, Grid(cone))
 
 
 @final
@@ -126,7 +146,7 @@ def _search(paths: Plan, cell: Cell, placement: Placement) -> Exhaustion:
         standoff=paths.poses.standoff + paths.workpiece.below,
         part=paths.workpiece.ground,
         body=paths.workpiece.body,
-        obstacles=cell.obstacles,
+        obstacles=obstacles_at(cell, placement),
         T_base_work=placement.T_base_work,
     )
     # The turn of a round nozzle on the flange's axis moves joint 6 alone; only a lamp beside it turns along.

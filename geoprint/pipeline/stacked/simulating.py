@@ -77,7 +77,7 @@ def executed_flow(planned: Plan, robot: RobotPlan) -> FloatArray:
 
     With 'io' the valve lets through a volume a second: that of the set speed. With 'analog' the flow follows the speed.
     """
-    poses, times, material = planned.poses, robot.trajectory.pose_times, robot.switching.material
+    poses, times, material = robot.joint_path.poses, robot.trajectory.pose_times, robot.switching.material
     if planned.workpiece.cell.signals.mode == "analog":
         return flow_by_length(poses, times, material)
     rate = float(poses.flow.max()) * planned.workpiece.cell.process.speed

@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.model import FloatArray, Hexapod, PoseStream, TiltingTable, TiltTurn
 from geoprint.motion.machine import move_seconds, table_machine
 from geoprint.motion.tilting import Attitude, UpRange, attitudes_of, gathered, tilted
-from geoprint.results import Plan, Tilting
+from geoprint.results import Order, Plan, Tilting
 from geoprint.transforms import angles_between
 
 # Share of the table's range that is left at least.
@@ -27,35 +27,54 @@ def with_table(paths: Plan, table: Hexapod | TiltTurn) -> Plan:
         InputError: a hexapod at rest is beyond one of its limits.
         LimitError: the table brings nothing up.
     """
-    machine, poses = table_machine(table), paths.poses.taken(np.flatnonzero(paths.poses.deposit))
-    R_plate_work = machine.T_base_table[:3, :3].T @ paths.workpiece.upright
-    within = UpRange(
-        lambda ups: machine.margins(machine.plates(ups @ R_plate_work.T)),
+    machine, poses = table_machine(table), deposited(paths)
+    within, lengths = up_range(paths, machine), _lengths(poses)
+    kept = attitudes_of(tilted(poses.normals, runs=poses.runs, arcs=poses.arcs, within=within, overlap=0.0), poses.runs)
+    other = gathered(poses.normals, runs=poses.runs, layers=poses.layers, lengths=lengths, within=within)
+    order: Order = "gathered" if len(other) < len(kept) else "kept"
+    attitudes, moves = other if order == "gathered" else kept, (len(kept), len(other))
+    return replace(paths, tilting=tilting_of(paths, machine, attitudes, order=order, moves=moves))
+
+
+def deposited(paths: Plan) -> PoseStream:
+    """Return the poses of a plan that deposit."""
+    return paths.poses.taken(np.flatnonzero(paths.poses.deposit))
+
+
+def plate_turn(paths: Plan, table: TiltingTable) -> FloatArray:
+    """Return the (3, 3) rotation from the part to the plate of a table that it stands on."""
+    return table.T_base_table[:3, :3].T @ paths.workpiece.upright
+
+
+def up_range(paths: Plan, table: TiltingTable) -> UpRange:
+    """Return which directions of a part a table can bring up, with the critical angle of the cell.
+
+    Raises:
+        LimitError: the table brings nothing up.
+    """
+    R_plate_work = plate_turn(paths, table)
+    return UpRange(
+        lambda ups: table.margins(table.plates(ups @ R_plate_work.T)),
         rest=R_plate_work[2],
         critical=paths.workpiece.cell.process.overhang,
         least=LEAST_MARGIN,
     )
-    lengths = _lengths(poses)
-    kept = attitudes_of(tilted(poses.normals, runs=poses.runs, arcs=poses.arcs, within=within, overlap=0.0), poses.runs)
-    other = gathered(poses.normals, runs=poses.runs, layers=poses.layers, lengths=lengths, within=within)
-    return replace(
-        paths,
-        tilting=_tilting(machine, kept, other, poses, lengths, R_plate_work=R_plate_work, critical=within.critical),
-    )
 
 
-def _tilting(
-    table: TiltingTable,
-    kept: tuple[Attitude, ...],
-    other: tuple[Attitude, ...],
-    poses: PoseStream,
-    lengths: FloatArray,
-    *,
-    R_plate_work: FloatArray,
-    critical: float,
+def tilting_of(
+    paths: Plan, table: TiltingTable, attitudes: tuple[Attitude, ...], *, order: Order, moves: tuple[int, int]
 ) -> Tilting:
-    """Return the attitudes of the order that needs fewer, and what they mean for the table and the deposit."""
-    attitudes = other if len(other) < len(kept) else kept
+    """Return what attitudes mean for the table and the deposit.
+
+    Args:
+        paths: with the part as it stands while the table is at rest.
+        table: under it.
+        attitudes: in the order of printing.
+        order: as `Tilting`.
+        moves: as `Tilting`.
+    """
+    poses, critical = deposited(paths), paths.workpiece.cell.process.overhang
+    lengths, R_plate_work = _lengths(poses), plate_turn(paths, table)
     Ts_table_plate = table.plates(np.stack([R_plate_work @ one.up for one in attitudes]))
     before = np.concatenate([np.eye(4)[None], Ts_table_plate[:-1]])
     angles, own = np.full(poses.count, np.inf), np.zeros(poses.count, dtype=np.int64)
@@ -68,12 +87,13 @@ def _tilting(
     over = angles > critical + NOTHING
     return Tilting(
         table=table.name,
+        rotary=table.rotary,
         attitudes=attitudes,
         axes=tuple(table.axes(Ts_table_plate)),
         lengths=tuple(np.bincount(own, lengths, minlength=len(attitudes)).tolist()),
         seconds=tuple(move_seconds(table, Ts_from=before, Ts_to=Ts_table_plate).tolist()),
-        order="kept" if attitudes is kept else "gathered",
-        moves=(len(kept), len(other)),
+        order=order,
+        moves=moves,
         overhanging=float(lengths[over].sum()),
         missing=float(np.where(over, angles - critical, 0.0).max()),
     )

@@ -109,8 +109,9 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
 
 
 def _turnable(job: Job, cell: Cell, sided: SidedPart) -> bool:
-    """Say whether a demonstration may turn the part; layers stand where that on the part does, beside none other."""
-    return job.robot and job.place == "demo" and cell.demo_rotation is None and sided.place is None
+    """Say whether a demonstration may turn the part; layers stand where that on the part does, a table turns it."""
+    free = cell.demo_rotation is None and cell.table is None
+    return job.robot and job.place == "demo" and free and sided.place is None
 
 
 @final
@@ -199,11 +200,10 @@ def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if not job.robot:
         return
-    if cell.table is not None:
+    if cell.table is not None and job.layered:
         raise UsageError(
-            f"the cell {cell.name} has a table that tilts the part, and no program over one is written yet: add "
-            "`--no-robot`, which tells in which attitudes of the table the paths do not overhang, or leave [table] out "
-            "of a cell in which the part stands still."
+            f"the cell {cell.name} has a table that tilts the part, and layers upon layers are not printed over one "
+            "yet: print a single skin, or leave [table] out of a cell in which the part stands still."
         )
     if job.place is None:
         _fixture(cell)
@@ -245,7 +245,8 @@ def _placement(job: Job, cell: Cell, part: Surface, *, turnable: bool) -> tuple[
     if not job.robot:
         return None, None
     if job.place == "demo":
-        least = LEAST_MEAN_NORMAL if turnable else SHORTEST_MEAN_NORMAL
+        # What turns the part, or tilts it, makes less of where it starts.
+        least = LEAST_MEAN_NORMAL if turnable or cell.table is not None else SHORTEST_MEAN_NORMAL
         return demo_placement(part, position=cell.demo_position, rotation=cell.demo_turn, least=least), None
     calibration = calibrate_fixture(_fixture(cell))
     if calibration.placement.missing:

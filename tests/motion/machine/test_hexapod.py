@@ -312,6 +312,7 @@ def test_legs_that_do_not_hold_the_plate_are_refused() -> None:
         1.0,
         1.0,
         1.0,
+        0.0,
     )
     with pytest.raises(InputError, match="parallel: its legs do not hold the plate at rest"):
         HexapodMachine(parallel)

@@ -25,6 +25,7 @@ from geoprint.export.rapid.machine import (
     execute,
 )
 from geoprint.export.rapid.made import dry, printing, signals_of, task_of
+from geoprint.export.rapid.settings import unit_of
 from geoprint.export.rapid.stacks.comparing import Part, compare_part, parts_of, state_of
 from geoprint.export.rapid.text import Place, refuse
 from geoprint.model import BoolArray, Cell, IntArray, Placement, comparable
@@ -34,6 +35,8 @@ _MAIN = "GeoStack.mod"
 _ENTRY = Place(_MAIN, 1)
 # What a guard shows behind a stop, before the line that must name the layer.
 _CUT_SHORT = "The last print was stopped in run"
+# What it shows before an attitude of a table, with its number.
+_ASKED = "Bring the table to attitude"
 # How it was run, in words, and lines of GeoStack's statements with whether each was executed.
 _Ran: TypeAlias = tuple[str, IntArray, BoolArray]
 # The machine's clock is a sum of a hundred thousand moves [s].
@@ -89,7 +92,7 @@ class StackRun:
         self, modules: Sequence[Module], layers: Sequence[tuple[str, Sequence[Module]]], *, cell: Cell,
         placement: Placement,
     ) -> None:  # fmt: skip
-        self._cell, self._placement = cell, placement
+        self._cell, self._placement, self._unit = cell, placement, unit_of(placement)
         self._arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
         at_once = [module.file for module in modules if "/" not in module.file]
         self._task = compile_task(modules, at_once=at_once, signals=signals_of(cell), arm=self._arm)
@@ -100,6 +103,11 @@ class StackRun:
         self._runs: list[int] = []
         for number, (_, own) in enumerate(layers, start=1):
             self._runs.append(self._run_own(number, own))
+
+    @property
+    def _one(self) -> str:
+        """What a part of the program is called: a layer or an attitude."""
+        return self._unit.lower()
 
     def prove(self) -> StackProof:
         """Execute the stack in all its courses.
@@ -137,7 +145,7 @@ class StackRun:
         task = task_of(modules, cell=self._cell, arm=self._arm)
         whole = self._alone(task, printing(self._cell, placement=self._placement))
         self._printing[number, 1] = whole
-        self._dry[number] = self._alone(task, dry(self._cell))
+        self._dry[number] = self._alone(task, dry(self._cell, placement=self._placement))
         middle = whole.runs // 2 + 1
         later = printing(self._cell, placement=self._placement, first=middle)
         self._printing[number, middle] = self._alone(task, later)
@@ -155,19 +163,23 @@ class StackRun:
         count = len(self._runs)
         middle = count // 2 + 1
         run = self._runs[middle - 1] // 2 + 1
-        resumed = [_Course(f"printing from run {run} of layer {middle} on", middle, count, run)]
+        resumed = [_Course(f"printing from run {run} of {self._one} {middle} on", middle, count, run)]
         courses = [_Course("dry", 1, count, dry=True), _Course("printing", 1, count)]
         if count > 1:
             courses += [
-                _Course(f"printing from layer {middle} on", middle, count),
-                _Course(f"printing up to layer {count - 1}", 1, count - 1),
+                _Course(f"printing from {self._one} {middle} on", middle, count),
+                _Course(f"printing up to {self._one} {count - 1}", 1, count - 1),
             ]
         return [*courses, *(resumed if run > 1 else ())]
 
     def _scenario(self, course: _Course) -> Scenario:
-        printed = printing(self._cell, placement=self._placement, first=course.run)
-        scenario = dry(self._cell) if course.dry else printed
-        data: dict[str, Value] = {"geoFirstLayer": float(course.first), "geoLastLayer": float(course.last)}
+        tables = course.last - course.first + 1
+        printed = printing(self._cell, placement=self._placement, first=course.run, tables=tables)
+        scenario = dry(self._cell, placement=self._placement, tables=tables) if course.dry else printed
+        data: dict[str, Value] = {
+            f"geoFirst{self._unit}": float(course.first),
+            f"geoLast{self._unit}": float(course.last),
+        }
         # What it would note if it could print.
         held = scenario.held if not scenario.held else {**scenario.held, "geoStackPrints": True}
         return replace(scenario, data={**scenario.data, **data}, held=held)
@@ -181,15 +193,17 @@ class StackRun:
         wanted = self._folders[course.first - 1 : course.last]
         found = [part.folder for part in parts]
         if found != wanted:
-            refuse(_ENTRY, f"{course.name}: the layers printed are {found}, planned are {wanted}")
+            refuse(_ENTRY, f"{course.name}: the {self._one}s printed are {found}, planned are {wanted}")
         for number, part in enumerate(parts, start=course.first):
             run = course.run if number == course.first else 1
             own = self._dry[number] if course.dry else self._printing[number, run]
             compare_part(part, own, course=course.name)
         self._check_shut(course.name, execution, parts)
-        noted = {"geofirstlayer": float(course.first), "geofirstrun": float(course.run)}
+        self._check_asked(course, execution, parts)
+        first = f"geofirst{self._one}"
+        noted = {first: float(course.first), "geofirstrun": float(course.run)}
         if not course.dry:
-            noted = {"geofirstlayer": float(course.last + 1), "geofirstrun": 1.0}
+            noted = {first: float(course.last + 1), "geofirstrun": 1.0}
         for name, value in noted.items():
             if execution.data[name] != value:
                 refuse(_ENTRY, f"{course.name}: {name} is {execution.data[name]} at the end, and should be {value:g}")
@@ -202,21 +216,36 @@ class StackRun:
             if on:
                 refuse(_ENTRY, f"{name}: behind {part.folder} {', '.join(sorted(on))} is still on")
 
+    def _check_asked(self, course: _Course, execution: Execution, parts: Sequence[Part]) -> None:
+        """Check that the table is asked for at home before each attitude, by the attitude's own number."""
+        if self._placement.table is None:
+            return
+        for number, part in enumerate(parts, start=course.first):
+            moves = execution.moves
+            along = np.intersect1d(moves.along_path, part.rows)
+            first = float(moves.begins[along[0]]) if along.size else np.inf
+            said = [text for moment, text in execution.texts if part.begin <= moment <= first]
+            if f"{_ASKED} {number}" not in said:
+                refuse(part.place(0), f"{course.name}: nobody is asked to bring the table to attitude {number}")
+
     def _check_pauses(self, found: Sequence[float], dry_gaps: Sequence[float]) -> None:
-        pause = self._cell.process.layer_pause
+        pause = self._cell.process.layer_pause if self._placement.table is None else 0.0
         for number, (gap, none) in enumerate(zip(found, dry_gaps, strict=True), start=1):
             if abs(gap - none - pause) > _TIME_TOLERANCE:
-                refuse(_ENTRY, f"the pause behind layer {number} is {gap - none:.3f} s, the cell asks for {pause:g} s")
+                refuse(
+                    _ENTRY,
+                    f"the pause behind {self._one} {number} is {gap - none:.3f} s, the cell asks for {pause:g} s",
+                )
 
     def _refusals(self) -> list[_Ran]:
         """Execute what must be refused before anything moves."""
         count = len(self._runs)
         base = self._scenario(self._courses()[1])
         cases: dict[str, Mapping[str, Value]] = {
-            "first layer 0": {"geoFirstLayer": 0.0},
-            f"first layer {count + 1}": {"geoFirstLayer": float(count + 1)},
-            f"last layer {count + 1}": {"geoLastLayer": float(count + 1)},
-            "last layer 0": {"geoLastLayer": 0.0},
+            f"first {self._one} 0": {f"geoFirst{self._unit}": 0.0},
+            f"first {self._one} {count + 1}": {f"geoFirst{self._unit}": float(count + 1)},
+            f"last {self._one} {count + 1}": {f"geoLast{self._unit}": float(count + 1)},
+            f"last {self._one} 0": {f"geoLast{self._unit}": 0.0},
             f"first run {self._runs[0] + 1}": {"geoFirstRun": float(self._runs[0] + 1)},
         }
         scenarios = {name: replace(base, data={**base.data, **data}) for name, data in cases.items()}
@@ -248,18 +277,20 @@ class StackRun:
         controller.stop_at(_soon(last, on[0]), "Stop")
         lit = [name for name, value in controller.state.signals.items() if value]
         if lit:
-            refuse(_ENTRY, f"stopped in layer {count}, {', '.join(lit)} is still on")
+            refuse(_ENTRY, f"stopped in {self._one} {count}, {', '.join(lit)} is still on")
         controller.note_from_here()
         # A person moves the arm home slowly, and looks at the nozzle.
-        controller.from_main(replace(scenario, data={"geoFirstRun": 1.0}, answers=(1.0, 1.0)))
+        controller.from_main(
+            replace(scenario, data={"geoFirstRun": 1.0}, answers=(1.0,) * (2 if self._placement.table is None else 3))
+        )
         controller.run_until(np.inf)
         execution = controller.execution()
-        name = f"stopped in layer {count}, and begun again from main"
+        name = f"stopped in {self._one} {count}, and begun again from main"
         self._check(_Course(name, count, count), execution)
         texts = [text for _, text in execution.texts]
         said = next((k for k, text in enumerate(texts) if text.startswith(_CUT_SHORT)), len(texts))
-        if f"of layer {count}" not in texts[said + 1 : said + 2]:
-            refuse(_ENTRY, f"{name}: nothing says in which layer the print was stopped")
+        if f"of {self._one} {count}" not in texts[said + 1 : said + 2]:
+            refuse(_ENTRY, f"{name}: nothing says in which {self._one} the print was stopped")
         return [(name, *execution.statements[_MAIN])]
 
 

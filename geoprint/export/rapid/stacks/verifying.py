@@ -8,6 +8,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import resources
 from typing import final
 
+import numpy as np
+
+from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.export.rapid.language.collecting import uncollected
@@ -17,13 +20,22 @@ from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.made import signals_of
 from geoprint.export.rapid.reader import check_line, read_program_file, read_text
-from geoprint.export.rapid.settings import CELL_MODULE, STACK_MODULE, StackSettings, as_new, read_stack_settings
+from geoprint.export.rapid.settings import (
+    CELL_MODULE,
+    STACK_MODULE,
+    StackSettings,
+    as_new,
+    read_stack_settings,
+    unit_of,
+)
 from geoprint.export.rapid.stacks.running import StackProof, StackRun
 from geoprint.export.rapid.text import Place, refuse
-from geoprint.model import Cell, Placement, frozen
+from geoprint.model import Cell, FloatArray, Placement, frozen
 
 _LIST, _PRINT = "GeoStack.pgf", "GeoPrint.mod"
-_ENTRY = re.compile(r"  PROC (GeoLayer\d+_(\d+))\(\)")
+_ENTRY = re.compile(r"  PROC (Geo(?:Layer|Attitude)\d+_(\d+))\(\)")
+# Places of one part on the plate of a table differ by roundings only [mm].
+_STANDING = 1e-6
 # What GeoStack declares in place of a layer.
 _SWITCH = re.compile(r"  PERS (?:bool geoDryRun|num geoSpeedPct|num geoFirstRun):=")
 
@@ -34,7 +46,7 @@ class OwnProgram:
     """The program of a layer by itself, which was verified.
 
     Attributes:
-        folder: of its modules in the stack's program.
+        folder: of its modules in the program of all.
         modules: file and text of each.
         cell: that it is for.
         placement: where the part stands.
@@ -73,7 +85,7 @@ def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> Judge
         files: text of each file by its path in the folder of the program; those of the controller are left out.
         layers: their own programs, the lowest first.
     """
-    first = layers[0]
+    first, unit = layers[0], unit_of(layers[0].placement)
     resident = parse_module(*resident_module(first.cell, first.placement))
     findings = [*_list_findings(files)]
     entries = [_entry_of(files, layer) for layer in layers]
@@ -96,7 +108,9 @@ def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> Judge
     settings: list[StackSettings] = []
     for proof in proofs:
         text = read_text([parsed[STACK_MODULE]])
-        findings += _failing(lambda text=text, proof=proof: settings.append(read_stack_settings(text, runs=proof.runs)))
+        findings += _failing(
+            lambda text=text, proof=proof: settings.append(read_stack_settings(text, runs=proof.runs, unit=unit))
+        )
     return JudgedStack(tuple(findings), proofs[0] if proofs else None, settings[0] if settings else None)
 
 
@@ -124,7 +138,25 @@ def _prove(modules: Sequence[Module], layers: Sequence[OwnProgram], resident: Mo
     own = [
         (layer.folder, [*(parse_module(name, text) for name, text in _modules(layer)), resident]) for layer in layers
     ]
-    return StackRun(modules, own, cell=layers[0].cell, placement=layers[0].placement).prove()
+    _check_standing(layers)
+    # Of the last one: only behind that the part is exposed as a whole.
+    return StackRun(modules, own, cell=layers[-1].cell, placement=layers[0].placement).prove()
+
+
+def _check_standing(layers: Sequence[OwnProgram]) -> None:
+    """Check that attitudes follow one another by their numbers, and that the part stands on the plate alike in all."""
+    if layers[0].placement.table is None or layers[0].cell.table is None:
+        return
+    T_base_table = layers[0].cell.table.T_base_table
+    at_rest: list[FloatArray] = []
+    for number, layer in enumerate(layers, start=1):
+        pose, place = layer.placement.table, Place(f"{layer.folder}/{CELL_MODULE}", 1)
+        if pose is None or pose.number != number:
+            refuse(place, f"attitude {number} of the table must be printed here, found {pose and pose.number}")
+        T_table_plate = transforms.inverse(T_base_table) @ layer.placement.T_base_work
+        at_rest.append(transforms.inverse(pose.T_table_plate) @ T_table_plate)
+        if np.abs(at_rest[-1] - at_rest[0]).max() > _STANDING:
+            refuse(place, "the part stands elsewhere on the plate of the table than in the first attitude")
 
 
 def _modules(layer: OwnProgram) -> list[tuple[str, str]]:
@@ -185,9 +217,12 @@ def _layer_findings(files: Mapping[str, str], layer: OwnProgram, *, number: int,
             findings += _failing(lambda path=path, text=text, own=own: _check_lines(path, text, own, layer, entry))
         bare.append((text or "").replace(f"  PROC {entry}()\n", "  PROC main()\n", 1) if name == _PRINT else text or "")
     sum_of = zlib.crc32("".join(bare).encode("latin-1")) % 1_000_000
-    if not findings and entry != f"GeoLayer{number}_{sum_of}":
+    wanted = f"Geo{unit_of(layer.placement)}{number}_{sum_of}"
+    if not findings and entry != wanted:
         place = Place(f"{layer.folder}/{_PRINT}", 1)
-        findings.append(refusal(place, f"the layer's procedure must be GeoLayer{number}_{sum_of}, found {entry!r}"))
+        findings.append(
+            refusal(place, f"the {unit_of(layer.placement).lower()}'s procedure must be {wanted}, found {entry!r}")
+        )
     return findings
 
 
@@ -243,7 +278,14 @@ def _check_stack(files: Mapping[str, str], layers: Sequence[OwnProgram], entries
 def _expected(layers: Sequence[OwnProgram], entries: Sequence[str]) -> Iterator[str]:
     """Yield the lines of GeoStack for these layers."""
     missing, pause = bool(layers[0].placement.missing), layers[0].cell.process.layer_pause
-    holds = {"known": not missing, "unknown": missing, "pause": pause > 0.0}
+    unit = unit_of(layers[0].placement)
+    tilted = unit == "Attitude"
+    holds = {
+        "known": not missing, "unknown": missing, "pause": pause > 0.0 and not tilted,
+        "attitudes": tilted, "layers": not tilted,
+    }  # fmt: skip
+    words = {"<UNIT>": unit, "<LOWER>": unit.lower(), "<WHOLE>": "program" if tilted else "stack"}
+    words |= {"<COUNT>": str(len(layers)), "<PAUSE>": f"{pause:.6G}"}
     template = resources.files("geoprint.export.rapid").joinpath("geo_stack.mod").read_text(encoding="ascii")
     for line in template.split("\n"):
         condition = re.match(r"@([a-z]+)\|", line)
@@ -256,9 +298,9 @@ def _expected(layers: Sequence[OwnProgram], entries: Sequence[str]) -> Iterator[
                     yield f'    GeoStackForget "{layer.folder}/{name}";'
         elif bare == "<PRINTING>":
             for number, (layer, entry) in enumerate(zip(layers, entries, strict=True), start=1):
-                yield f'    GeoStackLayer {number},"{layer.folder}","{entry}";'
+                yield f'    GeoStack{unit} {number},"{layer.folder}","{entry}";'
         elif bare != "<HEADER>":
-            yield bare.replace("<LAYERS>", str(len(layers))).replace("<PAUSE>", f"{pause:.6G}")
+            yield re.sub("<[A-Z]+>", lambda match: words[match[0]], bare)
 
 
 def _failing(check: Callable[[], object]) -> Iterator[VerificationError]:

@@ -23,7 +23,7 @@ from typing import final
 from geoprint.export.rapid import values
 from geoprint.export.rapid.cell_module import guard_module, program_file
 from geoprint.export.rapid.settings import CELL_MODULE, STACK_MODULE
-from geoprint.export.rapid.templates import conditions, filled
+from geoprint.export.rapid.templates import conditions, filled, unit_words
 from geoprint.model import Cell, Placement, comparable
 
 _GUARD, _PRINT = "GeoGuard.mod", "GeoPrint.mod"
@@ -73,7 +73,7 @@ def stacked_layer(
         elif name.endswith(".mod"):
             placed[name] = guard if name == _GUARD else text
     sum_of = zlib.crc32("".join(placed.values()).encode("ascii")) % _LARGEST_SUM
-    entry = f"GeoLayer{number}_{sum_of}"
+    entry = f"Geo{unit_words(placement)['UNIT']}{number}_{sum_of}"
     placed[_PRINT] = placed[_PRINT].replace("  PROC main()\n", f"  PROC {entry}()\n", 1)
     return LayerModules(folder, entry, tuple(placed.items()))
 
@@ -97,25 +97,29 @@ def stack_files(
 def _stack_module(layers: Sequence[LayerModules], *, cell: Cell, placement: Placement, part_name: str) -> str:
     holding = conditions(cell, placement=placement, loading=True, stacked=True)
     pause = cell.process.layer_pause
-    holding |= {"pause"} if pause > 0.0 else set()
+    words = unit_words(placement)
+    one, tilted = words["LOWER"], placement.table is not None
+    holding |= {"pause"} if pause > 0.0 and not tilted else set()
+    holding.add("attitudes" if tilted else "layers")
     forgetting = [
         f'    GeoStackForget "{layer.folder}/{name}";' for layer in layers for name, _ in reversed(layer.modules)
     ]
     printing = [
-        f'    GeoStackLayer {number},"{layer.folder}","{layer.entry}";' for number, layer in enumerate(layers, start=1)
+        f'    GeoStack{words["UNIT"]} {number},"{layer.folder}","{layer.entry}";'
+        for number, layer in enumerate(layers, start=1)
     ]
     header = [
         f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.",
         f"Part: {part_name}",
         f"Cell: {cell.name}; robot: {cell.robot.model}",
-        f"{len(layers)} layers, each loaded from HOME: in its turn: copy their folders there first.",
-        "Checked: executed from home to home; each layer makes the moves and switchings of its own program.",
+        f"{len(layers)} {one}s, each loaded from HOME: in its turn: copy their folders there first.",
+        f"Checked: executed from home to home; each {one} makes the moves and switchings of its own program.",
         "Not checked: the real cell. Run it dry and slowly first.",
         "It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.",
     ]
-    words = {
+    words |= {
         "HEADER": "\n".join(line for text in header for line in values.comment(text)),
-        "LAYERS": str(len(layers)),
+        "COUNT": str(len(layers)),
         "PAUSE": values.significant(pause),
         "FORGETTING": "\n".join(forgetting),
         "PRINTING": "\n".join(printing),

@@ -1,0 +1,99 @@
+"""A plan over a tilting table: one verified program of all attitudes, and what is changed in it is found."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint import job_of, plan
+from geoprint.account.texts.checking import check_text
+from geoprint.config import packaged_cell_text
+from geoprint.model import Surface
+from geoprint.paths import check_sum
+from geoprint.pipeline.checking import check_bundle
+from geoprint.pipeline.saving import save_plan
+from geoprint.results import Plan
+from geoprint.surfaces.files import ply_bytes
+from tests.meshes import spherical_cap
+
+HOME = "joints_deg = [0, -20, 0, 0, 90, 180]"
+TABLE = (
+    'kind = "tilt-turn"\nposition_mm = [340, 0, 120]\nrpy_deg = [0, 0, 90]\nstand_height_mm = 120\nhub_length_mm = 80'
+)
+
+
+def cell(folder: Path) -> Path:
+    """A cell with a table below the arm's home, and the flow on an analog output."""
+    text = packaged_cell_text("irb120-slim45")
+    lines = text.split("\n")
+    lines[next(k for k, line in enumerate(lines) if line.startswith("joints_deg = "))] = HOME
+    position = next(k for k, line in enumerate(lines) if line.startswith("demo_position_mm = "))
+    lines[position] = "demo_position_mm = [340, 0, 150]"
+    text = "\n".join(lines).replace("\n[[obstacles]]", f"\n[table]\n{TABLE}\n\n[[obstacles]]")
+    text = text.replace('mode = "io"', 'mode = "analog"')
+    for key in ('flow = "aoFlow"', "flow_per_mm3_s = 0.1", "flow_lag_s = 0.05"):
+        text = text.replace(f"# {key}", key)
+    path = folder / "cell.toml"
+    path.write_text(text)
+    return path
+
+
+def part(folder: Path) -> Path:
+    cap: Surface = spherical_cap(radius=12.0, angle=0.8)
+    path = folder / "cap.ply"
+    path.write_bytes(ply_bytes(cap))
+    return path
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    folder = tmp_path_factory.mktemp("tilted")
+    job = job_of(surface=part(folder), unit="mm", spacing=3.0, backend="heat", place="demo", cell=cell(folder))
+    return plan(job)
+
+
+@pytest.mark.dear
+def test_every_attitude_has_its_own_placement_and_all_lay_the_paths_together(planned: Plan) -> None:
+    assert planned.tilting is not None
+    assert planned.joined is not None
+    assert len(planned.robot) == len(planned.tilting.attitudes) > 1
+    ups = [robot.placement.T_base_work[2, :3] for robot in planned.robot]
+    np.testing.assert_allclose(ups, [one.up for one in planned.tilting.attitudes], atol=1e-9)
+    check_sum(planned.poses, [robot.joint_path.poses for robot in planned.robot])
+    assert planned.tilting.overhanging == 0.0
+    for robot in planned.robot:
+        assert robot.table_kept is not None
+        assert robot.table_kept >= planned.workpiece.cell.process.clearance
+        assert any("table's plate" in pair for pair in robot.clearance.checked)
+        assert "how exactly the table takes its attitude and holds it" in robot.clearance.not_checked
+
+
+@pytest.mark.dear
+def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan, tmp_path: Path) -> None:
+    folder = tmp_path / "cap"
+    told = save_plan(planned, folder)
+    checked = check_bundle(folder)
+    assert checked.findings == ()
+    assert checked.joined is not None
+    assert len(checked.joined.scenarios) >= 5
+    sheet = check_text(checked)
+    assert "attitude by attitude" in sheet
+    assert f"{len(told.robot)} attitudes" in sheet
+    assert json.loads((folder / "plan.json").read_text())["joined"]["file"] == "rapid/GeoStack.pgf"
+    swapped = tmp_path / "swapped"
+    shutil.copytree(folder, swapped)
+    one, other = (swapped / "rapid" / f"part-{number}" / "GeoCell.mod" for number in (1, 2))
+    first, second = one.read_bytes(), other.read_bytes()
+    one.write_bytes(second)
+    other.write_bytes(first)
+    assert any("own program says" in finding.reason for finding in check_bundle(swapped).findings)
+    thinner = tmp_path / "thinner"
+    shutil.copytree(folder, thinner)
+    poses = thinner / "part-1" / "poses.csv"
+    lines = poses.read_text().split("\n")
+    poses.write_text("\n".join([*lines[:2], *lines[3:]]))
+    assert any(finding.file.startswith("part-1/") for finding in check_bundle(thinner).findings)
