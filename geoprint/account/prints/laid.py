@@ -30,16 +30,17 @@ def laid_share(plan: Plan, robot: RobotPlan) -> float | None:
 
 def laid_warnings(told: PlanRecord) -> Iterator[str]:
     """Say where a program lays more than its paths ask for, because the tip does not hold the set speed."""
-    for robot in told.robot:
-        motion = robot.motion
-        if motion.laid_share is None or motion.laid_share < 1.0 + NOTABLE_EXCESS:
-            continue
-        held, speed = motion.largest_even_speed_mm_s, told.settings.speed_mm_s
-        lowered = held is not None and held < speed
-        why = f"the joints do not hold {speed:g} mm/s" if lowered else f"short runs hardly reach {speed:g} mm/s"
-        slower = f"a speed_mm_s of {held:.1f}, with the pressure that lays the bead at it, or " if lowered else ""
-        yield (
-            f"THE PROGRAM LAYS {motion.laid_share:.2f} TIMES THE VOLUME of its paths: {why}, and a valve that only "
-            f'opens and shuts lays by time. Set in the cell {slower}[signals] mode = "analog", with which the flow '
-            "follows the speed."
-        )
+    shares = [1.0 if robot.motion.laid_share is None else robot.motion.laid_share for robot in told.robot]
+    if max(shares, default=1.0) < 1.0 + NOTABLE_EXCESS:
+        return
+    number = shares.index(max(shares))
+    motion, whose = told.robot[number].motion, f"PART {number + 1} OF " if len(shares) > 1 else ""
+    held, speed = motion.largest_even_speed_mm_s, told.settings.speed_mm_s
+    lowered = held is not None and held < speed
+    why = f"the joints do not hold {speed:g} mm/s" if lowered else f"short runs hardly reach {speed:g} mm/s"
+    slower = f"a speed_mm_s of {held:.1f}, with the pressure that lays the bead at it, or " if lowered else ""
+    yield (
+        f"{whose}THE PROGRAM LAYS {shares[number]:.2f} TIMES THE VOLUME of its paths: {why}, and a valve that only "
+        f'opens and shuts lays by time. Set in the cell {slower}[signals] mode = "analog", with which the flow '
+        "follows the speed."
+    )

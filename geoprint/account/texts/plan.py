@@ -26,16 +26,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         told: what plan.json says.
         verbose: whether to list all that was not checked.
     """
-    paths, settings = told.paths, told.settings
-    lines = [
-        (
-            f"{told.input.name}: {paths.runs} runs, {paths.deposit_mm:.0f} mm of path at {settings.spacing_mm:.3g} mm "
-            f"spacing ({settings.backend})"
-        )
-    ]
-    if paths.widths_mm is not None:
-        least, most = paths.widths_mm
-        lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
+    lines = _path_lines(told)
     lines += [
         f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
         f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"
@@ -62,7 +53,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(overhang_text(told.overhang))
         lines += [] if told.overhang.table is None else [table_text(told.overhang.table)]
     for robot in told.robot:
-        lines += _robot_text(robot, speed=settings.speed_mm_s)
+        lines += _robot_text(robot, speed=told.settings.speed_mm_s)
     if told.joined is not None:
         lines.append(_joined_text(told.joined, count=len(told.robot)))
     if told.not_printable is not None:
@@ -70,6 +61,20 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     unchecked = list(dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked))
     lines += marked_lines(warnings=told.warnings, notes=told.notes, not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
+
+
+def _path_lines(told: PlanRecord) -> list[str]:
+    paths, settings = told.paths, told.settings
+    lines = [
+        (
+            f"{told.input.name}: {paths.runs} runs, {paths.deposit_mm:.0f} mm of path at {settings.spacing_mm:.3g} mm "
+            f"spacing ({settings.backend})"
+        )
+    ]
+    if paths.widths_mm is not None:
+        least, most = paths.widths_mm
+        lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
+    return lines
 
 
 def again_text(folder: str, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:

@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import ClearanceError, PlanError, ReachError
-from geoprint.model import FloatArray, Placement, TiltingTable, frozen
+from geoprint.model import FloatArray, IntArray, Placement, TiltingTable, frozen
 from geoprint.motion.collision import table_motion_clearance
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.tilting import Attitude, UpRange
@@ -140,7 +140,8 @@ def _aims(paths: Plan, attitude: Attitude, tilting: Tilting, within: UpRange) ->
     firsts = np.concatenate([each.pieces[:, 0] for each in tilting.attitudes])
     pieces = attitude.pieces
     ends = pieces[:, 1] - np.isin(pieces[:, 1] - 1, firsts)
-    rows = np.concatenate([np.arange(first, end) for first, end in zip(pieces[:, 0], ends, strict=True)])
+    ranges: list[IntArray] = [np.arange(first, end) for first, end in zip(pieces[:, 0], ends, strict=True)]
+    rows = np.concatenate(ranges)
     normals = deposited(paths).normals[rows]
     return within.aims(normals, within.nearest(normals))
 
