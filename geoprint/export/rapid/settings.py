@@ -81,10 +81,9 @@ def read_stack_settings(text: RapidText, *, runs: Sequence[int], unit: str) -> S
     """
     dry_run, speed_pct = _pace(text, _STACK)
     one = unit.lower()
-    first = _whole(text, f"geoFirst{unit}", most=len(runs), of=f"a number of {one}", place=_STACK)
-    last = _whole(
-        text, f"geoLast{unit}", least=first, most=len(runs), of=f"a number of {one} from there on", place=_STACK
-    )
+    some, whole = ("a layer", "this stack") if one == "layer" else ("an attitude", "this program")
+    first = _whole(text, f"geoFirst{unit}", most=len(runs), of=f"{some} of {whole}", place=_STACK)
+    last = _whole(text, f"geoLast{unit}", least=first, most=len(runs), of=f"{some} from the first on", place=_STACK)
     run = _whole(text, "geoFirstRun", most=runs[first - 1], of=f"a run of {one} {first}", place=_STACK)
     return StackSettings(dry_run, speed_pct, first, run, last)
 

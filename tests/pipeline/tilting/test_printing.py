@@ -79,7 +79,7 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
     checked = check_bundle(folder)
     assert checked.findings == ()
     assert checked.joined is not None
-    assert len(checked.joined.scenarios) >= 5
+    assert checked.joined.scenarios[:2] == ("dry", "printing")
     sheet = check_text(checked)
     assert "attitude by attitude" in sheet
     assert f"{len(told.robot)} attitudes" in sheet
