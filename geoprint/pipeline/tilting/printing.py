@@ -140,7 +140,8 @@ def _aims(paths: Plan, attitude: Attitude, tilting: Tilting, within: UpRange) ->
     firsts = np.concatenate([each.pieces[:, 0] for each in tilting.attitudes])
     pieces = attitude.pieces
     ends = pieces[:, 1] - np.isin(pieces[:, 1] - 1, firsts)
-    rows = np.concatenate([np.arange(first, end) for first, end in zip(pieces[:, 0], ends, strict=True)])
+    spans = [(int(first), int(end)) for first, end in np.column_stack([pieces[:, 0], ends])]
+    rows = np.concatenate([np.arange(first, end) for first, end in spans])
     normals = deposited(paths).normals[rows]
     return within.aims(normals, within.nearest(normals))
 
