@@ -92,7 +92,7 @@ def superlu(matrix: csc_array) -> Factor:
 
     Raises:
         FieldError: the matrix is singular.
-        MemoryError: memory ran out; SuperLU says so in several ways, of which SciPy knows one.
+        MemoryError: memory ran out; SuperLU says so in several sentences, of which SciPy knows one.
     """
     try:
         with single_threaded_blas():
