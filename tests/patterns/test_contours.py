@@ -29,7 +29,7 @@ def test_a_stroke_is_a_level_curve_and_its_row_the_level() -> None:
 def test_contours_refuse_a_spacing_that_differs_from_place_to_place() -> None:
     surface = annulus(inner=10.0, outer=24.0, divisions=(60, 20))
     field = ScalarField(np.full(len(surface.vertices), 2.0))
-    with pytest.raises(UsageError, match="choose another pattern"):
+    with pytest.raises(UsageError, match="or choose the pattern fibres"):
         PATTERNS["contours"]().strokes(
             surface, boundary_seed(surface), backend=BACKENDS["heat"](surface), spacing=field
         )

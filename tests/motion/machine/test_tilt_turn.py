@@ -12,7 +12,7 @@ from geoprint.model import FloatArray
 from tests.motion.machine.tables import random_directions, random_poses, tilt_turn, tilt_turn_noun
 
 UP = np.array([0.0, 0.0, 1.0])
-DEPTH = 35.0
+DEPTH = 75.0
 
 
 def by_scipy(tilt: float, turn: float) -> FloatArray:
@@ -79,10 +79,11 @@ def test_a_direction_along_the_axis_needs_no_turn() -> None:
 
 
 def test_the_margins_of_a_hundred_thousand_poses_are_those_of_a_plain_loop() -> None:
-    machine = tilt_turn(tilt_deg=[-30.0, 100.0], turn_deg=[-120.0, 170.0])
+    machine = tilt_turn(tilt_deg=[-30.0, 100.0], turn_deg=[-120.0, 170.0], axis_depth_mm=DEPTH)
     angles = np.random.default_rng(1).uniform(-np.pi, np.pi, (100_000, 2))
     rotations = Rotation.from_euler("XZ", angles).as_matrix()
-    found = machine.margins(transforms.rigid(rotations, np.zeros(3)))
+    tilted = Rotation.from_euler("X", angles[:, :1]).as_matrix()[:, :, 2]
+    found = machine.margins(transforms.rigid(rotations, DEPTH * (tilted - UP)))
     ranges = tilt_turn_noun(tilt_deg=[-30.0, 100.0], turn_deg=[-120.0, 170.0]).ranges.tolist()
     for margin, row in zip(found.tolist(), angles.tolist(), strict=True):
         left = [1.0 - angle / (low if angle < 0.0 else high) for angle, (low, high) in zip(row, ranges, strict=True)]
@@ -93,7 +94,7 @@ def test_a_pose_that_two_axes_cannot_take_is_refused_with_how_much_it_misses() -
     machine = tilt_turn()
     poses = np.concatenate([machine.plates(random_directions(3)), random_poses(1, shift=1.0, turn=0.3)])
     with pytest.raises(
-        ReachError, match=r"tilt-turn table: pose 4 of the plate is missed by 0\.\d+ .* allowed is 1e-06"
+        ReachError, match=r"tilt-turn table: pose 4 of the plate is missed by 4\.\d+ .* allowed is 1e-06"
     ):
         machine.axes(poses)
     assert machine.axes(np.empty((0, 4, 4))).shape == (0, 2)

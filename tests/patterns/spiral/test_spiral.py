@@ -108,7 +108,7 @@ def test_a_spacing_too_wide_or_uneven_and_a_negative_rise_are_refused() -> None:
     surface = disc(radius=10.0, rings=10)
     with pytest.raises(FieldError, match="choose a spacing below"):
         _spiral(surface, spacing=30.0)
-    with pytest.raises(UsageError, match="choose another pattern"):
+    with pytest.raises(UsageError, match="or choose the pattern fibres"):
         PATTERNS["spiral"]().strokes(
             surface,
             boundary_seed(surface),
