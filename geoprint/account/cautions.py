@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from geoprint.account.prints.feedback import feedback_notes
-from geoprint.account.prints.laid import laid_warnings
+from geoprint.account.prints.laid import laid_warnings, made_up_notes
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.verdict import coverage_advice, covers, middle_sentences
@@ -79,6 +79,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_paths(told),
         *_creases(plan),
         *(_wide_needle(plan, told) if plan.robot else []),
+        *made_up_notes(plan, told),
         *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
         *(sentence for robot in told.robot for sentence in _bends(robot)),
     )

@@ -53,7 +53,9 @@ from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream, with_flo
 from geoprint.pipeline.tilting import with_attitudes, with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer
+from geoprint.quality.stacked import laid_volume
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
+from geoprint.surfaces import face_areas
 
 # What no check looks at where a table holds the part.
 OVER_A_TABLE = (
@@ -62,6 +64,9 @@ OVER_A_TABLE = (
 )
 # Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
 RIM_SHARE = 0.1
+# A layer of a stack is slowed down by so much at most, to make up for what its paths miss: fronts that meet leave a few
+# percent, and more is a hole.
+MOST_MADE_UP = 1.03
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -137,7 +142,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     paths, measured = measured_cover(job, workpiece, stage)
     with stage("layer"):
         stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
-    paths = replace(paths, poses=stream, laid=laid)
+    paths = _whole_layer(replace(paths, poses=stream, laid=laid))
     if workpiece.cell.table is not None:
         with stage("table"):
             paths = with_table(paths, workpiece.cell.table)
@@ -289,6 +294,26 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
         cell.signals.mode, light, constant=layer(poses.flow), following=layer(followed), following_flow=followed
     )
     return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
+
+
+def _whole_layer(paths: Plan) -> Plan:
+    """Slow a layer of a stack down by what its paths miss of it, so that a valve that is open lays its whole volume.
+
+    Flow to a mm rises as the speed falls: what is let through in a second, and so the pressure, stays that of the cell.
+    A flow that follows needs none of it, a single skin has nothing above it that would be too low, and what is missed
+    in gaps that are too large to be filled from beside stays missed.
+    """
+    place, cell, poses = paths.workpiece.place, paths.workpiece.cell, paths.poses
+    if place is None or cell.signals.mode == "analog":
+        return paths
+    wanted, laid = place.height * face_areas(paths.workpiece.part).sum(), laid_volume(poses, poses.flow)
+    share = float(np.clip(wanted / laid, 1.0, MOST_MADE_UP)) if laid else 1.0
+    slower = replace(cell, process=replace(cell.process, speed=cell.process.speed / share))
+    return replace(
+        paths,
+        poses=replace(poses, flow=share * poses.flow),
+        workpiece=replace(paths.workpiece, cell=slower),
+    )
 
 
 def _check_stations(aloft: JointPath, cell: Cell, arm: Arm, *, check: ClearanceCheck) -> None:

@@ -8,6 +8,8 @@ from geoprint.account.records.plan import PlanRecord
 from geoprint.quality.stacked import flow_by_length, flow_by_time, laid_volume
 from geoprint.results import Plan, RobotPlan
 
+# A layer that is slowed down by less than this is not spoken of.
+NOTABLE_SLOWING = 5e-4
 # A bead whose volume is off by less than this is even enough not to speak of it.
 NOTABLE_EXCESS = 0.05
 
@@ -26,6 +28,19 @@ def laid_share(plan: Plan, robot: RobotPlan) -> float | None:
         return laid_volume(poses, flow_by_length(poses, times, material)) / wanted
     rate = float(poses.flow.max()) * cell.process.speed
     return laid_volume(poses, flow_by_time(poses, times, material, rate=rate)) / wanted
+
+
+def made_up_notes(plan: Plan, told: PlanRecord) -> Iterator[str]:
+    """Say by how much a layer of a stack is slowed down, so that it has its whole volume."""
+    place, poses = plan.workpiece.place, plan.poses
+    if place is None or plan.workpiece.cell.signals.mode == "analog":
+        return
+    share = float(poses.flow.max()) / (told.settings.spacing_mm * place.height)
+    if share >= 1.0 + NOTABLE_SLOWING:
+        yield (
+            f"the paths of this layer leave out {1.0 - 1.0 / share:.2%} of its volume where fronts meet: it is laid at "
+            f"{told.settings.speed_mm_s:.4g} mm/s, so much slower than the cell says, which makes up for it."
+        )
 
 
 def laid_warnings(told: PlanRecord) -> Iterator[str]:

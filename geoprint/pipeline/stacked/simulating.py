@@ -45,8 +45,9 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     assert laid is not None  # noqa: S101  # A whole plan has its flow.
     points, widths = poses.surface_points, planned.workpiece.widths
     nominal = place.height * (planned.contours.spacing if widths is None else widths(points))
+    constant = np.where(poses.deposit, nominal, 0.0) if laid.mode == "analog" else poses.flow
     # Constant, following, and as executed.
-    flows = [np.where(poses.deposit, nominal, 0.0), _at(planned, laid.following_flow)]
+    flows = [constant, _at(planned, laid.following_flow)]
     flows += [executed_flow(planned, robot) for robot in planned.robot[:1]]
     printed = 2 if planned.robot else int(laid.mode == "analog")
     layer = LevelledLayer(poses, planned.workpiece.part, spacing=planned.contours.spacing)
