@@ -113,6 +113,7 @@ def _toolpath(paths: Plan, portion: Portions) -> Toolpath:
         levels=whole.levels[runs],
         layers=whole.layers[runs],
         rows=whole.rows[rows],
+        spacings=whole.spacings[rows],
     )
 
 
