@@ -66,8 +66,18 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
 
 def is_kept(kernel: object) -> bool:
     """Say whether an earlier run has left in its place what it compiled of a kernel's file."""
+    place = _place(kernel)
+    return place is not None and any(place.glob("*.nbi"))
+
+
+def keeps(kernel: object) -> bool:
+    """Say whether there is a place in which what is compiled of a kernel's file is left for later runs."""
+    return _place(kernel) is not None
+
+
+def _place(kernel: object) -> Path | None:
     place: str | None = getattr(getattr(kernel, "stats", None), "cache_path", None)
-    return place is not None and any(Path(place).glob("*.nbi"))
+    return None if place is None else Path(place)
 
 
 @cache

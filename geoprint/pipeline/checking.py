@@ -48,7 +48,7 @@ from geoprint.export.rapid import (
 from geoprint.model import FloatArray
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
-from geoprint.pipeline.bundles.contents import PART, RAPID_FOLDER, changes, listed_bundle
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
 from geoprint.pipeline.bundles.joined import check_joined
 from geoprint.pipeline.bundles.paths import path_findings
 from geoprint.pipeline.bundles.proof import read_seen
@@ -61,6 +61,7 @@ from geoprint.pipeline.checking_motion import (
     check_speeds,
     check_zones,
 )
+from geoprint.pipeline.tilting import PART
 
 
 def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
@@ -101,7 +102,8 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
 
 def _check_attitudes(folder: Path, names: Sequence[str]) -> Checked:
     """Check the program of each attitude by itself, then that of all of them against these."""
-    count = sum(name.startswith(PART) and name.endswith("/setup.json") for name in names)
+    # The first is looked at in any case, so that what it lacks is said.
+    count = max(sum(name.startswith(PART) and name.endswith("/setup.json") for name in names), 1)
     attitudes: list[Checked] = []
     findings: list[Finding] = []
     for number in range(1, count + 1):
@@ -109,7 +111,7 @@ def _check_attitudes(folder: Path, names: Sequence[str]) -> Checked:
         own = [name.removeprefix(f"{part}/") for name in names if name.startswith(f"{part}/")]
         attitudes.append(check_program(folder / part, own, plan=folder))
         findings += [replace(one, file=f"{part}/{one.file}") for one in attitudes[-1].findings if one.file != PLAN]
-    told = attitudes[0].told if attitudes else None
+    told = attitudes[0].told
     if told is None:
         findings += [one for one in attitudes[0].findings if one.file == PLAN]
         return Checked(folder, tuple(findings), None, attitudes=tuple(attitudes))

@@ -69,7 +69,12 @@ def test_a_process_compiles_beside_the_body_and_ends_with_it_whether_or_not_that
 
 @pytest.mark.usefixtures("first_run")
 @pytest.mark.parametrize(
-    ("place", "name", "answer"), [(compiling, "is_kept", something_kept), (compiling.os, "cpu_count", one_core)]
+    ("place", "name", "answer"),
+    [
+        (compiling, "is_kept", something_kept),
+        (compiling, "keeps", nothing_kept),
+        (compiling.os, "cpu_count", one_core),
+    ],
 )
 def test_nothing_is_compiled_beside_a_later_run_or_on_a_single_core(
     monkeypatch: pytest.MonkeyPatch, place: object, name: str, answer: Callable[..., object]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from geoprint.account.records.plan import PlanRecord
-from geoprint.quality.stacked import flow_by_length, flow_by_time, laid_volume
+from geoprint.quality.stacked import executed_flow, laid_volume
 from geoprint.results import Plan, RobotPlan
 
 # A layer that is slowed down by less than this is not spoken of.
@@ -15,19 +15,13 @@ NOTABLE_EXCESS = 0.05
 
 
 def laid_share(plan: Plan, robot: RobotPlan) -> float | None:
-    """Return the volume that a part of the program lays as it was executed, over that of its paths; None without any.
-
-    A valve that only opens and shuts lets through in every second what the set speed asks for; an output follows the
-    speed.
-    """
-    poses, cell, material = robot.joint_path.poses, plan.workpiece.cell, robot.switching.material
-    wanted, times = laid_volume(poses, poses.flow), robot.trajectory.pose_times
+    """Return the volume that a part of the program lays, as executed, over that of its paths; None without any."""
+    poses = robot.joint_path.poses
+    wanted = laid_volume(poses, poses.flow)
     if wanted == 0.0:
         return None
-    if cell.signals.mode == "analog":
-        return laid_volume(poses, flow_by_length(poses, times, material)) / wanted
-    rate = float(poses.flow.max()) * cell.process.speed
-    return laid_volume(poses, flow_by_time(poses, times, material, rate=rate)) / wanted
+    times, material = robot.trajectory.pose_times, robot.switching.material
+    return laid_volume(poses, executed_flow(poses, times, material, cell=plan.workpiece.cell)) / wanted
 
 
 def made_up_notes(plan: Plan, told: PlanRecord) -> Iterator[str]:

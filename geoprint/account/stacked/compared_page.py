@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from geoprint.account.cautions import said_once
 from geoprint.account.records.stack import StackRecord
-from geoprint.account.records.stack_comparison import ComparedStackRecord, RefusedStackRecord, StackComparisonRecord
+from geoprint.account.records.stack_comparison import ComparedStackRecord, StackComparisonRecord
 from geoprint.account.stacked.page import (
     VIEWED_FACES,
     base_view,
@@ -18,7 +18,7 @@ from geoprint.account.stacked.page import (
 )
 from geoprint.account.texts.stack_comparison import COLUMNS, stack_cells
 from geoprint.config import Job
-from geoprint.report import OF_BACKENDS, Picture, StackReport, stack_report
+from geoprint.report import OF_BACKENDS, StackReport, stack_report
 from geoprint.results import FinishedStack
 
 
@@ -49,7 +49,7 @@ def compared_stacks_page(
         columns=tuple(COLUMNS),
         rows=tuple(tuple(stack_cells(row)[column] for column in COLUMNS) for row in told.backends),
         pages=tuple((name, f"{name}/{page}") for name in names),
-        pictures=tuple((f"Sliced open: {name}", _slices(stacks[name][1])) for name in names),
+        pictures=tuple((f"Sliced open: {name}", tuple(sliced_pictures(stacks[name][1]))) for name in names),
         settings=thickness_settings(job, record),
         inputs=first.inputs,
         versions=made_with(),
@@ -57,16 +57,10 @@ def compared_stacks_page(
     return stack_report(shown, title=f"geoprint compare: {told.part}, {told.thickness_mm:g} mm")
 
 
-def _slices(stack: FinishedStack) -> tuple[Picture, ...]:
-    return tuple(sliced_pictures(stack))
-
-
 def _cautions(told: StackComparisonRecord) -> tuple[str, ...]:
     planned = [row for row in told.backends if isinstance(row, ComparedStackRecord)]
-    refused = [row for row in told.backends if isinstance(row, RefusedStackRecord)]
     unchecked = dict.fromkeys(text for row in planned for text in row.not_checked)
     return (
-        *(f"Refused: {row.backend}: {row.refused}" for row in refused),
         *(f"Warning: {text}" for text in said_once({row.backend: row.warnings for row in planned})),
         *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
     )

@@ -226,7 +226,8 @@ def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _to_lines(points: FloatArray, sausage: _Sausage) -> FloatArray:
     """Return the (b,) distances of points from the line in a sausage [mm]."""
     along = sausage.end - sausage.start
-    shares = np.clip((points - sausage.start) @ along / (along @ along), 0.0, 1.0)
+    # A solid without length is its start.
+    shares = np.clip((points - sausage.start) @ along / (along @ along or 1.0), 0.0, 1.0)
     return np.linalg.norm(points - sausage.start - shares[:, None] * along, axis=1)
 
 

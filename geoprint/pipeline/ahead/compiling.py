@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.config import job_of
-from geoprint.kernels import is_kept
+from geoprint.kernels import is_kept, keeps
 from geoprint.model import Surface
 from geoprint.pipeline.planning import plan
+from geoprint.pipeline.processes.ending import end_with_parent
 from geoprint.quality.oracle import Ask, GeodesicDistance, flat_mesh, flat_places, trace
 from geoprint.quality.oracle.tracing import connect
 from geoprint.surfaces import vertex_points
@@ -38,11 +39,11 @@ SPACING = 2.0
 
 @contextmanager
 def compiled_ahead() -> Generator[None]:
-    """Compile beside the body what it will need, if nothing is kept of an earlier run and there is a second core.
+    """Compile beside the body what it will need, if nothing is kept of an earlier run, but can be, with a second core.
 
     The process ends with the body at the latest. Whether it did anything, or failed, makes no difference but of time.
     """
-    if is_kept(connect) or (os.cpu_count() or 1) < 2:
+    if not keeps(connect) or is_kept(connect) or (os.cpu_count() or 1) < 2:
         yield
         return
     with tempfile.TemporaryDirectory(prefix="geoprint-") as folder:
@@ -98,6 +99,7 @@ def _plate() -> Surface:
 
 def _quietly(folder: Path) -> None:
     """Compile, and let the run alone say what is to be said: it meets the same itself."""
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.disable()
     with suppress(Exception):

@@ -14,8 +14,6 @@ from geoprint.export.rapid import CELL_MODULE, STACK_MODULE, as_new
 
 # Where a bundle keeps the program.
 RAPID_FOLDER = "rapid"
-# How the folders begin in which a bundle keeps what belongs to one of several attitudes; its number follows.
-PART = "part-"
 # What stands beside the bundles of a comparison.
 COMPARISON, STACK, STACKS = "compare.json", "stack.json", "stacks.json"
 # What a person asks for who named another folder.

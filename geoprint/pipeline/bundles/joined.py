@@ -14,8 +14,9 @@ from geoprint.export import read_setup
 from geoprint.export.rapid import CONTROLLER_FOLDER, RESIDENT, check_resident
 from geoprint.export.rapid.stacks import OwnProgram, judge_stack
 from geoprint.paths import check_sum
-from geoprint.pipeline.bundles.contents import PART, RAPID_FOLDER
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER
 from geoprint.pipeline.bundles.paths import stream_of
+from geoprint.pipeline.tilting import PART
 
 
 def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> CheckedJoined:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from geoprint.account.checked import CheckedStack, Finding
 from geoprint.account.prints.attitudes import JOINED_LIST
@@ -11,14 +11,7 @@ from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.robot_summary import program_digest
 from geoprint.errors import GeoprintError
-from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
-from geoprint.export.rapid.stacks import (
-    StackProof,
-    judge_stack,
-    stack_files,
-    stacked_layer,
-    verify_stack,
-)
+from geoprint.export.rapid.stacks import StackProof, judge_stack, together
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER, STACK
 from geoprint.pipeline.bundles.joined import (
     own_program,
@@ -44,18 +37,10 @@ def stack_program(
     if any(layer.print_s is None for layer in layers):
         return {}, None
     own = [own_program(folder, layer.folder) for layer in layers]
-    cell, placement = own[0].cell, own[0].placement
-    made = [
-        stacked_layer(one.modules, number=number, folder=one.folder, cell=one.cell, placement=placement)
-        for number, one in enumerate(own, start=1)
-    ]
-    modules = dict(stack_files(made, cell=cell, placement=placement, part_name=part_name))
-    proof = verify_stack(modules, own)
-    loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)
-    kept = controller_files(cell, placement=placement, loading=loading, layers=len(layers))
-    modules |= {f"{CONTROLLER_FOLDER}/{name}": text for name, text in kept.items()}
-    files = {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in modules.items()}
-    return files, _record(proof, layers, pause=cell.process.layer_pause, dry=bool(placement.missing))
+    modules, beside, proof = together(own, part_name=part_name)
+    files = {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in (modules | beside).items()}
+    pause, dry = own[0].cell.process.layer_pause, bool(own[0].placement.missing)
+    return files, _record(proof, layers, pause=pause, dry=dry)
 
 
 def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[list[Finding], CheckedStack]:

@@ -15,16 +15,15 @@ from geoprint.pipeline.workpiece import Stack, read_part
 from geoprint.quality import LevelledLayer
 from geoprint.quality.stacked import (
     column_feet,
+    executed_flow,
     finished,
-    flow_by_length,
-    flow_by_time,
     have_met,
     laid_over,
     laid_volume,
     wanted_over,
     within_sides,
 )
-from geoprint.results import FinishedStack, Plan, RobotPlan, StackedLayer
+from geoprint.results import FinishedStack, Plan, StackedLayer
 from geoprint.surfaces import upright_of
 
 # Columns over a part: of a thickness that varies by 2 % they tell the mean to 0.01 %.
@@ -48,7 +47,15 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     constant = np.where(poses.deposit, nominal, 0.0) if laid.mode == "analog" else poses.flow
     # Constant, following, and as executed.
     flows = [constant, _at(planned, laid.following_flow)]
-    flows += [executed_flow(planned, robot) for robot in planned.robot[:1]]
+    flows += [
+        executed_flow(
+            robot.joint_path.poses,
+            robot.trajectory.pose_times,
+            robot.switching.material,
+            cell=planned.workpiece.cell,
+        )
+        for robot in planned.robot[:1]
+    ]
     printed = 2 if planned.robot else int(laid.mode == "analog")
     layer = LevelledLayer(poses, planned.workpiece.part, spacing=planned.contours.spacing)
     fields = np.stack([layer.field(flow) for flow in flows])
@@ -71,18 +78,6 @@ def stacked_layer(planned: Plan) -> StackedLayer:
         places=points[rows],
         offsets=np.append(np.flatnonzero(np.diff(poses.runs[rows], prepend=-1)), rows.size),
     )
-
-
-def executed_flow(planned: Plan, robot: RobotPlan) -> FloatArray:
-    """Return the (p,) flow at the poses that the program lays, as it was executed [mm3/mm].
-
-    With 'io' the valve lets through a volume a second: that of the set speed. With 'analog' the flow follows the speed.
-    """
-    poses, times, material = robot.joint_path.poses, robot.trajectory.pose_times, robot.switching.material
-    if planned.workpiece.cell.signals.mode == "analog":
-        return flow_by_length(poses, times, material)
-    rate = float(poses.flow.max()) * planned.workpiece.cell.process.speed
-    return flow_by_time(poses, times, material, rate=rate)
 
 
 def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> FinishedStack:

@@ -1,5 +1,9 @@
 """Plans over a table that tilts the part."""
 
 from geoprint.pipeline.tilting.division import with_table as with_table
-from geoprint.pipeline.tilting.joining import attitude_cell as attitude_cell, part_folder as part_folder
+from geoprint.pipeline.tilting.joining import (
+    PART as PART,
+    attitude_cell as attitude_cell,
+    part_folder as part_folder,
+)
 from geoprint.pipeline.tilting.printing import with_attitudes as with_attitudes

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
-from geoprint.export.rapid.stacks import OwnProgram, stack_files, stacked_layer, verify_stack
+from geoprint.export.rapid.stacks import OwnProgram, together
 from geoprint.model import Cell
 from geoprint.results import JoinedProgram, Plan, RobotPlan
+
+# How the folders begin in which a bundle keeps what belongs to one of several attitudes; its number follows.
+PART = "part-"
 
 
 def joined_program(plan: Plan) -> JoinedProgram | None:
@@ -20,16 +22,7 @@ def joined_program(plan: Plan) -> JoinedProgram | None:
     if len(plan.robot) < 2:
         return None
     own = own_programs(plan.workpiece.cell, plan.robot)
-    made = [
-        stacked_layer(one.modules, number=number, folder=one.folder, cell=one.cell, placement=one.placement)
-        for number, one in enumerate(own, start=1)
-    ]
-    cell, placement = plan.workpiece.cell, own[0].placement
-    modules = dict(stack_files(made, cell=cell, placement=placement, part_name=plan.workpiece.name))
-    proof = verify_stack(modules, own)
-    loading = any("GeoPath" in name for name in modules)
-    kept = controller_files(cell, placement=placement, loading=loading, layers=len(own))
-    beside = {f"{CONTROLLER_FOLDER}/{name}": text for name, text in kept.items()}
+    modules, beside, proof = together(own, part_name=plan.workpiece.name)
     return JoinedProgram(tuple(modules.items()), tuple(beside.items()), proof)
 
 
@@ -47,7 +40,7 @@ def own_programs(cell: Cell, robots: Sequence[RobotPlan]) -> list[OwnProgram]:
 
 def part_folder(number: int, count: int) -> str:
     """Return the folder in which the files of one of several placements lie; none for a single one."""
-    return "" if count == 1 else f"part-{number}"
+    return "" if count == 1 else f"{PART}{number}"
 
 
 def attitude_cell(cell: Cell, *, number: int, count: int) -> Cell:

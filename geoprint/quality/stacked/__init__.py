@@ -15,7 +15,6 @@ from geoprint.quality.stacked.columns import (
 )
 from geoprint.quality.stacked.finished import Finished as Finished, finished as finished
 from geoprint.quality.stacked.flows import (
-    flow_by_length as flow_by_length,
-    flow_by_time as flow_by_time,
+    executed_flow as executed_flow,
     laid_volume as laid_volume,
 )

@@ -8,7 +8,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.model import FloatArray, PoseStream
+from geoprint.model import Cell, FloatArray, PoseStream
+
+
+def executed_flow(poses: PoseStream, times: FloatArray, material: FloatArray, *, cell: Cell) -> FloatArray:
+    """Return the (p,) flow at the poses that a program lays, as it was executed [mm3/mm].
+
+    With 'io' the valve lets through a volume a second: that of the set speed. With 'analog' the flow follows the speed.
+
+    Args:
+        poses: p of them, as the robot makes them, with the flow that was planned.
+        times: (p,) when each is passed [s].
+        material: (d, 2) when material begins and ends to flow, in order [s].
+        cell: its signals and speed.
+    """
+    if cell.signals.mode == "analog":
+        return flow_by_length(poses, times, material)
+    return flow_by_time(poses, times, material, rate=float(poses.flow.max()) * cell.process.speed)
 
 
 def flow_by_time(poses: PoseStream, times: FloatArray, material: FloatArray, *, rate: float) -> FloatArray:

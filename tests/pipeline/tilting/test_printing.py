@@ -12,6 +12,7 @@ import pytest
 from geoprint import job_of, plan
 from geoprint.account.texts.checking import check_text
 from geoprint.config import packaged_cell_text
+from geoprint.export import write_bundle
 from geoprint.model import Surface
 from geoprint.paths import check_sum
 from geoprint.pipeline.checking import check_bundle
@@ -97,3 +98,8 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
     lines = poses.read_text().split("\n")
     poses.write_text("\n".join([*lines[:2], *lines[3:]]))
     assert any(finding.file.startswith("part-1/") for finding in check_bundle(thinner).findings)
+
+
+def test_an_attitude_without_its_files_is_found_wrong(tmp_path: Path) -> None:
+    write_bundle(tmp_path / "out", {"plan.json": b"{}\n", "part-1/poses.csv": b"x\n"}, overwrite=False, verify=lambda _: None)
+    assert any("setup.json" in finding.file for finding in check_bundle(tmp_path / "out").findings)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geoprint.model import FloatArray, PoseStream
-from geoprint.quality.stacked import flow_by_length, flow_by_time, laid_volume
+from geoprint.quality.stacked.flows import flow_by_length, flow_by_time, laid_volume
 from tests.quality.deposits import deposited, straight_line
 
 # Two lines of 40 mm at 10 mm/s, and 2 s of travel between them.

@@ -1,6 +1,7 @@
 """The program of a whole stack of layers: written, read back, and executed beside the layers' own programs."""
 
 from geoprint.export.rapid.stacks.running import StackProof as StackProof
+from geoprint.export.rapid.stacks.together import together as together
 from geoprint.export.rapid.stacks.verifying import (
     JudgedStack as JudgedStack,
     OwnProgram as OwnProgram,
