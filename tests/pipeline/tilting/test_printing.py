@@ -101,5 +101,7 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
 
 
 def test_an_attitude_without_its_files_is_found_wrong(tmp_path: Path) -> None:
-    write_bundle(tmp_path / "out", {"plan.json": b"{}\n", "part-1/poses.csv": b"x\n"}, overwrite=False, verify=lambda _: None)
+    write_bundle(
+        tmp_path / "out", {"plan.json": b"{}\n", "part-1/poses.csv": b"x\n"}, overwrite=False, verify=lambda _: None
+    )
     assert any("setup.json" in finding.file for finding in check_bundle(tmp_path / "out").findings)
