@@ -135,6 +135,7 @@ def test_what_tests_reach_is_recorded_once_for_the_same_bytes(tree: Path) -> Non
     assert "tests/test_one.py::test_known" in records(tree, ["tests/test_one.py"], module="geoprint/one.py")[0].seconds
 
 
+@pytest.mark.dear
 def test_mutants_are_killed_or_survive_in_copies_and_outcomes_are_kept(tree: Path) -> None:
     tests = ("tests/test_one.py",)
     trials = [
@@ -185,6 +186,7 @@ def test_the_share_killed_counts_what_nobody_looked_at_and_is_told_with_time_out
     ]  # fmt: skip
 
 
+@pytest.mark.dear
 def test_what_is_not_recorded_is_tried_on_the_tests_of_its_name_first_and_counts_only_where_one_fails(
     tree: Path, tmp_path: Path
 ) -> None:

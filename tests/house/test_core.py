@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from benchmarks.house import LARGEST_CORE, core
 from benchmarks.parts.house_tree import ROOT, House
 
@@ -36,6 +38,7 @@ def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
 
 
+@pytest.mark.dear
 def test_it_compares_and_writes_checked_programs_with_everything_optional_hidden(tmp_path: Path) -> None:
     part = ["data/plate.ply", "--unit", "mm", "--spacing", "6", "--place", "demo"]
 

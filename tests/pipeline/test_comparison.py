@@ -50,6 +50,7 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Comparison | Failed
     return compare_parts(jobs, backends=["lscm", "heat"])
 
 
+@pytest.mark.dear
 def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compared(
     parts: tuple[Comparison | FailedPart, ...],
 ) -> None:
@@ -129,6 +130,7 @@ def test_where_not_one_part_can_be_compared_the_reason_is_an_error(tmp_path: Pat
         compare_parts([job_of(surface=tmp_path / "a.ply", unit="mm", spacing=1.0, robot=False)] * 2)
 
 
+@pytest.mark.dear
 def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison | FailedPart, ...]) -> None:
     flat, _, curved = parts
     assert isinstance(flat, Comparison)

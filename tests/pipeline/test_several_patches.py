@@ -203,6 +203,7 @@ def lowest_between(planned: Plan) -> float:
     return float(np.linalg.norm(between[gone & ~near_second], axis=1).min())
 
 
+@pytest.mark.dear
 def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     planned = plan(job(ball, *regions, spacing=2.0, robot=True, place="demo"))
@@ -224,6 +225,7 @@ def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) 
     assert f"2: runs {second.runs[0] + 1} to " in sheet
 
 
+@pytest.mark.dear
 def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     compared = compare(job(ball, *regions, spacing=2.0), backends=["lscm"])

@@ -116,6 +116,7 @@ def test_a_layer_is_kept_as_thick_as_it_is_on_columns_over_the_part(third: Plan)
     assert all(one.beads.size and one.line.size for one in kept.slices)
 
 
+@pytest.mark.dear
 def test_seams_move_on_from_layer_to_layer(tmp_path: Path) -> None:
     starts: list[float] = []
     for layer in (1, 2, 3):

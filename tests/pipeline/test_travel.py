@@ -59,6 +59,7 @@ def test_travel_that_is_not_clear_goes_over_everything(tmp_path: Path, monkeypat
     assert np.ptp(flow) > 0.0
 
 
+@pytest.mark.usefixtures("brief_proofs")
 @pytest.mark.parametrize(("travelling", "times"), [(False, 1), (True, 2)])
 def test_other_refusals_and_those_of_the_high_way_stand(
     tmp_path: Path,

@@ -56,6 +56,7 @@ def _circles(*, rings: int = 40, jitter_seed: int | None = 1) -> DirectionField:
     return prescribed_field(surface, symmetry=2, singularities=middle, preferences=[AlongRim(weight=1e4)])
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize("divisions", [(2, 1), (40, 20)])
 def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int, int]) -> None:
     surface = plate((20.0, 10.0), divisions, jitter_seed=None if divisions == (2, 1) else 1)
@@ -121,6 +122,7 @@ def test_strokes_never_cross_and_follow_the_field(made: str) -> None:
     assert lengths[np.degrees(off) > 2.0].sum() < 0.02 * lengths.sum()
 
 
+@pytest.mark.dear
 @pytest.mark.parametrize("made", MADE)
 def test_strokes_are_apart_over_the_surface_and_leave_no_wide_gap(made: str) -> None:
     surface, spacing = MADE[made]().surface, 1.1

@@ -136,6 +136,7 @@ def test_a_label_is_chosen_among_those_there(
         load_file(tmp_path / "ball.nii", unit=None, label=label)
 
 
+@pytest.mark.dear
 def test_a_label_is_inspected_in_the_unit_that_the_volume_says(tmp_path: Path) -> None:
     grid = affine(CUBES)
     save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)
