@@ -9,7 +9,7 @@ import pytest
 
 from tests.brief_proofs import proving_briefly
 
-# Who starts the tests in the background of a script has Ctrl-C ignored, in all that they start, too; some tests send it.
+# Who starts the tests in the background of a script has Ctrl-C ignored in all that they start; some tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
