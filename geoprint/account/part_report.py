@@ -145,6 +145,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         places=panel.places,
         offsets=panel.offsets,
         ratios=panel.ratios,
+        widths=np.broadcast_to(plan.contours.spacing * panel.widths, len(panel.places)),
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
         replay=replay(plan, plan.robot[0]) if plan.robot else None,
         shades=motion_shades(plan, vertices) if plan.robot else None,

@@ -16,7 +16,7 @@ const COVERAGE_WORDS = ["covered", "gap", "overlap"];
 // Share of the colour scale that stands for what was not measured.
 const GREY_SHARE = 0.06;
 // Paths and beads lie on the surface, whose colours are the same in the dark.
-const PATH = "#17212b", BEAD = "#111111", PATH_BELOW = "#8d99a3";
+const PATH = "#17212b", BEAD = "#111111", PATH_BELOW = "#8d99a3", BEADS = "#d9a441";
 const FONT = "system-ui, sans-serif";
 
 // What the style sheet says for the light or the dark.
@@ -122,6 +122,15 @@ const COLOURINGS = {
     title: "coverage of the surface",
     ticks: COVERAGE_WORDS.map((word, place) => [(place + 0.5) / 3, word]),
     legend: "Orange: farther than 0.55 spacings from every path. Blue: within 0.45 spacings of two stretches of path.",
+  }),
+  beads: (part, backend) => ({
+    // Distances end in the middle of the scale: the part is grey all over.
+    colorscale: [[0, UNMEASURED], [0.5, UNMEASURED], [0.5, BEADS], [1, BEADS]],
+    values: () => ({ intensity: backend.distance, intensitymode: "vertex", cmin: 0, cmax: 3 * part.farthest }),
+    said: () => "the part",
+    title: "beads as they are to be laid",
+    ticks: [[0.25, "part"], [0.75, "bead"]],
+    legend: "Each bead as wide as it is wanted there, and half as high. Where the part shows between them it is not covered.",
   }),
   lean: (part, backend) => ({
     colorscale: evenly(LEAN),

@@ -34,6 +34,7 @@ function unpack(data) {
       coverage: ifAny(backend.coverage, decoded),
       thickness: ifAny(backend.thickness, decoded),
       path: path ?? rows(backend.path),
+      half: ifAny(backend.half, rows),
       layers: data.layers ?? backend.layers,
       lean: ifAny(backend.lean, decoded),
       speed: ifAny(backend.speed, decoded),

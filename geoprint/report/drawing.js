@@ -50,6 +50,7 @@ function movingPlaces(part, replay, time, colours) {
 
 // Paths as they are shown: of a stack those of the layers up to one, the uppermost of them set off.
 function pathTrace(part, backend, state, width) {
+  if (state.colour === "beads") return { ...solid(beadsOf(backend), BEADS, state.paths), flatshading: false };
   if (!backend.layers) return { ...line(backend.path, PATH, width), visible: state.paths };
   const [before, count] = [backend.layers[state.layers - 2] ?? 0, backend.layers[Math.min(state.layers, backend.layers.length) - 1] ?? 0];
   if (!count) return { ...line(NOTHING, PATH, width), visible: false };

@@ -22,7 +22,7 @@ from geoprint.report.values import PartReport
 # plotly.js with its 3D traces alone: the npm package plotly.js-gl3d-dist-min 4.1.1, unchanged, a third of the whole.
 LIBRARY = "plotly-gl3d.min.js"
 # The page's script, in the order in which its files build on each other.
-SCRIPTS = ("data.js", "colours.js", "machine.js", "camera.js", "drawing.js", "view.js", "page.js")
+SCRIPTS = ("data.js", "colours.js", "machine.js", "camera.js", "beads.js", "drawing.js", "view.js", "page.js")
 
 
 def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tuple[str, str]] = ()) -> bytes:

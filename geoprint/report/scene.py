@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.report.beads import bead_sides
 from geoprint.report.figures import COLOUR_RANGE
 from geoprint.report.markup import Json
 from geoprint.report.values import BackendView, Machine, PartReport, Replay
@@ -55,6 +56,7 @@ def scene_data(part: PartReport) -> Json:
         "backends": [
             {
                 **_backend(backend, lifted(backend.places)),
+                "half": None if backend.widths is None else _half_beads(part, backend, backend.widths),
                 "replay": None if backend.replay is None else _replay(backend.replay, upright),
             }
             for backend in part.backends
@@ -96,6 +98,13 @@ def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:
         "lean": None if backend.shades is None else numbers(backend.shades.lean),
         "speed": None if backend.shades is None else numbers(backend.shades.speed),
     }
+
+
+def _half_beads(part: PartReport, backend: BackendView, widths: FloatArray) -> Json:
+    """Return the way from each sample of the path to the left side of its bead, with the breaks of the path."""
+    left, _ = bead_sides(part.surface, backend.places, backend.offsets, width=widths)
+    kept, offsets = thinned(backend.offsets, step=step(len(left)))
+    return numbers(with_breaks(((left - backend.places) @ part.R_view_work.T)[kept], offsets).T)
 
 
 def _machine(machine: Machine, upright: Callable[[FloatArray], FloatArray], *, R_view_work: FloatArray) -> Json:

@@ -15,6 +15,7 @@ COLOURS = (
     ("coverage", "Gaps and overlaps"),
     ("distance", "Distance from border or seed"),
 )
+BEADS_COLOUR = ("beads", "Beads as wide as they are")
 OVERHANG_COLOUR = ("overhang", "Overhang")
 MOTION_COLOURS = (("lean", "Lean of the nozzle"), ("speed", "Speed of the tip"))
 SPEEDS = (1, 5, 20, 50)
@@ -132,6 +133,7 @@ def _scene(part: PartReport, key: str) -> Markup:
             "Colour",
             [
                 *colours,
+                *([BEADS_COLOUR] if all(backend.widths is not None for backend in part.backends) else ()),
                 *([OVERHANG_COLOUR] if part.critical_deg is not None else ()),
                 *(MOTION_COLOURS if replayed else ()),
             ],

@@ -140,6 +140,7 @@ class BackendView:
         places: (k, 3) samples of the paths, stretch after stretch [mm].
         offsets: (r + 1,) stretch i is `places[offsets[i]:offsets[i + 1]]`.
         ratios: (k,) distance to the neighbouring path over the wanted spacing; NaN for the outermost.
+        widths: (k,) of the bead [mm], or None where nobody knows.
         still: its paths, coloured by local spacing; stands in where no 3D is drawn, and in print.
         replay: the robot's motion, or None where there is none to show.
         shades: lean and speed of that motion, or None.
@@ -153,6 +154,7 @@ class BackendView:
     places: FloatArray
     offsets: IntArray
     ratios: FloatArray
+    widths: FloatArray | None
     still: Picture
     replay: Replay | None
     shades: MotionShades | None
@@ -161,6 +163,8 @@ class BackendView:
         sizes = freeze_arrays(
             self, distance="float: n", coverage="int: n", places="float: k 3", offsets="int: o",
         )  # fmt: skip
+        if self.widths is not None:
+            freeze_arrays(self, places="float: k 3", widths="float: k")
         _freeze_measured(self, "spacing_ratios", size=sizes["n"])
         _freeze_measured(self, "ratios", size=sizes["k"])
         _check_stretches(self.offsets, points=sizes["k"], name="BackendView.offsets")

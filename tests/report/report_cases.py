@@ -122,6 +122,7 @@ def backend(name: str, *, surface: Surface, error: float, moving: bool = True, s
         places=places,
         offsets=offsets,
         ratios=ratios,
+        widths=np.full(len(places), 2.0),
         still=Picture(f"Paths of {name}", "png", PIXEL),
         replay=replay(seconds=seconds) if moving else None,
         shades=MotionShades(8.0 * radii / RADIUS, 1.0 - 0.5 * radii / RADIUS) if moving else None,

@@ -180,8 +180,13 @@ def test_colours_and_backends_switch_by_mouse(page: Page) -> None:
     page.click("[name=part0-colour][value=lean]")
     leaning = changed(page, overhanging)
     assert "8.0" in str(page.run("document.querySelector('.ticks').textContent"))
+    page.click("[name=part0-colour][value=beads]")
+    beads = changed(page, leaning)
+    # Across each bead, from its left side to its right, as far as it is wide.
+    corners = "['x', 'y', 'z'].map((axis) => [0, 6].map((at) => document.querySelector('.plot').data[1][axis][at]))"
+    assert np.linalg.norm(np.diff(np.asarray(page.run(corners)), axis=1)) == pytest.approx(2.0, abs=0.01)
     page.click("[name=part0-colour][value=speed]")
-    changed(page, leaning)
+    changed(page, beads)
     page.click("[name=part0-backend][value='1']")
     assert page.run("document.querySelectorAll('.view:not([hidden])').length") == 1
     page.click("[name=part0-paths]")

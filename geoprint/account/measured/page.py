@@ -137,6 +137,7 @@ def _view(found: Measurement, each: MeasuredFile, row: MeasuredRecord, view: Vie
         places=places,
         offsets=offsets,
         ratios=ratios,
+        widths=None,
         still=Picture(caption, "png", _picture(found, [(each, row)], title="")),
         replay=None,
         shades=None,
