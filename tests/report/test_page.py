@@ -152,6 +152,7 @@ def test_the_largest_part_with_three_backends_stays_below_10_megabytes() -> None
     views = tuple(
         replace(
             backend(name, surface=surface, error=0.1), places=places, offsets=offsets, ratios=np.ones(len(places)),
+            widths=np.full(len(places), 0.2),
             replay=replace(
                 replay(frames=600), bead=places, bead_offsets=offsets, bead_times=np.linspace(0.0, 40.0, len(places))
             ),
@@ -190,8 +191,9 @@ def test_the_scene_is_upright_and_around_its_middle_wherever_the_part_lies() -> 
 def test_paths_break_off_between_stretches_and_long_ones_are_thinned() -> None:
     places, offsets = circles(list(np.linspace(1.0, 19.0, 50)), points=MOST_SAMPLES // 20)
     view = replace(
-        backend("long", surface=dome(), error=0.0), places=places, offsets=offsets, ratios=np.ones(len(places))
-    )
+        backend("long", surface=dome(), error=0.0), places=places, offsets=offsets, ratios=np.ones(len(places)),
+        widths=np.full(len(places), 2.0),
+    )  # fmt: skip
     data = scene_data(replace(part(names=("long",)), backends=(view,)))
     assert isinstance(data, dict)
     assert isinstance(data["backends"], list)
@@ -202,6 +204,10 @@ def test_paths_break_off_between_stretches_and_long_ones_are_thinned() -> None:
     # Every circle is still closed.
     breaks = np.flatnonzero(np.isnan(path[0]))
     np.testing.assert_allclose(path[:, breaks[:-1] + 1], path[:, breaks[1:] - 1], atol=2e-3)
+    # The bead of each sample that is drawn is as wide as it was given.
+    half = decoded(data["backends"][0]["half"]).reshape(3, -1)
+    assert np.array_equal(np.isnan(half[0]), np.isnan(path[0]))
+    np.testing.assert_allclose(np.linalg.norm(half[:, ~np.isnan(half[0])], axis=0), 1.0, atol=1e-3)
 
 
 def test_shares_of_a_histogram_count_what_lies_beyond_its_ends() -> None:
