@@ -26,7 +26,7 @@ from geoprint.pipeline.stacks import stacking
 from geoprint.results import Plan
 from geoprint.surfaces import closest, face_areas
 from geoprint.surfaces.files import save_ply
-from tests.meshes import plate, spherical_cap
+from tests.meshes import plate, spherical_cap, torus
 
 
 def _saved(folder: Path, surface: Surface) -> Path:
@@ -285,13 +285,10 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     assert stack_program(tmp_path, [layer], part_name="cap.ply") == ({}, None)
 
 
-@pytest.mark.dear
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
-    cell = tmp_path / "cell.toml"
-    text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[300, 0, 50]\ndemo_rpy_deg = [0, 85, 0]")
-    cell.write_text(text, encoding="utf-8")
-    job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, place="demo", cell=cell)
-    with pytest.raises(GeoprintError, match=r"layer [12]: "):
+    ring = _saved(tmp_path, torus(major=4.0, minor=1.5))
+    job = job_of(surface=ring, unit="mm", spacing=1.0, thickness=1.0, robot=False)
+    with pytest.raises(GeoprintError, match=r"layer [12]: .* is closed, so there is no rim"):
         plan_stack(job, tmp_path / "device")
     assert not (tmp_path / "device").exists()
 
