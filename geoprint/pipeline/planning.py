@@ -31,7 +31,7 @@ from geoprint.model import (
     Program,
 )
 from geoprint.motion.arm import Arm, check_load
-from geoprint.motion.collision import ClearanceCheck
+from geoprint.motion.collision import ClearanceCheck, runs_hit_by_links
 from geoprint.motion.controller import (
     ALOFT_STEP,
     aloft_configuration,
@@ -152,9 +152,10 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
 def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
-    The nozzle first stays as upright as the path has it, but for what lets the joints hold the speed. Where that is
-    out of reach or hits something, it may lean; and where that does, without easing the joints. Where travel alone is
-    not clear, all of it is planned again over everything.
+    The nozzle first stays as upright as the path has it, but for what lets the joints hold the speed. Runs in which a
+    link of the arm hits something then are left as they were. Where that is out of reach or hits something, the nozzle
+    may lean; and where that does, without easing the joints. Where travel alone is not clear, all of it is planned
+    again over everything.
 
     Raises:
         PlanError: no valid motion exists; says where and why.
@@ -166,8 +167,14 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     with stage("room to lean"):
         leaning = leaning_of(paths, placement)
         easing = _easing(paths, leaning)
-    with suppress(ReachError, ClearanceError):
-        return _low_or_high(paths, placement, stage, check=check, easing=easing)
+    with suppress(ReachError):
+        try:
+            return _low_or_high(paths, placement, stage, check=check, easing=easing)
+        except ClearanceError as error:
+            easing = replace(easing, left_out=runs_hit_by_links(error))
+    if easing.left_out:
+        with suppress(ClearanceError):
+            return _low_or_high(paths, placement, stage, check=check, easing=easing)
     with suppress(ClearanceError):
         return _low_or_high(paths, placement, stage, check=check, leaning=leaning, easing=easing)
     return _low_or_high(paths, placement, stage, check=check, leaning=leaning)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -260,6 +262,32 @@ def test_the_joints_are_eased_within_a_tenth_of_the_spacing_under_the_rim(
     with pytest.raises(KeyboardInterrupt):
         plan(job_of(surface=part, unit="mm", spacing=spacing, place="demo", max_tilt=max_tilt))
     assert asked == [None if cap is None else pytest.approx(cap, abs=0.005)]
+
+
+def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left_out: list[tuple[int, ...]] = []
+    reached = planning.reach
+
+    def reach(*asked: Any, easing: Easing, **others: Any) -> JointPath:
+        left_out.append(easing.left_out)
+        if len(left_out) == 2:
+            raise KeyboardInterrupt
+        return reached(*asked, easing=easing, **others)
+
+    def hits(*_: object, **__: object) -> None:
+        raise ClearanceError("a link hits the base", link_runs=(0, 2), travelling=False)
+
+    monkeypatch.setattr(planning, "reach", reach)
+
+    def check(*_: object) -> Callable[..., None]:
+        return hits
+
+    monkeypatch.setattr(planning, "clearance_check", check)
+    with pytest.raises(KeyboardInterrupt):
+        plan(job_of(surface=saved(tmp_path, plate((12.0, 9.0), (8, 6))), unit="mm", spacing=2.0, place="demo"))
+    assert left_out == [(), (0, 2)]
 
 
 @pytest.mark.dear

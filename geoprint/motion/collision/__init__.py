@@ -1,6 +1,9 @@
 """What touches what: solids of tool, arm and cell, swept along the motion, and the clearance that is kept."""
 
-from geoprint.motion.collision.arm_clearance import arm_control as arm_control
+from geoprint.motion.collision.arm_clearance import (
+    arm_control as arm_control,
+    runs_hit_by_links as runs_hit_by_links,
+)
 from geoprint.motion.collision.clearance import (
     ClearanceCheck as ClearanceCheck,
     clearance as clearance,

@@ -287,6 +287,7 @@ def _too_close(
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),
+        link_runs=tuple(np.unique(placements.runs[hits.rows]).tolist()),
         place=triple(placements.poses[worst.row, :3, 3]),
         distance=worst.distance,
         wanted=kept,
@@ -294,6 +295,12 @@ def _too_close(
         hits=count,
         placements=placements.count,
     )
+
+
+def runs_hit_by_links(error: ClearanceError) -> tuple[int, ...]:
+    """Return the runs in which a link of the arm hits something, as a check says; none where something else does."""
+    runs = error.details.get("link_runs", ())
+    return tuple(int(run) for run in runs) if isinstance(runs, tuple) else ()
 
 
 def _checked(

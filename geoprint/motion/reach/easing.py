@@ -53,11 +53,13 @@ class Easing:
         speed: set speed of the tip [mm/s].
         largest_lean: between nozzle and surface normal [rad].
         room: what the nozzle must not touch.
+        left_out: runs whose attitudes stay as they are.
     """
 
     speed: float
     largest_lean: float
     room: NozzleRoom
+    left_out: tuple[int, ...] = ()
 
 
 @final
@@ -115,7 +117,7 @@ def _windows(path: JointPath, arm: Arm, *, easing: Easing) -> list[_Window]:
     found: list[_Window] = []
     for run in np.unique(path.poses.runs).tolist():
         rows, arcs = _places(path.poses, run)
-        if rows.size < 4 or arcs[-1] < SHORTEST:
+        if run in easing.left_out or rows.size < 4 or arcs[-1] < SHORTEST:
             continue
         bent = _bent(path, arm, rows, arcs, speed=easing.speed)
         busy = demands(arcs, path.joints[rows], speed=easing.speed, arm=arm) > BUSY_SHARE

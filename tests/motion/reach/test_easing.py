@@ -71,6 +71,12 @@ def test_lean_stays_in_its_cone_and_the_tip_and_the_ends_where_they_were() -> No
     assert found.branch == path.branch
 
 
+def test_a_run_that_is_left_out_stays_as_it_is() -> None:
+    path = nodding()
+    found = eased(path, ARM, easing=replace(easing(), left_out=(0,)), minimum_wrist_angle=float(np.radians(5.0)))
+    assert found == path
+
+
 def test_what_easing_bought_is_told_with_its_run_and_place() -> None:
     (told,) = eased_path(nodding()).eased
     assert (told.run, told.left) == (0, 0.0)
