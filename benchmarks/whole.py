@@ -4,7 +4,8 @@
 
 The first table runs each piece of work in a process of its own, in turn with this tree and with the commit, so that
 what else the machine does falls on both; the least of the repeats counts. The commit is laid out in a folder that is
-removed at the end, and what is compiled there is kept as long. Processor time is that of the process with all that it
+removed at the end, and what is compiled there is kept as long. Large parts are made beside it: a sphere of 1.3 million
+faces, and a cap 30 mm in radius. Processor time is that of the process with all that it
 starts; memory is its peak, or that of the largest it starts. 'first run' compiles every kernel anew.
 
 The second table is of peers that are installed (potpourri3d, libigl, toppra, pinocchio), at rising sizes, with the
@@ -19,8 +20,9 @@ import os
 import subprocess
 import sys
 import tarfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,7 +30,11 @@ from typing import final
 
 import numpy as np
 
+from benchmarks.parts.surfaces import cap, triangulated
 from benchmarks.parts.tables import row, table
+from geoprint.model import Surface
+from geoprint.surfaces.files import save_ply
+from tests.meshes import sphere
 
 TREE = Path(__file__).parents[1]
 # The commit before the chain was made faster.
@@ -132,7 +138,7 @@ def work(count):
 @final
 @dataclass(frozen=True, slots=True)
 class Work:
-    """A piece of work: arguments of Python, run in a tree; `OUT` among them is an empty place.
+    """A piece of work: arguments of Python, run in a tree; `OUT` is an empty place, and what `PARTS` names a file.
 
     Attributes:
         name: in the table.
@@ -183,13 +189,23 @@ def _inner(code: str, size: int) -> tuple[str, ...]:
 
 _COMPARE, _PLAN = ("-m", "geoprint", "compare"), ("-m", "geoprint", "plan")
 _OUT = ("--out", "OUT")
+_PATCH = ("SPHERE", "--unit", "mm", "--at", "0", "0", "40", "--radius", "6", "--spacing", "0.5", "--no-robot")
+_CAP_OF_R30 = ("CAP", "--unit", "mm", "--spacing", "0.4", "--place", "demo", "--backends", "heat,lscm,fast-marching")
 WORKS = (
     Work("README's comparison", (*_COMPARE, *_PART, *_OUT), small=(*_COMPARE, *_SMALL, *_OUT)),
     Work("plan of the same part", (*_PLAN, *_PART, *_OUT)),
     Work("README's comparison, first run", (*_COMPARE, *_PART, *_OUT), fresh=True),
+    Work("inspect a body of 1.3 million faces", ("-m", "geoprint", "inspect", "SPHERE", "--unit", "mm")),
+    Work("a patch of 6 mm cut from that, compared", (*_COMPARE, *_PATCH, *_OUT)),
+    Work("cap r30 at 0.4 mm, three backends and robot", (*_COMPARE, *_CAP_OF_R30, *_OUT)),
     Work("10k poses to a checked trajectory", _inner(_CHAIN, 10_000), small=_inner(_CHAIN, 400)),
     Work("100k poses to a checked trajectory", _inner(_CHAIN, 100_000)),
 )
+# Parts that are made when they are first asked for.
+PARTS: Mapping[str, Callable[[], Surface]] = {
+    "SPHERE": lambda: sphere(radius=40.0, subdivisions=8),
+    "CAP": lambda: triangulated(cap(40.0, depth=30.0), name="cap", faces=10_000),
+}
 _FACES, _POSES = (10_000, 100_000, 1_000_000), (1_000, 10_000, 100_000)
 PEERS = (
     Peer("distance, heat", "potpourri3d", f"backend = 'heat'\n{_OWN_DISTANCE}", _POTPOURRI, _FACES),
@@ -268,7 +284,8 @@ def cost_of(arguments: Sequence[str], tree: Path, *, fresh: bool = False) -> Cos
     """
     with TemporaryDirectory() as folder:
         environment = os.environ | {"PYTHONPATH": str(tree)} | ({"NUMBA_CACHE_DIR": folder} if fresh else {})
-        command = [sys.executable, *(f"{folder}/out" if each == "OUT" else each for each in arguments)]
+        places = {"OUT": f"{folder}/out"} | {name: str(_made(name)) for name in PARTS if name in arguments}
+        command = [sys.executable, *(places.get(each, each) for each in arguments)]
         start, said = os.times(), Path(folder, "said")
         with said.open("wb") as sink:
             process = subprocess.Popen(  # noqa: S603  (commands of this file)
@@ -284,6 +301,19 @@ def cost_of(arguments: Sequence[str], tree: Path, *, fresh: bool = False) -> Cos
     if inner:
         clock, processor = map(float, inner[-1].removeprefix(INNER).split())
     return Cost(clock, processor, used.ru_maxrss / 1024.0)
+
+
+@cache
+def _made(name: str) -> Path:
+    """Return a file with a large part, which goes when this process does."""
+    path = Path(_folder_of_parts().name, f"{name.lower()}.ply")
+    save_ply(PARTS[name](), path)
+    return path
+
+
+@cache
+def _folder_of_parts() -> TemporaryDirectory[str]:
+    return TemporaryDirectory()
 
 
 def _least(costs: Sequence[Cost]) -> Cost:
