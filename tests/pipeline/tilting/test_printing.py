@@ -11,7 +11,7 @@ import pytest
 
 from geoprint import job_of, plan
 from geoprint.account.texts.checking import check_text
-from geoprint.config import packaged_cell_text
+from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.export import write_bundle
 from geoprint.model import Surface
 from geoprint.paths import check_sum
@@ -21,20 +21,10 @@ from geoprint.results import Plan
 from geoprint.surfaces.files import ply_bytes
 from tests.meshes import spherical_cap
 
-HOME = "joints_deg = [0, -20, 0, 0, 90, 180]"
-TABLE = (
-    'kind = "tilt-turn"\nposition_mm = [340, 0, 120]\nrpy_deg = [0, 0, 90]\nstand_height_mm = 120\nhub_length_mm = 80'
-)
-
 
 def cell(folder: Path) -> Path:
-    """A cell with a table below the arm's home, and the flow on an analog output."""
-    text = packaged_cell_text("irb120-slim45")
-    lines = text.split("\n")
-    lines[next(k for k, line in enumerate(lines) if line.startswith("joints_deg = "))] = HOME
-    position = next(k for k, line in enumerate(lines) if line.startswith("demo_position_mm = "))
-    lines[position] = "demo_position_mm = [340, 0, 150]"
-    text = "\n".join(lines).replace("\n[[obstacles]]", f"\n[table]\n{TABLE}\n\n[[obstacles]]")
+    """The packaged cell with a table, and the flow on an analog output."""
+    text = packaged_cell_text(TILTING_CELL)
     text = text.replace('mode = "io"', 'mode = "analog"')
     for key in ('flow = "aoFlow"', "flow_per_mm3_s = 0.1", "flow_lag_s = 0.05"):
         text = text.replace(f"# {key}", key)
