@@ -11,14 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.guide.shaded import BLUE, ORANGE, draw_lines, draw_surface, panels, small_png, view_from
-from geoprint.config import job_of, packaged_cell_text
+from geoprint.config import TILTING_CELL, job_of, packaged_cell_text
 from geoprint.pipeline import plan
 from geoprint.surfaces import mean_normal
 from geoprint.transforms import angles_between
 
 # Colours of matplotlib's cycle.
 CYCLE = 10
-TABLE = '\n[table]\nkind = "tilt-turn"\nposition_mm = [300, 0, 20]\n'
 
 
 def tilted(data: Path) -> bytes:
@@ -29,7 +28,7 @@ def tilted(data: Path) -> bytes:
     """
     with tempfile.TemporaryDirectory() as folder:
         cell = Path(folder) / "cell.toml"
-        cell.write_text(packaged_cell_text("irb120-bent45") + TABLE)
+        cell.write_text(packaged_cell_text(TILTING_CELL))
         planned = plan(
             job_of(
                 surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, backend="heat", robot=False, cell=cell

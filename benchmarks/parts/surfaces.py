@@ -185,6 +185,23 @@ def cap(half_angle_deg: float, *, depth: float = 20.0) -> Shape:
     return _cap(half_angle, radius=depth / half_angle)
 
 
+def wrap(angle_deg: float, *, radius: float, length: float) -> Shape:
+    """Return a part of a tube along the x axis, its middle upwards.
+
+    Args:
+        angle_deg: about the axis [degrees].
+        radius: of the tube [mm].
+        length: along the axis, from the origin on [mm].
+    """
+    half = float(np.radians(angle_deg)) / 2
+
+    def lift(points: FloatArray) -> FloatArray:
+        turn = half - points[:, 1] / radius
+        return np.column_stack([points[:, 0], -radius * np.sin(turn), radius * np.cos(turn)])
+
+    return Shape((rectangle(length, 2 * half * radius),), lift)
+
+
 def make(shape: str, *, faces: int, style: str = "irregular", random_seed: int = 0) -> Surface:
     """Return a triangulated shape.
 

@@ -64,7 +64,6 @@ def part_report(
     spacing = first.contours.spacing
     view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = told.path_distances_mm
-    # Of several attitudes the replay shows the first, in which the machine stands as it does then.
     robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
     return PartReport(
         name=told.part,
@@ -147,7 +146,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         ratios=panel.ratios,
         widths=np.broadcast_to(plan.contours.spacing * panel.widths, len(panel.places)),
         still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
-        replay=replay(plan, plan.robot[0]) if plan.robot else None,
+        replay=replay(plan) if plan.robot else None,
         shades=motion_shades(plan, vertices) if plan.robot else None,
     )
 

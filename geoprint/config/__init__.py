@@ -6,6 +6,7 @@ default.
 
 from geoprint.config.cells import (
     PACKAGED_CELLS as PACKAGED_CELLS,
+    TILTING_CELL as TILTING_CELL,
     cell_of as cell_of,
     cell_text as cell_text,
     load_cell as load_cell,

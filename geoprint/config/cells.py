@@ -25,6 +25,7 @@ _PACKAGED = {
         "rpy": "[0, 45, 0]",
         "cog": "[25, 0, 65]",
         "demo_position": "[300, 0, 50]",
+        "table": "",
         **_WIDE_NEEDLE,
     },
     "irb120-straight160": {
@@ -35,6 +36,7 @@ _PACKAGED = {
         "rpy": "[0, 0, 0]",
         "cog": "[0, 0, 70]",
         "demo_position": "[350, 0, 200]",
+        "table": "",
         **_WIDE_NEEDLE,
     },
 }
@@ -48,7 +50,24 @@ _PACKAGED["irb120-slim45"] = _PACKAGED["irb120-bent45"] | {
     "needle": "38.1",
     "standoff": "0.5",
 }
+# Cells in which the part stands still: who has no table cannot take another cell that has one.
 PACKAGED_CELLS = tuple(_PACKAGED)
+TILTING_CELL = "irb120-tilting45"
+_PACKAGED[TILTING_CELL] = _PACKAGED["irb120-slim45"] | {
+    "about": "nozzle on the bent bracket with the slim needle, over a tilt-turn table that holds the part.\n"
+    "# At home the arm stands behind the table, so that part and plate tilt before it.",
+    "home": "[0, -20, 0, 0, 90, 180]",
+    "demo_position": "[340, 0, 150]",
+    "table": """# The table of this cell, its tilting axis along the y axis of the base. All figures are ASSUMED.
+[table]
+kind = "tilt-turn"
+position_mm = [340, 0, 120]
+rpy_deg = [0, 0, 90]
+hub_length_mm = 80
+stand_height_mm = 120
+
+""",
+}
 
 
 def load_cell(path: Path | str | None) -> Cell:

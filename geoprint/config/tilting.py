@@ -105,6 +105,17 @@ class TiltTurnTable(Table):
     stand_diameter_mm: PositiveFloat = 80.0
     stand_height_mm: PositiveFloat = 250.0
     overlap_mm: NonNegativeFloat = OVERLAP_MM
+    control: Literal["hand-shake", "external axes"] = "hand-shake"
+    mechanical_unit: str | None = None
+
+    @model_validator(mode="after")
+    def _names_what_drives_it(self) -> Self:
+        driven = self.control == "external axes"
+        if driven and self.mechanical_unit is None:
+            raise ValueError('control is "external axes": name the mechanical_unit that the controller knows them by')
+        if not driven and self.mechanical_unit is not None:
+            raise ValueError('mechanical_unit is named, which only control = "external axes" moves: state that too')
+        return self
 
     @model_validator(mode="after")
     def _rests_within_its_ranges(self) -> Self:
@@ -145,6 +156,7 @@ class TiltTurnTable(Table):
             stand_diameter=self.stand_diameter_mm,
             stand_height=self.stand_height_mm,
             overlap=self.overlap_mm,
+            unit=self.mechanical_unit,
         )
 
 

@@ -86,6 +86,8 @@ class TiltTurn:
         stand_diameter: of the post, and of the beam from it to the hub [mm].
         stand_height: of the tilting axis over the post's foot [mm].
         overlap: of the beads where one is interrupted and goes on in another attitude [mm].
+        unit: mechanical unit of the arm's controller that tilts and turns the plate as its axes a and b; None where
+            somebody else brings the plate to its attitudes.
     """
 
     name: str
@@ -101,6 +103,7 @@ class TiltTurn:
     stand_diameter: float
     stand_height: float
     overlap: float
+    unit: str | None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_base_table="float: 4 4", ranges="float: 2 2", speeds="float: 2")

@@ -40,6 +40,7 @@ from geoprint.report.values import (
     Picture as Picture,
     Replay as Replay,
     Row as Row,
+    TableReplay as TableReplay,
 )
 from geoprint.report.view_surface import (
     ViewSurface as ViewSurface,

@@ -46,6 +46,7 @@ function unpack(data) {
         lamp: backend.replay.lamp,
         bead: rows(backend.replay.bead),
         beadTimes: decoded(backend.replay.beadTimes),
+        table: backend.replay.table,
       },
     })),
   };

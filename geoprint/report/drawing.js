@@ -35,7 +35,7 @@ function solid(kind, colour, visible, places = kind?.vertices) {
 
 // Line widths in pixels: shares of the spacing as it is seen about now, so that dense paths leave colour between them.
 function widths(part, state, pixels) {
-  const seen = (part.spacing * SEEN_SHARE * pixels) / corners(part, state.frame === "robot").size;
+  const seen = (part.spacing * SEEN_SHARE * pixels) / corners(part, state).size;
   const between = (low, value, high) => Math.min(Math.max(value, low), high);
   return { path: between(1, 0.14 * seen, 2.5), bead: between(1.5, 0.5 * seen, 8) };
 }
@@ -43,15 +43,19 @@ function widths(part, state, pixels) {
 // What moves, at a moment of the replay: for each trace its places, and of the tool its colour.
 function movingPlaces(part, replay, time, colours) {
   const now = moment(replay, time), motion = motions(part.machine, now.joints);
-  const laid = now.laid ? replay.bead.map((row) => row.subarray(0, now.laid)) : NOTHING;
+  const laid = now.laid
+    ? placed(replay.bead.map((row) => row.subarray(0, now.laid)), standing(replay, time).part) : NOTHING;
   return [{ places: laid }, { places: moved(part.machine.kinds.arm, motion) },
     { places: moved(part.machine.kinds.tool, motion), color: now.valve ? colours.laying : colours.tool }];
 }
 
 // Paths as they are shown: of a stack those of the layers up to one, the uppermost of them set off.
-function pathTrace(part, backend, state, width) {
-  if (state.colour === "beads") return { ...solid(beadsOf(backend), BEADS, state.paths), flatshading: false };
-  if (!backend.layers) return { ...line(backend.path, PATH, width), visible: state.paths };
+function pathTrace(backend, state, width, stand) {
+  if (state.colour === "beads") {
+    const beads = beadsOf(backend);
+    return { ...solid(beads, BEADS, state.paths, placed(beads.vertices, stand.part)), flatshading: false };
+  }
+  if (!backend.layers) return { ...line(placed(backend.path, stand.part), PATH, width), visible: state.paths };
   const [before, count] = [backend.layers[state.layers - 2] ?? 0, backend.layers[Math.min(state.layers, backend.layers.length) - 1] ?? 0];
   if (!count) return { ...line(NOTHING, PATH, width), visible: false };
   const drawn = line(backend.path.map((row) => row.subarray(0, count)), PATH, width);
@@ -61,7 +65,9 @@ function pathTrace(part, backend, state, width) {
 
 function traces(part, backend, colouring, state, pixels) {
   const width = widths(part, state, pixels), colours = theme();
-  const [x, y, z] = part.vertices, [i, j, k] = part.faces, { machine } = part;
+  const robot = state.robot && Boolean(part.machine && backend.replay);
+  const stand = robot ? standing(backend.replay, state.time) : AT_REST;
+  const [x, y, z] = placed(part.vertices, stand.part), [i, j, k] = part.faces, { machine } = part;
   const surface = {
     type: "mesh3d", x, y, z, i, j, k, colorscale: colouring.colorscale, ...colouring.values(),
     showscale: false, hoverinfo: "none",
@@ -70,17 +76,17 @@ function traces(part, backend, colouring, state, pixels) {
       vertexnormalsepsilon: 0, facenormalsepsilon: 0 },
     lightposition: LIGHT, flatshading: false,
   };
-  const robot = state.robot && Boolean(machine && backend.replay);
   const [laid, arm, tool] = robot ? movingPlaces(part, backend.replay, state.time, colours) : [{ places: NOTHING }];
   return [
     surface,
-    pathTrace(part, backend, state, width.path),
+    pathTrace(backend, state, width.path, stand),
     cubeTrace(part),
-    solid(machine?.kinds.body, colours.body, robot),
+    solid(machine?.kinds.body, colours.body, robot, robot && placed(machine.kinds.body.vertices, stand.part)),
     solid(machine?.kinds.cell, colours.cell, robot),
     { ...line(laid.places, BEAD, width.bead), visible: robot },
     solid(machine?.kinds.arm, colours.arm, robot, arm?.places),
     solid(machine?.kinds.tool, tool?.color, robot, tool?.places),
+    solid(machine?.kinds.table, colours.cell, robot, robot && tablePlaces(machine, stand)),
   ];
 }
 
@@ -92,25 +98,32 @@ function boxOf(places, box = { low: [Infinity, Infinity, Infinity], high: [-Infi
   };
 }
 
-// Boxes around the part, around everything that moves, and around all there is; sought once.
+// Boxes around the part, around it in all attitudes, around everything that moves, and around all there is; sought once.
 function boxes(part) {
   if (part.boxes) return part.boxes;
   const { machine } = part, surface = boxOf(part.vertices);
   // Layers stand over the part, and out beyond it.
   const own = part.backends.reduce((box, { layers, path }) => (layers ? boxOf(path, box) : box), surface);
   const replays = part.backends.flatMap(({ replay }) => replay ?? []);
-  let robot = own, all = own;
+  const stands = replays.flatMap((replay) => [-1, ...(replay.table?.turning ?? []).map(([, end]) => end)]
+    .map((time) => standing(replay, time)));
+  const inAll = (places, box) => stands.reduce((found, { part: motion }) => boxOf(placed(places, motion), found), box);
+  const tilted = inAll(part.vertices, own);
+  let robot = tilted, all = tilted;
   if (machine && replays.length) {
     const reach = reachOf(machine, replays), edges = own.low.map((_, axis) => [reach.low[axis], reach.high[axis]]);
-    robot = boxOf(edges, own);
-    if (machine.kinds.body.vertices[0].length) robot = boxOf(machine.kinds.body.vertices, robot);
+    robot = boxOf(edges, tilted);
+    if (machine.kinds.body.vertices[0].length) robot = inAll(machine.kinds.body.vertices, robot);
+    if (machine.kinds.table.vertices[0].length) {
+      robot = stands.reduce((box, stand) => boxOf(tablePlaces(machine, stand), box), robot);
+    }
     all = machine.kinds.cell.vertices[0].length ? boxOf(machine.kinds.cell.vertices, robot) : robot;
   }
-  return (part.boxes = { own, robot, all });
+  return (part.boxes = { own, tilted, robot, all });
 }
 
-function corners(part, withRobot) {
-  const { low, high } = boxes(part)[withRobot ? "robot" : "own"];
+function corners(part, state) {
+  const { low, high } = boxes(part)[state.frame === "robot" ? "robot" : state.robot ? "tilted" : "own"];
   return { low, high, size: Math.max(...high.map((value, axis) => value - low[axis])) };
 }
 
@@ -127,7 +140,7 @@ function cubeTrace(part) {
 }
 
 function extent(part, state) {
-  const { low, high, size } = corners(part, state.frame === "robot");
+  const { low, high, size } = corners(part, state);
   const ranges = low.map((value, axis) => [value - MARGIN * size, high[axis] + MARGIN * size]);
   if (state.frame === "part" && state.robot) ranges[2][1] += HEADROOM * size;
   return ranges;

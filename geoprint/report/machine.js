@@ -1,6 +1,9 @@
 // The robot: where its joints, links and tool are at a moment of the replay.
 
-const KINDS = ["body", "cell", "arm", "tool"];
+const KINDS = ["body", "cell", "table", "arm", "tool"];
+const STILL = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]];
+// Where nothing tilts the part it stands as it rests.
+const AT_REST = { number: 0, part: STILL, solids: [] };
 
 // Join the bodies of each kind: all vertices as they are with the joints at zero, and which joint moves each.
 function machineOf({ points, directions, bodies }) {
@@ -34,7 +37,7 @@ function after(a, b) {
 
 // The motion of each joint's link from where it is at zero; the first stands still.
 function motions({ points, directions }, joints) {
-  const found = [[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]];
+  const found = [STILL];
   joints.forEach((angle, joint) =>
     found.push(after(found[joint], turnAbout(points[joint], directions[joint], angle))));
   return found;
@@ -50,6 +53,25 @@ function moved({ vertices, spans }, motion) {
     });
   }
   return places;
+}
+
+// Places that stand together, moved.
+function placed([x, y, z], motion) {
+  if (motion === STILL) return [x, y, z];
+  return motion.map(([a, b, c, shift]) =>
+    Float32Array.from(x, (value, at) => a * value + b * y[at] + c * z[at] + shift));
+}
+
+// How part and table stand at a moment: in the attitude to which the table came last, at rest before the first.
+function standing({ table }, time) {
+  if (!table) return AT_REST;
+  const number = countUpTo(table.turning.map(([, end]) => end), time);
+  return { number, part: table.part[number], solids: table.solids[number] };
+}
+
+// Solids of the table as they stand; the machine numbers them from 1.
+function tablePlaces(machine, { solids }) {
+  return moved(machine.kinds.table, [STILL, ...solids]);
 }
 
 // Number of values not above the wanted one; they do not fall.
@@ -73,10 +95,11 @@ function moment(replay, wanted) {
   const next = Math.min(Math.max(countUpTo(times, time), 1), times.length - 1), before = next - 1;
   const share = Math.min(Math.max((time - times[before]) / (times[next] - times[before]), 0), 1);
   const between = (values, at, stride) => (1 - share) * values[before * stride + at] + share * values[next * stride + at];
+  const turning = within(replay.table?.turning ?? [], time);
   return {
     joints: Array.from({ length: size }, (_, joint) => between(joints, joint, size)),
-    speed: between(speeds, 0, 1),
-    valve: within(replay.valve, time), lamp: within(replay.lamp, time),
+    speed: turning ? 0 : between(speeds, 0, 1),
+    valve: within(replay.valve, time), lamp: within(replay.lamp, time), turning,
     run: countUpTo(replay.valve.map(([begin]) => begin), time), runs: replay.valve.length,
     laid: countUpTo(replay.beadTimes, time),
   };

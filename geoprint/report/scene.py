@@ -12,13 +12,15 @@ from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.report.beads import bead_sides
 from geoprint.report.figures import COLOUR_RANGE
 from geoprint.report.markup import Json
-from geoprint.report.values import BackendView, Machine, PartReport, Replay
+from geoprint.report.values import BackendView, Machine, PartReport, Replay, TableReplay
 from geoprint.report.view_surface import shading_normals
 
 # Samples of a path that are drawn at most; between them it is straight.
 MOST_SAMPLES = 30_000
 # Paths are drawn this share of the part's size above its surface, so that it does not swallow them.
 LIFT_SHARE = 0.002
+# Decimals of a motion's turn and shift [-, mm]: finer than a pixel at any size of a cell.
+MOTION_DECIMALS = 6
 # Of 16 bits, what stands for NaN.
 NOT_A_NUMBER = 65_535
 
@@ -57,7 +59,9 @@ def scene_data(part: PartReport) -> Json:
             {
                 **_backend(backend, lifted(backend.places)),
                 "half": None if backend.widths is None else _half_beads(part, backend, backend.widths),
-                "replay": None if backend.replay is None else _replay(backend.replay, upright),
+                "replay": None
+                if backend.replay is None
+                else _replay(backend.replay, upright, R_view_work=part.R_view_work),
             }
             for backend in part.backends
         ],
@@ -121,7 +125,7 @@ def _machine(machine: Machine, upright: Callable[[FloatArray], FloatArray], *, R
     return {**axes, "bodies": bodies}
 
 
-def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json:
+def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray], *, R_view_work: FloatArray) -> Json:
     kept, offsets = thinned(replay.bead_offsets, step=step(len(replay.bead)))
     times = with_breaks(replay.bead_times[kept, None], offsets)[:, 0]
     # A break counts as laid with what is before it, so that the times can be searched.
@@ -134,6 +138,24 @@ def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray]) -> Json
         "lamp": replay.lamp.round(3).tolist(),
         "bead": numbers(with_breaks(upright(replay.bead[kept]), offsets).T),
         "beadTimes": _encoded(times, "f4"),
+        "table": None if replay.table is None else _table(replay.table, upright, R_view_work=R_view_work),
+    }
+
+
+def _table(table: TableReplay, upright: Callable[[FloatArray], FloatArray], *, R_view_work: FloatArray) -> Json:
+    """Return when the table moves, and the motions of part and solids at rest and in each attitude, in the view."""
+    # What is shown as x stands at R.T @ x + middle in the work frame.
+    middle = -R_view_work.T @ upright(np.zeros((1, 3)))[0]
+
+    def viewed(motions: FloatArray) -> Json:
+        turns = R_view_work @ motions[..., :3] @ R_view_work.T
+        shifts = upright(motions[..., :3] @ middle + motions[..., 3])
+        return np.concatenate([turns, shifts[..., None]], axis=-1).round(MOTION_DECIMALS).tolist()
+
+    return {
+        "turning": table.turning.round(3).tolist(),
+        "part": viewed(table.part),
+        "solids": viewed(table.solids),
     }
 
 

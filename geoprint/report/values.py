@@ -37,12 +37,12 @@ class Body:
     """A solid of the cell, where it is when all joints are at zero.
 
     Attributes:
-        kind: the arm, what it carries, what stands in the cell, or what the part lies on.
-        joint: the joint that moves it, from 1; 0 for what stands still.
+        kind: the arm, what it carries, what stands in the cell, a table that tilts, or what the part lies on.
+        joint: the joint that moves it, from 1; 0 for what stands still. Of a table its solids are counted, from 1.
         surface: its outside, in the part's own (work) frame.
     """
 
-    kind: Literal["arm", "tool", "cell", "body"]
+    kind: Literal["arm", "tool", "cell", "table", "body"]
     joint: int
     surface: Surface
 
@@ -70,6 +70,32 @@ class Machine:
 
 @final
 @frozen
+class TableReplay:
+    """How a table holds the part at each moment of a replay: as it rests, then in one attitude after the other.
+
+    Attributes:
+        turning: (a, 2) when the table moves to each attitude [s], rising; the part is drawn there from the end on.
+        part: (a + 1, 3, 4) motion of the part from where it rests, at rest and in each attitude, in the work frame.
+        solids: (a + 1, s, 3, 4) the same of each solid of the table; one that grows longer is stretched.
+    """
+
+    turning: FloatArray
+    part: FloatArray
+    solids: FloatArray
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(
+            self, turning="float: a 2", part="float: n 3 4", solids="float: n s 3 4",
+        )  # fmt: skip
+        if sizes["n"] != sizes["a"] + 1 or np.diff(self.turning.ravel()).min(initial=0.0) < 0.0:
+            raise InputError(
+                f"a table moves {sizes['a']} times and stands in {sizes['n']} attitudes, rest included: give one more "
+                "than moves, and the times of these in their order."
+            )
+
+
+@final
+@frozen
 class Replay:
     """The robot's motion along the path of one backend.
 
@@ -84,6 +110,7 @@ class Replay:
         bead: (k, 3) deposited path in the order of printing, in the work frame [mm].
         bead_offsets: (r + 1,) stretch i is `bead[bead_offsets[i]:bead_offsets[i + 1]]`.
         bead_times: (k,) when each point is laid [s], not falling.
+        table: how a table holds the part meanwhile; None where the part stands still.
     """
 
     times: FloatArray
@@ -94,6 +121,7 @@ class Replay:
     bead: FloatArray
     bead_offsets: IntArray
     bead_times: FloatArray
+    table: TableReplay | None = None
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(

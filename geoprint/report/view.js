@@ -15,8 +15,15 @@ class View {
     return this.scene.part.backends[this.place].replay;
   }
 
+  // Number of the attitude in which the part is drawn.
+  get standing() {
+    const { robot, time } = this.scene.state;
+    return robot && this.replay ? standing(this.replay, time).number : 0;
+  }
+
   drawn() {
     const { part, state } = this.scene, backend = part.backends[this.place];
+    this.stood = this.standing;
     this.colouring = COLOURINGS[state.colour](part, backend);
     const { clientWidth: width, clientHeight: height } = this.plot;
     const list = traces(part, backend, this.colouring, state, height);
@@ -70,14 +77,23 @@ class View {
     if (!robot) { output.textContent = ""; return; }
     if (!this.replay) { output.textContent = "not printable"; return; }
     const now = moment(this.replay, time);
-    output.textContent = [`run ${now.run} of ${now.runs}`, `${now.speed.toFixed(0)} mm/s`,
+    output.textContent = [...this.attitude(now), `run ${now.run} of ${now.runs}`, `${now.speed.toFixed(0)} mm/s`,
       `valve ${now.valve ? "open" : "shut"}`, ...(now.lamp ? ["lamp on"] : [])].join(" · ");
     output.classList.toggle("laying", now.valve);
+  }
+
+  // What is said of the table, if there is one.
+  attitude({ turning }) {
+    const { table } = this.replay;
+    if (!table) return [];
+    return [turning ? "table moves" : `attitude ${this.standing} of ${table.turning.length}`];
   }
 
   // Move the robot alone: the surface is not drawn anew.
   move() {
     if (!this.live || !this.replay || !this.scene.state.robot) return;
+    // Another attitude moves everything; what is drawn then counts for all that moves until it is there.
+    if (this.standing !== this.stood) { this.stood = this.standing; this.redraw(); return; }
     const points = movingPlaces(this.scene.part, this.replay, this.scene.state.time, theme());
     const inside = this.plot._fullLayout.scene._scene, full = MOVING.map((place) => this.plot._fullData[place]);
     const held = full.map(({ uid }) => inside?.traces?.[uid]);

@@ -11,14 +11,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account.replaying import machine, motion_shades
+from geoprint.account.replaying import machine, motion_shades, table_replay
 from geoprint.config import load_cell
-from geoprint.model import FloatArray, Surface
+from geoprint.model import FloatArray, Hexapod, Surface, TiltTurn
 from geoprint.motion.arm import Arm
+from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.report import Machine
 from geoprint.results import Plan, RobotPlan, Workpiece
+from tests.export.export_cases import PLACEMENT
 from tests.meshes import plate
 from tests.motion.joint_paths import line, stream, tilted
+from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
 
 JOINTS = np.radians([[30.0, 20.0, -10.0, 40.0, 60.0, -70.0]])
 T_BASE_WORK = transforms.rigid(Rotation.from_euler("xyz", [0.2, 0.1, 0.7]).as_matrix(), np.array([300.0, 40.0, 80.0]))
@@ -96,3 +99,32 @@ def test_each_vertex_has_lean_and_speed_of_the_deposit_that_lies_nearest() -> No
     shades = motion_shades(cast("Plan", planned), vertices)
     np.testing.assert_allclose(shades.lean, [0.0, 8.0], atol=1e-9)
     np.testing.assert_allclose(shades.speed, [1.0, 0.5])
+
+
+@pytest.mark.parametrize("noun", [hexapod_noun(), tilt_turn_noun()], ids=["hexapod", "tilt-turn"])
+def test_part_and_solids_of_a_table_are_moved_from_rest_to_where_they_stand(noun: Hexapod | TiltTurn) -> None:
+    table, cell = table_machine(noun), replace(load_cell(None), table=noun)
+    ups = np.array([[0.0, 0.17, 0.98], [0.1, -0.1, 0.98]])
+    poses = table.plates(ups / np.linalg.norm(ups, axis=1, keepdims=True))
+    places = [tilted_placement(table, PLACEMENT, T_table_plate=one, number=k) for k, one in enumerate(poses, start=1)]
+    robots = tuple(SimpleNamespace(placement=one) for one in places)
+    workpiece = SimpleNamespace(cell=cell, body=None)
+    turning = np.array([[0.0, 1.0], [5.0, 6.0]])
+    found = table_replay(cast("Plan", SimpleNamespace(robot=robots, workpiece=workpiece)), turning=turning)
+    drawn = machine(cast("Workpiece", workpiece), cast("RobotPlan", robots[1]), cell_file=None)
+    solids = [body for body in drawn.bodies if body.kind == "table"]
+    assert [body.joint for body in solids] == list(range(1, len(table.solids(np.eye(4))) + 1))
+    corner = np.array([[10.0, -20.0, 5.0]])
+    for number, (pose, stands) in enumerate(zip([np.eye(4), *poses], [PLACEMENT, *places], strict=True)):
+        there = corner @ found.part[number, :, :3].T + found.part[number, :, 3]
+        in_base = transforms.apply(PLACEMENT.T_base_work, there)
+        np.testing.assert_allclose(in_base, transforms.apply(stands.T_base_work, corner), atol=1e-9)
+        for body, motion, wanted in zip(solids, found.solids[number], table.solids(pose), strict=True):
+            there = body.surface.vertices @ motion[:, :3].T + motion[:, 3]
+            from_start = transforms.apply(PLACEMENT.T_base_work, there) - wanted.start
+            axis = wanted.end - wanted.start
+            along = from_start @ axis / (axis @ axis)
+            across = np.linalg.norm(from_start - along[:, None] * axis, axis=1)
+            np.testing.assert_allclose(np.minimum(np.abs(along), np.abs(along - 1.0)), 0.0, atol=1e-9)
+            assert np.ptp(along) == pytest.approx(1.0)
+            assert wanted.radius * (1.0 - 1e-9) <= across.max() <= 1.1 * wanted.radius

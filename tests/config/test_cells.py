@@ -9,12 +9,12 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from geoprint.config import PACKAGED_CELLS, cell_of, common_needles, job_of, load_cell, packaged_cell_text
+from geoprint.config import PACKAGED_CELLS, TILTING_CELL, cell_of, common_needles, job_of, load_cell, packaged_cell_text
 from geoprint.config.cell_file import CellFile
 from geoprint.config.needles import needle_of
 from geoprint.config.strict import Table
 from geoprint.errors import UsageError
-from geoprint.model import GoodPrint
+from geoprint.model import GoodPrint, TiltTurn
 from tests.motion.cells import bent_cell, straight_cell
 
 # Of what the packaged cells leave out, in their order.
@@ -63,6 +63,17 @@ def test_the_slim_cell_is_the_bent_one_with_another_needle() -> None:
     assert "about 56 times the pressure" in " ".join(packaged_cell_text("irb120-slim45").replace("#", " ").split())
 
 
+def test_a_part_tilts_only_in_the_cell_that_says_so_and_there_below_the_arm_at_home() -> None:
+    for name in PACKAGED_CELLS:
+        assert cell_of(packaged_cell_text(name), name=name).table is None
+    found = cell_of(packaged_cell_text(TILTING_CELL), name=TILTING_CELL)
+    slim = cell_of(packaged_cell_text("irb120-slim45"), name="slim")
+    assert isinstance(found.table, TiltTurn)
+    np.testing.assert_array_equal(found.table.T_base_table[:2, 3], found.demo_position[:2])
+    assert found.table.T_base_table[2, 3] < found.demo_position[2]
+    assert needle_of(found.tool) == needle_of(slim.tool)
+
+
 def test_the_packaged_cells_name_every_key() -> None:
     text = packaged_cell_text(PACKAGED_CELLS[0])
     for name, field in CellFile.model_fields.items():
@@ -85,7 +96,7 @@ diameter_mm = 20
 
 
 def test_the_packaged_cells_leave_the_lamp_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
-    for name in PACKAGED_CELLS:
+    for name in (*PACKAGED_CELLS, TILTING_CELL):
         text = packaged_cell_text(name)
         assert load_cell(written(tmp_path, text)).tool.lamp is None
         first, last = text.index("# [lamp]"), text.index("[work]")
@@ -120,7 +131,7 @@ def test_the_period_of_targets_is_read_and_has_a_default(tmp_path: Path) -> None
 
 
 def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_is_right(tmp_path: Path) -> None:
-    for name in PACKAGED_CELLS:
+    for name in (*PACKAGED_CELLS, TILTING_CELL):
         text = packaged_cell_text(name)
         assert load_cell(written(tmp_path, text)).material is None
         first, last = text.index("# [material]"), text.index("# Until the material is measured")
@@ -133,7 +144,7 @@ def test_the_packaged_cells_leave_the_material_unknown_and_their_example_of_one_
 
 
 def test_the_packaged_cells_show_what_else_a_cell_may_have_and_their_examples_are_right(tmp_path: Path) -> None:
-    for name in PACKAGED_CELLS:
+    for name in (*PACKAGED_CELLS, TILTING_CELL):
         text = packaged_cell_text(name)
         plain = load_cell(written(tmp_path, text))
         assert (plain.good_print, plain.flood, plain.signals.vacuum) == (None, None, None)

@@ -30,7 +30,8 @@ def test_the_examples_in_the_packaged_cells_show_what_counts_where_a_key_is_left
     keys = [line.removeprefix("# ") for line in shown.splitlines()]
     stated = "\n".join(keys[: next(at for at, line in enumerate(keys) if " = " not in line)])
     found = table.model_validate(tomllib.loads(f'kind = "{kind}"\n{stated}'))
-    assert set(tomllib.loads(stated)) == set(table.model_fields) - {"kind"}
+    # Nobody's unit counts where none is named.
+    assert set(tomllib.loads(stated)) == set(table.model_fields) - {"kind", "mechanical_unit"}
     assert found.model_dump() == table.model_validate({"kind": kind, "position_mm": [350.0, 0.0, 0.0]}).model_dump()
 
 
@@ -114,3 +115,16 @@ def test_a_table_that_is_edited_in_the_file_reads_back() -> None:
     np.testing.assert_allclose(table.T_base_table[:3, 3], values["position_mm"])
     assert table.pivot == 25.0
     assert text.startswith(TEXT)
+
+
+def test_what_drives_a_tilt_turn_table_is_named_where_the_controller_does_and_only_there() -> None:
+    start = f'{TEXT}\n[table]\nkind = "tilt-turn"\nposition_mm = [350, 0, 0]\n'
+    driven = cell_of(f'{start}control = "external axes"\nmechanical_unit = "STN1"\n', name="cell.toml").table
+    asked = cell_of(start, name="cell.toml").table
+    assert isinstance(driven, TiltTurn)
+    assert isinstance(asked, TiltTurn)
+    assert (driven.unit, asked.unit) == ("STN1", None)
+    with pytest.raises(UsageError, match="name the mechanical_unit"):
+        cell_of(f'{start}control = "external axes"\n', name="cell.toml")
+    with pytest.raises(UsageError, match="mechanical_unit is named"):
+        cell_of(f'{start}mechanical_unit = "STN1"\n', name="cell.toml")

@@ -10,12 +10,12 @@ import pytest
 import tomlkit
 from hypothesis import given, settings, strategies as st
 
-from geoprint.config import PACKAGED_CELLS, packaged_cell_text
+from geoprint.config import PACKAGED_CELLS, TILTING_CELL, packaged_cell_text
 from geoprint.errors import ExportError, UsageError, VerificationError
 from geoprint.pipeline.cell_writer import edited, write_cell
 
 
-@pytest.mark.parametrize("name", PACKAGED_CELLS)
+@pytest.mark.parametrize("name", [*PACKAGED_CELLS, TILTING_CELL])
 def test_an_edited_cell_keeps_every_line_but_those_of_its_keys(name: str) -> None:
     text = packaged_cell_text(name)
     values = {"source": "calibrated", "model_mm": [[1.0, 2.0, 3.0]], "touched_mm": [[1.5, 2.0, -0.0]], "noise_mm": None}

@@ -9,8 +9,9 @@ import pytest
 from geoprint import job_of, plan
 from geoprint.account.prints.overhang import overhang_rows, record_overhang, table_text
 from geoprint.account.records.comparison import PlannedRecord
-from geoprint.config import packaged_cell_text
+from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.errors import UsageError
+from geoprint.guide import pages
 from geoprint.quality import overhang
 
 PART = Path(__file__).parents[2] / "data" / "heart_apex_patch.ply"
@@ -35,6 +36,18 @@ def test_a_tilt_turn_table_leaves_nothing_overhanging_and_all_of_it_printed_once
     assert sum(one.length_mm for one in told.table.attitudes) == pytest.approx(total, rel=0.01)
     assert all(one.slack >= -1e-6 and len(one.axes) == 2 for one in told.table.attitudes)
     assert "nothing overhangs then" in table_text(told.table)
+
+
+def test_the_guides_example_overhangs_at_rest_as_the_page_says_and_nowhere_in_its_attitudes(tmp_path: Path) -> None:
+    cell = tmp_path / "cell.toml"
+    cell.write_text(packaged_cell_text(TILTING_CELL))
+    told = record_overhang(plan(job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell)))
+    assert told.table is not None
+    assert told.table.length_mm == 0.0
+    total = told.length_mm / told.share
+    words = f"here {told.length_mm:.0f} mm of {total:.0f} mm overhang at rest, and nothing in four attitudes"
+    assert len(told.table.attitudes) == 4
+    assert words in " ".join(next(page.text for page in pages() if page.name == "overhang").split())
 
 
 def test_a_hexapod_tells_what_it_cannot_bring_up(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from geoprint.report import (
     Picture,
     Replay,
     Row,
+    TableReplay,
 )
 
 RADIUS, HEIGHT = 20.0, 6.0
@@ -104,6 +106,19 @@ def replay(*, frames: int = 80, seconds: float = 40.0) -> Replay:
         bead_offsets=offsets,
         bead_times=bead_times,
     )
+
+
+def tilting_part(*, seconds: float) -> PartReport:
+    """Return the dome on a block that takes two attitudes: a quarter turn about the x axis, then 30 mm up."""
+    one = part(surface=dome(rings=12), names=("only",), seconds=seconds)
+    quarter = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0]]
+    motions = np.array([np.eye(4)[:3].tolist(), quarter, [*np.eye(4)[:2].tolist(), [0.0, 0.0, 1.0, 30.0]]])
+    turning = np.array([[0.0, 0.1 * seconds], [0.5 * seconds, 0.6 * seconds]])
+    moving = replace(replay(seconds=seconds), table=TableReplay(turning, motions, motions[:, None]))
+    assert one.machine is not None
+    block = Body("table", 1, box([-15.0, -15.0, -20.0], [15.0, 15.0, -10.0]))
+    machine = replace(one.machine, bodies=(*one.machine.bodies, block))
+    return replace(one, machine=machine, backends=(replace(one.backends[0], replay=moving),))
 
 
 def backend(name: str, *, surface: Surface, error: float, moving: bool = True, seconds: float = 40.0) -> BackendView:

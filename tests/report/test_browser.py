@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geoprint.report import html_report
 from tests.report.browser import Page, opened_browser
-from tests.report.report_cases import HEIGHT, RADIUS, dome, part
+from tests.report.report_cases import HEIGHT, RADIUS, dome, part, tilting_part
 
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
 # Share of pixels that differ when something else is drawn, and when nothing is.
@@ -343,6 +343,43 @@ def test_the_replay_plays_through_at_every_speed_and_again_while_controls_change
     changed(page, last)
     page.drag(SLIDER, to=1.1)
     restored(page, last)
+    assert page.errors() == []
+
+
+def box_of(page: Page, trace: int) -> NDArray[np.float64]:
+    """Return (3, 2) the lowest and highest x, y and z of what a trace draws."""
+    rows = f"(() => {{ const t = document.querySelector('.plot').data[{trace}]; return [t.x, t.y, t.z].map("
+    found = page.run(rows + "(row) => [Math.min(...row), Math.max(...row)]) })()")
+    return np.array(found, dtype=np.float64)
+
+
+def test_part_and_table_stand_in_each_attitude_as_long_as_it_is_printed(browser: Page, tmp_path: Path) -> None:
+    path = tmp_path / "tilting.html"
+    path.write_bytes(html_report([tilting_part(seconds=SECONDS)], title="Tilting"))
+    browser.resize(width=390, height=844)
+    page = opened(browser, path)
+    page.run("document.querySelector('[name=part0-robot]').click()")
+    # Seen from the middle of the dome's box, and the middle of the block under it.
+    low, high = -HEIGHT / 2.0, HEIGHT / 2.0
+    rest = np.array([[-RADIUS, RADIUS], [-RADIUS, RADIUS], [low, high]]), [0.0, 0.0, low - 15.0]
+    turned = np.array([[-RADIUS, RADIUS], [2.0 * low, 0.0], [low - RADIUS, low + RADIUS]]), [0.0, 15.0, low]
+    lifted = np.array([[-RADIUS, RADIUS], [-RADIUS, RADIUS], [low + 30.0, high + 30.0]]), [0.0, 0.0, low + 15.0]
+    seen = ((0.05, "table moves", rest), (0.3, "attitude 1 of 2", turned), (0.55, "table moves", turned))
+    for share, words, (dome_box, block) in (*seen, (0.8, "attitude 2 of 2", lifted)):
+        page.drag(SLIDER, to=share)
+        settled(page)
+        assert str(page.run("document.querySelector('.moving').textContent")).startswith(f"{words} · run")
+        np.testing.assert_allclose(box_of(page, 0), dome_box, atol=0.01)
+        np.testing.assert_allclose(box_of(page, 8).mean(axis=1), block, atol=0.01)
+    for _ in range(2):
+        page.run("document.querySelector('.player select').value = '5'")
+        page.run(f"document.querySelector('{PLAY}').click()")
+        page.wait_until(f"document.querySelector('{PLAY}').textContent === 'Play'")
+        assert seconds(page) == (SECONDS, SECONDS)
+        np.testing.assert_allclose(box_of(page, 0), lifted[0], atol=0.01)
+    page.run("document.querySelector('[name=part0-robot]').click()")
+    settled(page)
+    np.testing.assert_allclose(box_of(page, 0), rest[0], atol=0.01)
     assert page.errors() == []
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError
-from geoprint.report import MOST_FRAMES, BackendView, PathDistances, html_report
+from geoprint.report import MOST_FRAMES, BackendView, PathDistances, TableReplay, html_report
 from tests.report.report_cases import backend, dome, part, replay
 
 
@@ -29,6 +29,15 @@ def test_times_of_a_replay_do_not_go_back() -> None:
         replace(moving, times=np.zeros_like(moving.times))
     with pytest.raises(InputError, match="must not fall"):
         replace(moving, bead_times=moving.bead_times[::-1])
+
+
+def test_a_table_stands_at_rest_and_in_as_many_attitudes_as_it_moves_to_in_their_order() -> None:
+    turning, stands = np.array([[0.0, 1.0], [5.0, 6.0]]), np.tile(np.eye(4)[:3], (3, 1, 1))
+    assert TableReplay(turning, stands, stands[:, None]).part.shape == (3, 3, 4)
+    with pytest.raises(InputError, match="moves 2 times and stands in 2 attitudes"):
+        TableReplay(turning, stands[1:], stands[1:, None])
+    with pytest.raises(InputError, match="in their order"):
+        TableReplay(turning[::-1], stands, stands[:, None])
 
 
 def test_stretches_cover_all_points() -> None:

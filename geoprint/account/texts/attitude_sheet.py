@@ -63,7 +63,7 @@ def _attitude(robot: RobotRecord, table: TableRecord) -> str:
 
 def _table(table: TableRecord) -> list[str]:
     return [
-        f"the {table.name} moves only while the arm waits at home and the program asks: bring it there, look, answer",
+        f"the {table.name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
         "a wrong attitude is noticed by nothing but you: the tool would run into the part",
     ]
 

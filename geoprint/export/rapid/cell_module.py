@@ -13,7 +13,7 @@ from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid import values
 from geoprint.export.rapid.outputs import output_names, output_words
-from geoprint.export.rapid.templates import conditions, filled, unit_words
+from geoprint.export.rapid.templates import conditions, driving_unit, filled, unit_words
 from geoprint.model import Cell, FloatArray, Placement, TiltTurn, Tool
 from geoprint.motion.controller import LIFT
 
@@ -106,7 +106,7 @@ def cell_module(
     """
     frames = f"{values.pose(placement.T_base_fixture)},{values.pose(placement.T_fixture_work)}"
     lift = transforms.inverse(placement.T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])
-    travel = values.significant(cell.process.travel_speed)
+    travel, axes = values.significant(cell.process.travel_speed), external_axes(cell, placement)
     lines = [
         "MODULE GeoCell",
         *header,
@@ -119,10 +119,10 @@ def cell_module(
         *_frame_limits(cell, orders),
         f"  CONST pose geoLift:=[{values.array(lift, decimals=values.POSITION_DECIMALS)},[1,0,0,0]];",
         _jointtarget("jGeoHome", cell.robot.home),
-        _jointtarget("jGeoStart", orders.start),
-        _jointtarget("jGeoAloft", orders.aloft),
-        *_prime_data(cell, orders),
-        *_flood_data(cell),
+        _jointtarget("jGeoStart", orders.start, axes),
+        _jointtarget("jGeoAloft", orders.aloft, axes),
+        *_prime_data(cell, orders, axes),
+        *_flood_data(cell, axes),
         *_table_data(cell, placement),
         f"  CONST num nGeoThere:={_seconds(orders.there)};",
         f"  CONST num nGeoBack:={_seconds(orders.back)};",
@@ -150,8 +150,16 @@ def guard_module(cell: Cell, *, placement: Placement, loading: bool, stacked: bo
     return filled(
         "geo_guard.mod",
         holding=conditions(cell, placement=placement, loading=loading, stacked=stacked),
-        words=output_words(output_names(cell.signals)) | unit_words(placement),
+        words=output_words(output_names(cell.signals)) | unit_words(placement) | _station(cell, placement),
     )
+
+
+def external_axes(cell: Cell, placement: Placement) -> str:
+    """Return the external axes of every target: those of the attitude where a mechanical unit holds it, else none."""
+    if driving_unit(cell, placement) is None or placement.table is None:
+        return values.NO_AXES
+    angles = [values.number(angle, decimals=_TABLE_DECIMALS) for angle in np.degrees(placement.table.axes).tolist()]
+    return f"[{','.join([*angles, *['9E9'] * (6 - len(angles))])}]"
 
 
 def program_file(modules: Sequence[str]) -> str:
@@ -189,20 +197,25 @@ def _frame_limits(cell: Cell, orders: Orders) -> list[str]:
     ]
 
 
-def _jointtarget(name: str, joints: FloatArray) -> str:
+def _station(cell: Cell, placement: Placement) -> dict[str, str]:
+    unit = driving_unit(cell, placement)
+    return {} if unit is None else {"STATION": values.identifier(unit, what="table.mechanical_unit")}
+
+
+def _jointtarget(name: str, joints: FloatArray, axes: str = values.NO_AXES) -> str:
     angles = values.array(np.degrees(joints), decimals=values.ANGLE_DECIMALS)
-    return f"  CONST jointtarget {name}:=[{angles},{values.NO_AXES}];"
+    return f"  CONST jointtarget {name}:=[{angles},{axes}];"
 
 
 def _seconds(duration: float) -> str:
     return values.number(max(duration, _SHORTEST_MOVE), decimals=3)
 
 
-def _prime_data(cell: Cell, orders: Orders) -> list[str]:
+def _prime_data(cell: Cell, orders: Orders, axes: str) -> list[str]:
     if cell.purge is None:
         return []
     lines = [
-        _jointtarget("jGeoPrime", cell.purge.joints),
+        _jointtarget("jGeoPrime", cell.purge.joints, axes),
         f"  CONST num nGeoPrime:={values.number(cell.purge.duration, decimals=3)};",
     ]
     if cell.signals.mode == "analog":
@@ -211,11 +224,11 @@ def _prime_data(cell: Cell, orders: Orders) -> list[str]:
     return lines
 
 
-def _flood_data(cell: Cell) -> list[str]:
+def _flood_data(cell: Cell, axes: str) -> list[str]:
     if cell.flood is None:
         return []
     lines = [f"  CONST num nGeoFlood:={values.number(cell.flood.duration, decimals=3)};"]
-    return lines if cell.flood.joints is None else [_jointtarget("jGeoFlood", cell.flood.joints), *lines]
+    return lines if cell.flood.joints is None else [_jointtarget("jGeoFlood", cell.flood.joints, axes), *lines]
 
 
 def _table_data(cell: Cell, placement: Placement) -> list[str]:
@@ -230,7 +243,14 @@ def _table_data(cell: Cell, placement: Placement) -> list[str]:
         turns = Rotation.from_matrix(pose.T_table_plate[:3, :3]).as_euler("xyz", degrees=True)
         plate = np.concatenate([pose.T_table_plate[:3, 3], turns]).tolist()
         named |= dict(zip((f"nGeoPlate{name}" for name in ("X", "Y", "Z", "Roll", "Pitch", "Yaw")), plate, strict=True))
+    moving: list[str] = []
+    if isinstance(cell.table, TiltTurn) and cell.table.unit is not None:
+        # From wherever it stands, so slowly that no axis is faster than its share.
+        spans = (cell.table.ranges[:, 1] - cell.table.ranges[:, 0]) / cell.table.speeds
+        moving.append(_jointtarget("jGeoTable", cell.robot.home, external_axes(cell, placement)))
+        moving.append(f"  CONST num nGeoTableMove:={_seconds(float(spans.max()) / cell.process.joint_speed_share)};")
     return [
+        *moving,
         f"  CONST num nGeoTable:={pose.number};",
         *(f"  CONST num {name}:={values.number(value, decimals=_TABLE_DECIMALS)};" for name, value in named.items()),
     ]

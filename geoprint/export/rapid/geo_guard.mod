@@ -55,6 +55,7 @@ MODULE GeoGuard
     EOffsOff;
     VelSet 100,250;
     GeoAskFrame;
+@driven|    DeactUnit <STATION>;
     GeoAskHome;
 @table|    GeoAskTable;
 @known|    GeoAskCutShort;
@@ -126,7 +127,8 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-@table|  ! The table moves only here, while the arm waits at home: whoever looks at it answers, nothing else knows.
+@table+undriven|  ! The table moves only here, while the arm waits at home: whoever looks at it answers, nothing else knows.
+@driven|  ! The table moves only here, while the arm waits at home: whoever looks at it says that it may.
 @table|  PROC GeoAskTable()
 @table|    VAR num answer;
 @table|    TPErase;
@@ -145,8 +147,11 @@ MODULE GeoGuard
 @hexapod|    TPWrite "plate roll, degrees: "\Num:=nGeoPlateRoll;
 @hexapod|    TPWrite "plate pitch, degrees: "\Num:=nGeoPlatePitch;
 @hexapod|    TPWrite "plate yaw, degrees: "\Num:=nGeoPlateYaw;
-@table|    TPReadFK answer,"Is it there, and does it hold?","Yes","","","","Stop";
+@table+undriven|    TPReadFK answer,"Is it there, and does it hold?","Yes","","","","Stop";
+@driven|    TPReadFK answer,"May it move there now, slowly?","Move","","","","Stop";
 @table|    IF answer<>1 GeoRefuse "bring the table to its attitude, start from main.";
+@driven|    ActUnit <STATION>;
+@driven|    MoveAbsJ jGeoTable\NoEOffs,vGeoHome\T:=nGeoTableMove*100/geoPct,fine,tGeoNozzle;
 @table|  ERROR
 @table|    GeoSafe;
 @table|    RAISE;
@@ -233,8 +238,10 @@ MODULE GeoGuard
 @known|    GeoKeeper "GeoResidentEnter",now;
     PDispOff;
     VelSet 100,250;
-    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
+@undriven|    MoveAbsJ jGeoHome\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
+@driven|    MoveAbsJ jGeoTable\NoEOffs,vGeoHome\T:=nGeoBack*100/geoPct,fine,tGeoNozzle;
 @flood|    GeoFlood;
+@driven|    DeactUnit <STATION>;
 @byhand+known+single|    IF geoPrints TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
 @byhand+known+stacked|    IF geoPrints AND (geo<UNIT>=nGeo<UNIT>s OR geo<UNIT>>=geoLast<UNIT>) THEN
 @byhand+known+stacked|      TPWrite "Now flood the part with UV, seconds: "\Num:=nGeoFlood;
@@ -258,7 +265,8 @@ MODULE GeoGuard
 @prime+known|      now:=0;
 @prime+known|      GeoKeeper "GeoResidentEnter",now;
 @prime+known|    ENDIF
-@prime|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@prime+undriven|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@prime+driven|    MoveAbsJ jGeoTable\NoEOffs,vGeoSlow,fine,tGeoNozzle;
 @prime|  ERROR
 @prime|    GeoSafe;
 @prime|    RAISE;
@@ -271,7 +279,8 @@ MODULE GeoGuard
 @flood+known|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";
 @flood+known|      GeoSafe;
 @flood+known|    ENDIF
-@flood|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@flood+undriven|    MoveAbsJ jGeoHome\NoEOffs,vGeoSlow,fine,tGeoNozzle;
+@flood+driven|    MoveAbsJ jGeoTable\NoEOffs,vGeoSlow,fine,tGeoNozzle;
 @flood|  ERROR
 @flood|    GeoSafe;
 @flood|    RAISE;

@@ -77,6 +77,7 @@ def _compare(module: str, text: str, wanted: list[str]) -> None:
 
 def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, stacked: bool = False) -> list[str]:
     """Return the lines of the template whose conditions all hold, with the outputs' names."""
+    unit = cell.table.unit if placement.table is not None and isinstance(cell.table, TiltTurn) else None
     holds = {
         "io": cell.signals.mode == "io",
         "analog": cell.signals.mode == "analog",
@@ -92,6 +93,8 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, sta
         "table": placement.table is not None,
         "hexapod": placement.table is not None and isinstance(cell.table, Hexapod),
         "tiltturn": placement.table is not None and isinstance(cell.table, TiltTurn),
+        "driven": unit is not None,
+        "undriven": unit is None,
     }
     signals = cell.signals
     outputs = {"<VALVE>": signals.dispenser, "<LAMP>": signals.uv_lamp, "<VACUUM>": signals.vacuum or ""}
@@ -99,7 +102,7 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, sta
         outputs["<FLOW>"] = signals.flow or ""
     named = sorted(f"{place[1:-1]}={name.lower()}" for place, name in outputs.items() if name)
     outputs["<OUTPUTS>"] = str(zlib.crc32(",".join(named).encode("ascii")) % 1000000)
-    outputs["<VERSION>"] = str(_VERSION)
+    outputs["<VERSION>"], outputs["<STATION>"] = str(_VERSION), unit or ""
     outputs["<UNIT>"], outputs["<LOWER>"] = ("Layer", "layer") if placement.table is None else ("Attitude", "attitude")
     template = resources.files("geoprint.export.rapid").joinpath(file).read_text(encoding="ascii")
     lines: list[str] = []

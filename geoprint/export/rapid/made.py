@@ -11,7 +11,7 @@ from geoprint.export.orders import Orders
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.machine import Event, Execution, MachineTask, Scenario, Switching, compile_task, execute
 from geoprint.export.rapid.text import Place, refuse
-from geoprint.model import Cell, FloatArray, IntArray, Placement, comparable, freeze_arrays
+from geoprint.model import Cell, FloatArray, IntArray, Placement, TiltTurn, comparable, freeze_arrays
 from geoprint.motion.arm import Arm
 
 # Routines of the resident module that the controller's configuration ties to its events.
@@ -99,13 +99,15 @@ def task_of(modules: Sequence[Module], *, cell: Cell, arm: Arm) -> MachineTask:
 
 
 def signals_of(cell: Cell) -> dict[str, str]:
-    """Return the type of each output of a cell, by its name."""
+    """Return the type of each output of a cell and of the mechanical unit of its table, by its name."""
     signals = cell.signals
     found = {signals.dispenser: "signaldo", signals.uv_lamp: "signaldo"}
     if signals.vacuum is not None:
         found[signals.vacuum] = "signaldo"
     if signals.flow is not None:
         found[signals.flow] = "signalao"
+    if isinstance(cell.table, TiltTurn) and cell.table.unit is not None:
+        found[cell.table.unit] = "mecunit"
     return found
 
 

@@ -30,7 +30,7 @@ import numpy as np
 from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.export.rapid import values
-from geoprint.export.rapid.cell_module import cell_module, guard_module, header_lines, program_file
+from geoprint.export.rapid.cell_module import cell_module, external_axes, guard_module, header_lines, program_file
 from geoprint.export.rapid.executed import Proof
 from geoprint.export.rapid.outputs import output_names
 from geoprint.export.rapid.triggers import Triggers, triggers_of
@@ -115,7 +115,8 @@ def proven_program(
     names = _name_shared_data(orders)
     events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
     triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
-    runs = _procedures(orders, _moves(orders, names=names, triggers=triggers), triggers=triggers)
+    moves = _moves(orders, names=names, triggers=triggers, axes=external_axes(cell, placement))
+    runs = _procedures(orders, moves, triggers=triggers)
     header = header_lines(
         cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
         runs=len(runs), targets=orders.count, checked=checked, not_checked=not_checked,
@@ -124,7 +125,7 @@ def proven_program(
     cell_text = cell_module(cell, orders, placement=placement, declarations=shared, header=header)
     printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
     # Lines are large, and the modules say the same.
-    del runs
+    del runs, moves
     program = _program(cell_text, printing, cell=cell, placement=placement, targets=orders.count)
     proof = verify_program(
         program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
@@ -178,12 +179,12 @@ def _plain(value: float) -> str:
     return values.number(value, decimals=5).rstrip("0").rstrip(".")
 
 
-def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers) -> list[str]:
+def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers, axes: str) -> list[str]:
     """Return the motion instruction of each target; where its line would be too long, the target in one before it."""
     tips = np.round(orders.tips, values.POSITION_DECIMALS) + 0.0
     quaternions = np.round(_unit(orders.quaternions), values.QUATERNION_DECIMALS) + 0.0
     position, turn = f"%.{values.POSITION_DECIMALS}f", f"%.{values.QUATERNION_DECIMALS}f"
-    target = f"[[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{values.NO_AXES}]"
+    target = f"[[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{axes}]"
     form = "    %s %s%s%s,%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
     differs = (orders.aloft_configuration != orders.configuration).any(axis=1)
     lifted = [("", "")] * orders.count

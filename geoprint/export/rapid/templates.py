@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection, Mapping
 from importlib import resources
 
-from geoprint.model import Cell, Hexapod, Placement
+from geoprint.model import Cell, Hexapod, Placement, TiltTurn
 
 
 def filled(template: str, *, holding: Collection[str], words: Mapping[str, str]) -> str:
@@ -49,7 +49,13 @@ def conditions(cell: Cell, *, placement: Placement, loading: bool, stacked: bool
         holding.add("byhand" if cell.flood.joints is None else "flood")
     if placement.table is not None:
         holding |= {"table", "hexapod" if isinstance(cell.table, Hexapod) else "tiltturn"}
+    holding.add("undriven" if driving_unit(cell, placement) is None else "driven")
     return holding | ({"loading"} if loading else set())
+
+
+def driving_unit(cell: Cell, placement: Placement) -> str | None:
+    """Return the mechanical unit that brings the part to its attitude; None where the program moves no table."""
+    return cell.table.unit if placement.table is not None and isinstance(cell.table, TiltTurn) else None
 
 
 def unit_words(placement: Placement) -> dict[str, str]:

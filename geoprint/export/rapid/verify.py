@@ -323,14 +323,12 @@ def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Fi
     stops = planned_zones < _SMALLEST_ZONE
     zone_kept = (zones <= planned_zones + _NO_EXCESS) & (zones >= planned_zones * _SMALLEST_ZONE_SHARE)
     speed_kept = (speeds <= planned_speeds + _NO_EXCESS) & (speeds >= planned_speeds * _SMALLEST_SPEED_SHARE)
-    axes, none = moves.other_axes[rows].astype(np.float64), np.zeros(count)
     tips, quaternions = orders.tips[:count], orders.quaternions[:count]
     return (
         _Finding(_any(np.abs(places - tips) > _POSITION_TOLERANCE), "the position is", places, tips),
         _Finding(_turned(turns, quaternions), "the quaternion is", turns, quaternions),
         _Finding(_any(found != configuration), "the configuration is", found, configuration),
         _Finding(_any(aloft != aloft_configuration), "the configuration of the dry run is", aloft, aloft_configuration),
-        _Finding(axes != none, "external axes are", axes, none),
         _Finding((stops & (zones != 0.0)) | ~(stops | zone_kept), "the zone [mm] is", zones, planned_zones),
         _Finding(~speed_kept, "the speed [mm/s] is", speeds, planned_speeds),
         _Finding(runs != planned_runs, "the run is", runs, planned_runs),

@@ -46,6 +46,8 @@ _PLATE_NAMES = ("nGeoPlateX", "nGeoPlateY", "nGeoPlateZ", "nGeoPlateRoll", "nGeo
 _LEG_NAMES = ("nGeoLeg1", "nGeoLeg2", "nGeoLeg3", "nGeoLeg4", "nGeoLeg5", "nGeoLeg6")
 # What a person brings a table to is written to four decimals [mm, degrees].
 _TABLE_TOLERANCE = 1e-4
+# A num is single precision.
+_ROUNDING = 1e-6
 _PRIME_NAMES = frozenset({"jgeoprime", "ngeoprime"})
 
 
@@ -60,7 +62,7 @@ def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Place
     _verify_work(text, placement=placement)
     _verify_table(text, cell=cell, placement=placement)
     _verify_frame_limits(text, orders.extent, standoff=cell.process.standoff)
-    _verify_motions(text, orders, cell=cell)
+    _verify_motions(text, orders, cell=cell, placement=placement)
 
 
 def verify_header(text: RapidText, *, placement: Placement, surface_within: float | None) -> None:
@@ -96,7 +98,10 @@ def verify_names(text: RapidText, made: Made, *, cell: Cell, placement: Placemen
     if cell.flood is not None:
         used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
     used |= {name.lower() for name in _table_wanted(cell, placement)}
+    if _axes_wanted(cell, placement)[0] < _NO_AXES:
+        used |= {"jgeotable", "ngeotablemove"}
     moves, rows = made.execution.moves, made.rows
+    _verify_axes(made, cell=cell, placement=placement)
     wanted = [moves.names.index(name) if name in moves.names else -1 for name in ("tgeonozzle", "wgeopart")]
     wrong = np.flatnonzero((moves.tools[rows] != wanted[0]) | (moves.works[rows] != wanted[1]))
     if wrong.size:
@@ -109,6 +114,25 @@ def verify_names(text: RapidText, made: Made, *, cell: Cell, placement: Placemen
     for name, datum in text.declarations.items():
         if datum.place.module in _OWN and name not in used and datum.kind != "loadsession":
             refuse(datum.place, f"{name} is declared, but the plan has no use for it")
+
+
+def _axes_wanted(cell: Cell, placement: Placement) -> FloatArray:
+    """Return (6,) the external axes of every target, as the plate's pose has them anew [degrees]."""
+    wanted = np.full(6, _NO_AXES)
+    if placement.table is not None and isinstance(cell.table, TiltTurn) and cell.table.unit is not None:
+        wanted[:2] = np.degrees(table_machine(cell.table).axes(placement.table.T_table_plate[None])[0])
+    return wanted
+
+
+def _verify_axes(made: Made, *, cell: Cell, placement: Placement) -> None:
+    """Check that every target has the table where the attitude has it."""
+    axes, wanted = made.execution.moves.other_axes[made.rows], _axes_wanted(cell, placement)
+    # Of the axes that are not there 9E9 is written, which is rounded.
+    wrong = np.flatnonzero((np.abs(axes - wanted) > _TABLE_TOLERANCE + _ROUNDING * wanted).any(axis=1))
+    if wrong.size:
+        row = int(wrong[0])
+        found, planned = axes[row].round(4).tolist(), wanted.round(4).tolist()
+        refuse(made.place(row), f"target {row + 1}: the external axes are {found}, the plan has {planned}")
 
 
 def _named(statement: Statement) -> Iterator[str]:
@@ -177,7 +201,7 @@ def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float
         )
 
 
-def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell) -> None:
+def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell, placement: Placement) -> None:
     """Check the joint moves: home, the first targets, their times, and where nozzle and part are primed and flooded."""
     joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.aloft}
     times = {"nGeoThere": max(orders.there, _SHORTEST_MOVE), "nGeoBack": max(orders.back, _SHORTEST_MOVE)}
@@ -187,10 +211,17 @@ def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell) -> None:
     if cell.flood is not None:
         times["nGeoFlood"] = cell.flood.duration
         joints |= {} if cell.flood.joints is None else {"jGeoFlood": cell.flood.joints}
+    axes = _axes_wanted(cell, placement)
+    if isinstance(cell.table, TiltTurn) and axes[0] < _NO_AXES:
+        joints["jGeoTable"] = cell.robot.home
+        spans = np.diff(cell.table.ranges, axis=1)[:, 0]
+        times["nGeoTableMove"] = float((spans / cell.table.speeds).max()) / cell.process.joint_speed_share
     for name, angles in joints.items():
         datum = declared(text, name, kind="jointtarget", storage="CONST", place=_CELL)
-        expected: Value = [literal(np.degrees(angles)), literal(np.full(6, _NO_AXES))]
-        compare(datum.value, expected, tolerance=_ANGLE_TOLERANCE_DEG, place=datum.place, what=name)
+        value = datum.value if isinstance(datum.value, list) and len(datum.value) == 2 else [None, None]
+        compare(value[0], literal(np.degrees(angles)), tolerance=_ANGLE_TOLERANCE_DEG, place=datum.place, what=name)
+        expected = literal(np.full(6, _NO_AXES) if name == "jGeoHome" else axes)
+        compare(value[1], expected, tolerance=_TABLE_TOLERANCE, place=datum.place, what=f"{name}'s external axes")
     for name, duration in times.items():
         datum = declared(text, name, kind="num", storage="CONST", place=_CELL)
         compare(datum.value, duration, tolerance=_TIME_TOLERANCE, place=datum.place, what=name)

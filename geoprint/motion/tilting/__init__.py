@@ -6,4 +6,4 @@ from geoprint.motion.tilting.gathering import (
     gathered as gathered,
 )
 from geoprint.motion.tilting.ranges import Margins as Margins, UpRange as UpRange
-from geoprint.motion.tilting.tilts import Served as Served, Tilts as Tilts, everything as everything, tilted as tilted
+from geoprint.motion.tilting.tilts import Tilts as Tilts, tilted as tilted

@@ -18,28 +18,19 @@ would do. The least number of stretches is the number of moves, the first from r
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
 
-from geoprint.errors import InputError, ReachError
+from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.motion.tilting.caps import ANGLE_TOLERANCE
 from geoprint.motion.tilting.ranges import UpRange
 from geoprint.transforms import angles_between
 
-# (first pose, pose behind the last, (3,) direction that points up) -> the pose behind the last that the arm serves.
-Served: TypeAlias = Callable[[int, int, FloatArray], int]
-
 # Halvings that find the largest slack: to 2e-4 of the critical angle and of the table's limits.
 SLACK_HALVINGS = 12
-
-
-def everything(_first: int, behind: int, _up: FloatArray) -> int:
-    """Serve every pose: what a table does alone, without an arm."""
-    return behind
 
 
 @final
@@ -50,7 +41,6 @@ class Tilts:
     Attributes:
         starts: (s,) first pose of each stretch; it is the last of the one before where a run goes on through both.
         ends: (s,) pose behind the last.
-        resumed: (s,) pose of the same run from which the bead is laid again, as far before the start as it overlaps.
         ups: (s, 3) unit direction of the part that points up.
         slacks: (s,) share that is left of the critical angle, and of the table's limits where less of these is; of
             what overhangs whatever the table does, of the angle to which it is led.
@@ -60,7 +50,6 @@ class Tilts:
 
     starts: IntArray
     ends: IntArray
-    resumed: IntArray
     ups: FloatArray
     slacks: FloatArray
     angles: FloatArray
@@ -68,7 +57,7 @@ class Tilts:
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, starts="int: s", ends="int: s", resumed="int: s", ups="float: s 3", slacks="float: s",
+            self, starts="int: s", ends="int: s", ups="float: s 3", slacks="float: s",
             angles="float: n", missing="float: n",
         )  # fmt: skip
 
@@ -94,48 +83,37 @@ class _Tilt:
     slack: float
 
 
-def tilted(
-    normals: FloatArray, *, runs: IntArray, arcs: FloatArray, within: UpRange, overlap: float,
-    served: Served = everything,
-) -> Tilts:  # fmt: skip
+def tilted(normals: FloatArray, *, runs: IntArray, within: UpRange) -> Tilts:
     """Choose the attitudes of a table along a deposit, with the fewest moves for its order.
 
-    A stretch may end anywhere in a run: the bead is interrupted, and resumed with an overlap onto what lies there
-    already, which needs no attitude of its own. A pose that overhangs whatever the table does is printed where it
-    misses least, up to 1 degree more, and its least missing angle is listed. Of the admissible directions of a stretch
-    the one is taken at which most is left: the smaller of the angle left to the critical one over that, and the table's
-    margin; both are shares, of which one is as dear as the other.
+    A stretch may end anywhere in a run: the bead is interrupted, and goes on in the next one. A pose that overhangs
+    whatever the table does is printed where it misses least, up to 1 degree more, and its least missing angle is
+    listed. Of the admissible directions of a stretch the one is taken at which most is left: the smaller of the angle
+    left to the critical one over that, and the table's margin; both are shares, of which one is as dear as the other.
 
     Args:
         normals: (n, 3) outward unit normals of the deposited poses, in the order of printing.
         runs: (n,) run of each, not falling within a run's poses.
-        arcs: (n,) arc length along its run [mm].
         within: what the table can bring up, with the critical angle.
-        overlap: of the beads where one is interrupted, 0 or more [mm].
-        served: how far the arm serves a stretch at a direction. What it serves it must serve in parts, too: then a cut
-            stretch keeps its direction. The arm is asked at one direction a stretch, and at that of shorter ones where
-            it serves nothing, so that with an arm the moves are few, but not proven to be fewest.
 
     Raises:
         InputError: there is no pose, or the arrays differ in length.
-        ReachError: the arm serves a pose at none of the directions that were tried.
     """
-    if not len(normals) or {len(normals)} != {len(runs), len(arcs)}:
+    if not len(normals) or len(normals) != len(runs):
         raise InputError(
-            f"a table tilts along poses with a normal, a run and an arc length each, found {len(normals)}, "
-            f"{len(runs)} and {len(arcs)}: give those that deposit."
+            f"a table tilts along poses with a normal and a run each, found {len(normals)} and {len(runs)}: give those "
+            "that deposit."
         )
     nearest = within.nearest(normals)
     aims = within.aims(normals, nearest)
     missing = np.maximum(angles_between(normals, nearest) - within.critical, 0.0)
     stretches: list[_Tilt] = []
     while not stretches or stretches[-1].behind < len(normals):
-        stretches.append(_next(stretches[-1:], aims, nearest, runs, within=within, served=served))
-    starts = np.array([each.first for each in stretches])
+        stretches.append(_next(stretches[-1:], aims, nearest, runs, within=within))
     ends = np.array([each.behind for each in stretches])
     ups = np.stack([each.up for each in stretches])
     return Tilts(
-        starts, ends, _resumed(starts, runs, arcs, overlap=overlap), ups,
+        np.array([each.first for each in stretches]), ends, ups,
         slacks=np.array([each.slack for each in stretches]),
         angles=angles_between(normals, _at_poses(ups, ends)),
         missing=np.where(missing > ANGLE_TOLERANCE, missing, 0.0),
@@ -160,35 +138,14 @@ def longest(first: int, aims: FloatArray, *, within: UpRange) -> int:
     return low
 
 
-def _next(
-    before: list[_Tilt], aims: FloatArray, nearest: FloatArray, runs: IntArray, *, within: UpRange, served: Served
-) -> _Tilt:
+def _next(before: list[_Tilt], aims: FloatArray, nearest: FloatArray, runs: IntArray, *, within: UpRange) -> _Tilt:
     """Return the stretch behind the last one; it shares that one's last pose where their run goes on, if it can."""
-    behind = before[0].behind if before else 0
-    if before and runs[behind] == runs[behind - 1] and len(within.admissible(aims[behind - 1 : behind + 1])):
-        shared = _stretch(behind - 1, aims, nearest, within=within, served=served)
-        if shared.behind > behind:
-            return shared
-    found = _stretch(behind, aims, nearest, within=within, served=served)
-    if found.behind == behind:
-        raise ReachError(
-            f"the arm does not serve pose {behind} of the deposit in run {runs[behind] + 1} with any attitude of the "
-            "table that was tried: move the table, or allow the table less margin.",
-            pose=behind,
-        )
-    return found
-
-
-def _stretch(first: int, aims: FloatArray, nearest: FloatArray, *, within: UpRange, served: Served) -> _Tilt:
-    """Return the longest stretch from a pose on that the arm serves at its best direction, empty where it does none."""
+    first = before[0].behind if before else 0
+    if before and runs[first] == runs[first - 1] and len(within.admissible(aims[first - 1 : first + 1])):
+        first -= 1
     behind = longest(first, aims, within=within)
-    while True:
-        up, slack = roomiest(aims[first:behind], nearest[first], within=within)
-        reached = served(first, behind, up)
-        if reached > first or behind == first + 1:
-            return _Tilt(first, reached, up, slack)
-        # Fewer poses leave other directions.
-        behind = first + (behind - first + 1) // 2
+    up, slack = roomiest(aims[first:behind], nearest[first], within=within)
+    return _Tilt(first, behind, up, slack)
 
 
 def roomiest(aims: FloatArray, single: FloatArray, *, within: UpRange) -> tuple[FloatArray, float]:
@@ -210,17 +167,6 @@ def roomiest(aims: FloatArray, single: FloatArray, *, within: UpRange) -> tuple[
         else:
             high = middle
     return up, low
-
-
-def _resumed(starts: IntArray, runs: IntArray, arcs: FloatArray, *, overlap: float) -> IntArray:
-    """Return the (s,) poses from which beads that were interrupted are laid again, one before the start at least."""
-    found = starts.copy()
-    for place, start in enumerate(starts.tolist()):
-        row = start
-        while row > 0 and runs[row - 1] == runs[start] and (row == start or arcs[start] - arcs[row] < overlap):
-            row -= 1
-        found[place] = row
-    return found
 
 
 def _at_poses(ups: FloatArray, ends: IntArray) -> FloatArray:

@@ -29,7 +29,7 @@ def with_table(paths: Plan, table: Hexapod | TiltTurn) -> Plan:
     """
     machine, poses = table_machine(table), deposited(paths)
     within, lengths = up_range(paths, machine), _lengths(poses)
-    kept = attitudes_of(tilted(poses.normals, runs=poses.runs, arcs=poses.arcs, within=within, overlap=0.0), poses.runs)
+    kept = attitudes_of(tilted(poses.normals, runs=poses.runs, within=within), poses.runs)
     other = gathered(poses.normals, runs=poses.runs, layers=poses.layers, lengths=lengths, within=within)
     order: Order = "gathered" if len(other) < len(kept) else "kept"
     attitudes, moves = other if order == "gathered" else kept, (len(kept), len(other))

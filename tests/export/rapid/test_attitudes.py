@@ -20,7 +20,7 @@ from geoprint.export.rapid.program import proven_program
 from geoprint.export.rapid.settings import as_new
 from geoprint.export.rapid.stacks import OwnProgram, judge_stack, verify_stack
 from geoprint.export.rapid.stacks.running import StackRun
-from geoprint.model import Cell, Hexapod, TiltTurn
+from geoprint.model import Cell, Hexapod, Program, TiltTurn
 from geoprint.motion.arm import Arm
 from geoprint.motion.machine import table_machine, tilted_placement
 from tests.export.export_cases import CELL, PLACEMENT, orders, stream, tips_of
@@ -29,7 +29,14 @@ from tests.export.rapid.test_stacks import Files, judged, replaced, running, sai
 from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
 
 UPS = ((0.0, 0.0, 1.0), (0.0, 0.17, 0.98), (0.1, -0.1, 0.98))
-TABLES = {"hexapod": hexapod_noun, "tilt-turn": tilt_turn_noun}
+
+
+def driven() -> TiltTurn:
+    """A tilt-turn table that the arm's controller tilts and turns."""
+    return tilt_turn_noun(control='"external axes"', mechanical_unit='"STN1"')
+
+
+TABLES = {"hexapod": hexapod_noun, "tilt-turn": tilt_turn_noun, "external axes": driven}
 
 
 def own_program(number: int, table: Hexapod | TiltTurn) -> OwnProgram:
@@ -85,14 +92,14 @@ def test_each_attitude_moves_in_its_own_work_object() -> None:
     assert np.abs(places[1] - places[0]).max() > 1.0
 
 
-@pytest.mark.parametrize(("kind", "shown"), [("tilt-turn", 3), ("hexapod", 13)])
+@pytest.mark.parametrize(("kind", "shown"), [("tilt-turn", 3), ("external axes", 3), ("hexapod", 13)])
 def test_the_pendant_shows_what_to_bring_the_table_to(kind: str, shown: int) -> None:
     own = attitudes(kind)[1]
     texts = [text for _, text in whole(attitudes(kind)).texts]
     first = texts.index("Bring the table to attitude 2")
     numbers = [float(text.rpartition(" ")[2]) for text in texts[first : first + shown]]
     assert own.placement.table is not None
-    axes = np.degrees(own.placement.table.axes) if kind == "tilt-turn" else own.placement.table.axes
+    axes = np.degrees(own.placement.table.axes) if kind != "hexapod" else own.placement.table.axes
     np.testing.assert_allclose(numbers[: 1 + len(axes)], [2.0, *axes], atol=1e-3)
     if kind == "hexapod":
         np.testing.assert_allclose(numbers[7:10], own.placement.table.T_table_plate[:3, 3], atol=1e-3)
@@ -186,3 +193,94 @@ def test_a_program_of_attitudes_stands_up_to_the_lint(tmp_path: Path) -> None:
         surface_within=0.2, tips_at=tips_of(stream()), spacing=2.0,
     )  # fmt: skip
     assert errors(made, tmp_path) == []
+
+
+def test_a_program_with_external_axes_stands_up_to_the_lint(tmp_path: Path) -> None:
+    own = attitudes("external axes")[1]
+    found = errors(Program(own.modules, targets=1, dry_run=False), tmp_path)
+    # The judge takes outputs for given by the controller's configuration, but no mechanical unit.
+    assert len(found) == 3
+    assert all(one["code"] == "unresolved" and "stn1" in str(one).lower() for one in found)
+
+
+def test_every_target_has_the_table_where_its_attitude_has_it_and_only_home_moves_it() -> None:
+    own = attitudes("external axes")
+    moves = whole(own).moves
+    table = np.abs(moves.other_axes[:, 0]) < 1e9
+    assert (np.abs(moves.other_axes[:, 2:]) > 1e9).all()
+    along = moves.along_path.reshape(3, -1)
+    for of, program in zip(along, own, strict=True):
+        assert program.placement.table is not None
+        axes = np.degrees(program.placement.table.axes)
+        np.testing.assert_allclose(moves.other_axes[of, :2], np.tile(axes, (len(of), 1)), atol=1e-3)
+    # Where the table's angles change the arm stands at home before and behind.
+    home = own[0].cell.robot.home
+    joints = np.column_stack([moves.places, moves.turns[:, :3]])
+    changes = np.flatnonzero(table[1:] & (np.abs(np.diff(moves.other_axes[:, :2], axis=0)).max(axis=1) > 1e-3)) + 1
+    assert changes.size == len(own)
+    for row in changes.tolist():
+        np.testing.assert_allclose(joints[[row - 1, row]], [home, home], atol=1e-5)
+
+
+def changed_target(files: Files) -> None:
+    """Another angle of the table in one target of the second attitude."""
+    text = files["part-2/GeoPrint.mod"]
+    found = list(re.finditer(r"\],\[(-?\d+\.\d{4}),(-?\d+\.\d{4}),9E9", text))[5]
+    files["part-2/GeoPrint.mod"] = text[: found.start(1)] + f"{float(found[1]) + 0.5:.4f}" + text[found.end(1) :]
+
+
+def all_targets(files: Files) -> None:
+    """Another angle of the table wherever the second attitude says one: what moves agrees, but not with the plan."""
+    for name in ("part-2/GeoPrint.mod", "part-2/GeoCell.mod"):
+        files[name] = re.sub(
+            r"\],\[(-?\d+\.\d{4}),(?=-?\d+\.\d{4},9E9)", lambda one: f"],[{float(one[1]) + 0.5:.4f},", files[name]
+        )
+
+
+DRIVEN_CHANGES: dict[str, tuple[Callable[[Files], object], str]] = {
+    "no ActUnit": (replaced("part-2/GeoGuard.mod", "    ActUnit STN1;\n", ""), "the guard must say 'ActUnit STN1;'"),
+    "no DeactUnit": (replaced("part-2/GeoGuard.mod", "    DeactUnit STN1;\n", ""), "the guard must say"),
+    "another unit": (replaced("part-2/GeoGuard.mod", "ActUnit STN1;", "ActUnit STN2;"), "the guard must say"),
+    "another angle of one target": (changed_target, "part-2/GeoPrint.mod, line"),
+    "another angle of all": (all_targets, "part-2/GeoCell.mod, line"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", DRIVEN_CHANGES)
+def test_what_was_changed_of_a_table_that_is_driven_is_found(change: str) -> None:
+    how, words = DRIVEN_CHANGES[change]
+    found = judged(how, attitudes("external axes"))
+    assert found.findings
+    assert words in said(found)
+
+
+def executed_alone(*changes: tuple[str, str, str]) -> Execution:
+    """The second attitude by itself, its modules changed by hand, executed without being compared with anything."""
+    own = attitudes("external axes")[1]
+    texts = {name: text for name, text in own.modules if name.endswith(".mod")}
+    for name, before, behind in changes:
+        assert before in texts[name]
+        texts[name] = texts[name].replace(before, behind, 1)
+    modules = [parse_module(name, text) for name, text in texts.items()]
+    modules.append(parse_module(*resident_module(own.cell, own.placement)))
+    task = task_of(modules, cell=own.cell, arm=Arm(own.cell.robot, T_flange_tool=own.cell.tool.T_flange_tool))
+    return execute(task, printing(own.cell, placement=own.placement))
+
+
+def test_the_machine_refuses_axes_of_a_unit_that_is_not_active_or_stands_elsewhere() -> None:
+    assert executed_alone().ended == "end"
+    inactive = executed_alone(("GeoGuard.mod", "    ActUnit STN1;\n", ""))
+    assert (inactive.ended, "no mechanical unit is active" in inactive.reason) == ("error", True)
+    unsaid = executed_alone(
+        ("GeoGuard.mod", "jGeoTable\\NoEOffs,vGeoHome\\T:=nGeoTableMove", "jGeoHome\\NoEOffs,vGeoHome")
+    )
+    assert (unsaid.ended, "does not say where the active" in unsaid.reason) == ("error", True)
+    text = dict(attitudes("external axes")[1].modules)["GeoCell.mod"]
+    start = re.search(r"jGeoStart:=\[\[[^\]]*\],\[(-?\d+\.\d{4}),", text)
+    assert start is not None
+    turned = f"{float(start[1]) + 1.0:.4f}"
+    elsewhere = executed_alone(("GeoCell.mod", start[0], start[0].replace(f"[{start[1]},", f"[{turned},")))
+    assert (elsewhere.ended, "would move along a move of the tip" in elsewhere.reason) == ("error", True)
+    end = "MoveAbsJ jGeoStart\\NoEOffs,vGeoHome\\T:=nGeoThere*100/geoPct,fine,tGeoNozzle;\n"
+    moving = executed_alone(("GeoGuard.mod", end, end.replace("fine", "z10") + "      DeactUnit STN1;\n"))
+    assert (moving.ended, "while the arm moves" in moving.reason) == ("error", True)

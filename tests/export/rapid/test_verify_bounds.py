@@ -95,7 +95,6 @@ BOUNDS: list[tuple[str, Change, Change, str]] = [
     ("zones", lambda z: z * 0.0 + 0.1112, lambda z: z * 0.0 + 0.1109, r"the zone \[mm\] is"),
     ("zones", lambda z: z * 0.0 + 0.123405, lambda z: z * 0.0 + 0.12342, r"the zone \[mm\] is"),
     ("zones", lambda z: z, lambda z: z * 0.0, r"the zone \[mm\] is"),
-    ("other_axes", lambda a: a, lambda a: 1.0 - a, "external axes are"),
     ("configurations", lambda c: c, lambda c: c + np.array([0.0, 0.0, 1.0, 0.0]), "the configuration is"),
 ]  # fmt: skip
 

@@ -46,7 +46,7 @@ def check(found: tuple[Attitude, ...], normals: FloatArray, runs: IntArray, *, r
 def test_rings_about_an_apex_need_a_fraction_of_the_moves_of_their_order() -> None:
     normals, runs = rings(np.arange(2.0, 85.0, 3.0), each=120)
     within = UpRange(cone(90.0), rest=Z, critical=CRITICAL)
-    kept = tilted(normals, runs=runs, arcs=np.arange(len(runs), dtype=np.float64), within=within, overlap=0.0)
+    kept = tilted(normals, runs=runs, within=within)
     found = gathered(normals, runs=runs, layers=np.zeros_like(runs), lengths=np.ones(len(runs)), within=within)
     check(found, normals, runs, range_deg=90.0)
     check(attitudes_of(kept, runs), normals, runs, range_deg=90.0)
@@ -90,7 +90,7 @@ def test_what_overhangs_whatever_the_table_does_is_printed_all_the_same() -> Non
 def test_tilts_are_told_by_attitude_with_the_pieces_of_each_run() -> None:
     normals, runs = rings(np.array([5.0, 10.0]), each=10)
     within = UpRange(cone(60.0), rest=Z, critical=CRITICAL)
-    kept = tilted(normals, runs=runs, arcs=np.arange(20.0), within=within, overlap=0.0)
+    kept = tilted(normals, runs=runs, within=within)
     (only,) = attitudes_of(kept, runs)
     np.testing.assert_array_equal(only.pieces, [[0, 10], [10, 20]])
     assert only.slack == pytest.approx(float(kept.slacks[0]))

@@ -18,9 +18,8 @@ def test_rows_of_a_cap_of_85_degrees_overhang_where_the_range_ends(range_deg: fl
     azimuths = np.linspace(0.0, 360.0, 361)
     normals = np.concatenate([directions(np.full(361, polar), azimuths) for polar in polars])
     runs = np.repeat(np.arange(polars.size), 361)
-    arcs = np.concatenate([30.0 * np.sin(np.radians(polar)) * np.radians(azimuths) for polar in polars])
     within = UpRange(cone(range_deg), rest=Z, critical=CRITICAL)
-    found = tilted(normals, runs=runs, arcs=arcs, within=within, overlap=2.0)
+    found = tilted(normals, runs=runs, within=within)
     beyond = found.angles > CRITICAL + 1e-8
     assert np.unique(runs[beyond]).tolist() == [polars.tolist().index(polar) for polar in [65.0, *left] if left]
     assert (found.missing[beyond] > 0.0).all()
@@ -40,7 +39,7 @@ def test_a_real_part_overhangs_no_more_where_the_table_can_prevent_it(name: str)
     laid = np.flatnonzero(poses.deposit)
     for range_deg in (30.0, 90.0):
         within = UpRange(cone(range_deg, rest=rest), rest=rest, critical=critical)
-        found = tilted(poses.normals[laid], runs=poses.runs[laid], arcs=poses.arcs[laid], within=within, overlap=2.0)
+        found = tilted(poses.normals[laid], runs=poses.runs[laid], within=within)
         ups = np.tile(rest, (poses.count, 1))
         ups[laid] = found.pose_ups
         after = overhang(poses, up=ups, critical=critical + 1e-8)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from geoprint.errors import InputError, LimitError, ReachError
+from geoprint.errors import InputError, LimitError
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.tilting import Tilts, UpRange, tilted
 from geoprint.transforms import angles_between
@@ -59,17 +59,13 @@ def fewest(normals: FloatArray, runs: IntArray, *, range_deg: float) -> int:
     return int(least[count])
 
 
-def tilts(
-    normals: FloatArray, *, range_deg: float, runs: IntArray | None = None, least: float = 0.0, overlap: float = 0.0
-) -> Tilts:
+def tilts(normals: FloatArray, *, range_deg: float, runs: IntArray | None = None, least: float = 0.0) -> Tilts:
     within = UpRange(cone(range_deg), rest=Z, critical=CRITICAL, least=least)
     count = len(normals)
     return tilted(
         normals,
         runs=np.zeros(count, dtype=np.int64) if runs is None else runs,
-        arcs=np.arange(count, dtype=np.float64),
         within=within,
-        overlap=overlap,
     )
 
 
@@ -162,7 +158,7 @@ def test_a_range_that_is_no_cone_is_kept_and_what_it_lacks_is_told() -> None:
     spot = directions(np.array([80.0]), np.array([0.0]))[0]
     within = UpRange(lambda ups: np.maximum(cone(10.0)(ups), cone(20.0, rest=spot)(ups)), rest=Z, critical=CRITICAL)
     normals = meridian(0.0, 130.0, 131)
-    found = tilted(normals, runs=np.zeros(131, np.int64), arcs=np.arange(131.0), within=within, overlap=0.0)
+    found = tilted(normals, runs=np.zeros(131, np.int64), within=within)
     lacking = np.maximum(np.minimum(np.arange(131.0) - 40.0, np.abs(np.arange(131.0) - 80.0) - 50.0), 0.0)
     assert np.degrees(found.missing) == pytest.approx(lacking, abs=0.01)
     at = np.maximum(cone(10.0)(found.ups), cone(20.0, rest=spot)(found.ups))
@@ -179,16 +175,6 @@ def test_a_margin_that_is_wanted_is_kept() -> None:
     )
 
 
-def test_a_bead_is_resumed_an_overlap_before_the_cut_within_its_run() -> None:
-    normals = np.concatenate([meridian(-60.0, 60.0, 121), meridian(60.0, -60.0, 121)])
-    runs = np.repeat([0, 1], 121)
-    found = tilts(normals, range_deg=90.0, runs=runs, overlap=2.5)
-    assert found.starts.tolist() == [0, 60, 181]
-    assert found.resumed.tolist() == [0, 57, 178]
-    assert tilts(normals, range_deg=90.0, runs=runs).resumed.tolist() == [0, 59, 180]
-    assert tilts(normals, range_deg=90.0, runs=runs, overlap=1e3).resumed.tolist() == [0, 0, 121]
-
-
 def test_a_pose_is_shared_only_where_its_run_goes_on_and_both_are_admissible() -> None:
     apart = meridian(0.0, 70.0, 2)
     assert tilts(apart, range_deg=90.0).starts.tolist() == [0, 1]
@@ -198,42 +184,14 @@ def test_a_pose_is_shared_only_where_its_run_goes_on_and_both_are_admissible() -
     assert tilts(near, range_deg=90.0, runs=split).starts.tolist() == [0, 61]
 
 
-def test_an_arm_that_serves_less_cuts_the_stretch_and_keeps_its_direction() -> None:
-    within = UpRange(cone(90.0), rest=Z, critical=CRITICAL)
-    normals, runs = meridian(0.0, 20.0, 21), np.zeros(21, dtype=np.int64)
-    asked: list[FloatArray] = []
-
-    def served(first: int, behind: int, up: FloatArray) -> int:
-        asked.append(up)
-        return min(behind, first + 8)
-
-    found = tilted(normals, runs=runs, arcs=np.arange(21.0), within=within, overlap=0.0, served=served)
-    assert found.ends.tolist() == [8, 15, 21]
-    assert found.starts.tolist() == [0, 7, 14]
-    np.testing.assert_array_equal(found.ups, asked)
-
-
-def test_an_arm_that_serves_nothing_is_asked_with_shorter_stretches_and_then_refused() -> None:
-    within = UpRange(cone(90.0), rest=Z, critical=CRITICAL)
-    normals, runs = meridian(0.0, 40.0, 41), np.zeros(41, dtype=np.int64)
-
-    def near_rest(first: int, behind: int, up: FloatArray) -> int:
-        return behind if float(angles_between(up, Z)) < np.radians(11.0) else first
-
-    with pytest.raises(ReachError, match=r"does not serve pose \d+ of the deposit in run 1 "):
-        tilted(normals, runs=runs, arcs=np.arange(41.0), within=within, overlap=0.0, served=near_rest)
-    few = tilted(normals[:21], runs=runs[:21], arcs=np.arange(21.0), within=within, overlap=0.0, served=near_rest)
-    assert few.ends[-1] == 21
-
-
 def test_a_table_without_margin_anywhere_is_refused() -> None:
     with pytest.raises(LimitError, match="no direction of the part up with a margin of 2"):
         UpRange(cone(30.0), rest=Z, critical=CRITICAL, least=2.0)
 
 
-def test_poses_without_normals_runs_or_arcs_are_refused() -> None:
+def test_poses_without_normals_or_runs_are_refused() -> None:
     within = UpRange(cone(30.0), rest=Z, critical=CRITICAL)
-    with pytest.raises(InputError, match="found 2, 1 and 2"):
-        tilted(np.array([Z, Z]), runs=np.zeros(1, np.int64), arcs=np.zeros(2), within=within, overlap=0.0)
-    with pytest.raises(InputError, match="found 0, 0 and 0"):
-        tilted(np.empty((0, 3)), runs=np.empty(0, np.int64), arcs=np.empty(0), within=within, overlap=0.0)
+    with pytest.raises(InputError, match="found 2 and 1"):
+        tilted(np.array([Z, Z]), runs=np.zeros(1, np.int64), within=within)
+    with pytest.raises(InputError, match="found 0 and 0"):
+        tilted(np.empty((0, 3)), runs=np.empty(0, np.int64), within=within)

@@ -9,32 +9,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geoprint import job_of, plan
+from geoprint import job_of, plan, transforms
+from geoprint.account.replaying import replay
 from geoprint.account.texts.checking import check_text
-from geoprint.config import packaged_cell_text
+from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.export import write_bundle
-from geoprint.model import Surface
+from geoprint.model import FloatArray, Surface
+from geoprint.motion.arm import Arm
 from geoprint.paths import check_sum
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.saving import save_plan
+from geoprint.report import MOST_FRAMES
 from geoprint.results import Plan
 from geoprint.surfaces.files import ply_bytes
 from tests.meshes import spherical_cap
 
-HOME = "joints_deg = [0, -20, 0, 0, 90, 180]"
-TABLE = (
-    'kind = "tilt-turn"\nposition_mm = [340, 0, 120]\nrpy_deg = [0, 0, 90]\nstand_height_mm = 120\nhub_length_mm = 80'
-)
-
 
 def cell(folder: Path) -> Path:
-    """A cell with a table below the arm's home, and the flow on an analog output."""
-    text = packaged_cell_text("irb120-slim45")
-    lines = text.split("\n")
-    lines[next(k for k, line in enumerate(lines) if line.startswith("joints_deg = "))] = HOME
-    position = next(k for k, line in enumerate(lines) if line.startswith("demo_position_mm = "))
-    lines[position] = "demo_position_mm = [340, 0, 150]"
-    text = "\n".join(lines).replace("\n[[obstacles]]", f"\n[table]\n{TABLE}\n\n[[obstacles]]")
+    """The packaged cell with a table, and the flow on an analog output."""
+    text = packaged_cell_text(TILTING_CELL)
     text = text.replace('mode = "io"', 'mode = "analog"')
     for key in ('flow = "aoFlow"', "flow_per_mm3_s = 0.1", "flow_lag_s = 0.05"):
         text = text.replace(f"# {key}", key)
@@ -98,6 +91,28 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
     lines = poses.read_text().split("\n")
     poses.write_text("\n".join([*lines[:2], *lines[3:]]))
     assert any(finding.file.startswith("part-1/") for finding in check_bundle(thinner).findings)
+
+
+@pytest.mark.dear
+def test_the_replay_lays_every_bead_under_the_tip_where_the_part_stands_then(planned: Plan) -> None:
+    shown = replay(planned)
+    assert shown.table is not None
+    assert len(shown.table.turning) == len(planned.robot)
+    assert shown.times.size <= MOST_FRAMES
+    cell = planned.workpiece.cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    assert planned.workpiece.placement is not None
+    T_base_rest = planned.workpiece.placement.T_base_work
+    axes: list[FloatArray] = [np.interp(shown.bead_times, shown.times, each) for each in shown.joints.T]
+    joints = np.column_stack(axes)
+    tips = arm.tool_poses(joints)[:, :3, 3]
+    numbers = np.searchsorted(shown.table.turning[:, 1], shown.bead_times, side="right")
+    motions = shown.table.part[numbers]
+    placed = np.einsum("kij,kj->ki", motions[:, :, :3], shown.bead) + motions[:, :, 3]
+    apart = np.linalg.norm(transforms.apply(T_base_rest, placed) - tips, axis=1)
+    # The page's frames are 0.1 s apart, over which joints go straight.
+    assert np.median(apart) < 0.1
+    assert apart.max() < 1.0
 
 
 def test_an_attitude_without_its_files_is_found_wrong(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import tip_of
-from geoprint.export.rapid.machine.moves import NO_AXIS, ON_THE_SPOT, begins, pull, scale, target_frame, tool_frame
+from geoprint.export.rapid.machine.moves import ON_THE_SPOT, begins, check_axes, pull, scale, target_frame, tool_frame
 from geoprint.export.rapid.machine.state import ROW, Leg, State
 from geoprint.export.rapid.machine.values.faults import Fault, fault
 from geoprint.export.rapid.machine.values.poses import Orient, Pos, Pose, compose, inverted
@@ -34,7 +34,8 @@ class Batches:
     """The moves of one routine to constant targets; rows are filled while it is compiled, then they are sealed."""
 
     __slots__ = (
-        "_angles", "_axes", "_between", "_busy", "_file", "_forms", "_keys", "_lengths", "_lines", "_looks", "_numbers",
+        "_angles", "_axes", "_between", "_busy", "_file", "_forms", "_keys", "_lengths", "_lines", "_looks", "_moved",
+        "_numbers",
         "_of", "_places", "_pulled", "_same", "_steps", "_stops", "_switches", "_turns", "_units", "_work", "_written",
         "definitions",
     )  # fmt: skip
@@ -108,7 +109,9 @@ class Batches:
         norms = np.linalg.norm(turns, axis=1, keepdims=True)
         self._units = np.abs(norms[:, 0] - 1.0) <= _UNIT_TOLERANCE
         self._turns: FloatArray = turns / np.where(norms > 0.0, norms, 1.0)
-        self._axes: FloatArray = np.column_stack([single[:, 7:11], single[:, 11:].min(axis=1) < NO_AXIS])
+        # Configuration and external axes.
+        self._axes: FloatArray = single[:, 7:17].copy()
+        self._moved = np.append(np.flatnonzero(np.diff(self._axes[:, 4:], axis=0).any(axis=1)) + 1, len(single))
         self._lengths: FloatArray = np.linalg.norm(np.diff(self._places, axis=0, prepend=np.nan), axis=1)
         products: FloatArray = np.einsum("ij,ij->i", self._turns[1:], self._turns[:-1])
         same: FloatArray = np.where(products < 0.0, -1.0, 1.0)[:, None] * self._turns[:-1]
@@ -142,6 +145,9 @@ class Batches:
         if not self._units[rows].all():
             # The step of the one that is none is executed by itself.
             rows = slice(first, first + int(np.argmin(self._units[rows])))
+        check_axes(state.motion, tuple(self._axes[first, 4:].tolist()))
+        # Where the external axes change the step is executed by itself.
+        rows = slice(first, min(rows.stop, int(self._moved[np.searchsorted(self._moved, first, side="right")])))
         tool, work, tool_name, work_name = self._work[self._forms[self._of[first]][3]]
         held = tool_frame(tool(state))
         pose, number = target_frame(state, work(state))
@@ -151,7 +157,7 @@ class Batches:
         count, failed = self._switch(state, first, count, block)
         if count:
             block = block[:count]
-            block[:, 17:20] = tool_name, work_name, number
+            block[:, 22:25] = tool_name, work_name, number
             log, motion = state.log, state.motion
             log.close()
             log.closed.append(block)
@@ -160,7 +166,7 @@ class Batches:
             motion.legs = (*motion.legs, *legs)[-2:]
             motion.near = motion.joints if motion.joints is not None else motion.near
             motion.tip, motion.joints, motion.tool = compose(pose, self._target(first + count - 1)), None, held
-            motion.end, motion.entry = float(block[-1, 21]), float(entries[count - 1])
+            motion.end, motion.entry = float(block[-1, 26]), float(entries[count - 1])
             state.clock = motion.entry
         last = frame.pc if failed else self._steps[first + count - 1] + 1
         log = state.log
@@ -183,7 +189,7 @@ class Batches:
                     frame.pc = step + 1
                     steps[step](state)
                 frame.pc = self._steps[row] + 1
-                begin, end, length = block[at, 20:23].tolist()
+                begin, end, length = block[at, 25:28].tolist()
                 for trigger in pulled:
                     pull(state, trigger(state), move=log.count + at, begin=begin, end=end, length=length)
             except Fault as error:
@@ -212,9 +218,9 @@ class Batches:
         rounded = np.where(moving, np.minimum(zones, lengths / 2.0) / np.where(moving, lengths, 1.0), 0.0) * durations
         block = np.empty((len(ends), ROW))
         block[:, 0], block[:, 1], block[:, 2] = self._file, self._lines[rows], verbs
-        block[:, 3:6], block[:, 6:10], block[:, 10:15] = self._places[rows], self._written[rows], self._axes[rows]
-        block[:, 15], block[:, 16], block[:, 20] = speeds, zones, np.append(begin, ends[:-1])
-        block[:, 21], block[:, 22] = ends, lengths
+        block[:, 3:6], block[:, 6:10], block[:, 10:20] = self._places[rows], self._written[rows], self._axes[rows]
+        block[:, 20], block[:, 21], block[:, 25] = speeds, zones, np.append(begin, ends[:-1])
+        block[:, 26], block[:, 27] = ends, lengths
         return block, ends - rounded
 
     def _target(self, row: int) -> Pose:
@@ -224,7 +230,7 @@ class Batches:
     def _leg(self, block: FloatArray, row: int, first: int, pose: Pose, tip: Pose) -> Leg:
         start = tip if row == 0 else compose(pose, self._target(first + row - 1))
         end = compose(pose, self._target(first + row))
-        return Leg(float(block[row, 20]), float(block[row, 21]), (start, end), None)
+        return Leg(float(block[row, 25]), float(block[row, 26]), (start, end), None)
 
     def _from(self, rows: slice, tip: tuple[Pos, Orient]) -> tuple[FloatArray, FloatArray]:
         """Return lengths and turns of moves, the first from where the tip is, in coordinates of the targets."""

@@ -30,7 +30,7 @@ class Moves:
         places: (n, 3) of the target in its work object [mm]; of a move of the joints their first three angles [rad].
         turns: (n, 4) attitude of the target as it was given, w x y z; of a move of the joints their last three, and 0.
         configurations: (n, 4) that the target asks for.
-        other_axes: (n,) whether the target would move axes that are none of the arm.
+        other_axes: (n, 6) axes beside the arm where the target has them [degrees or mm]; 9E9 for what is not there.
         speeds: (n,) of the tip by the speeddata [mm/s].
         zones: (n,) radius of the zone of the tip [mm], 0 for a stop.
         tools: (n,) place of the tool's name in `names`.
@@ -49,7 +49,7 @@ class Moves:
     places: FloatArray
     turns: FloatArray
     configurations: FloatArray
-    other_axes: BoolArray
+    other_axes: FloatArray
     speeds: FloatArray
     zones: FloatArray
     tools: IntArray
@@ -64,7 +64,7 @@ class Moves:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, verbs="int: n", files="int: n", lines="int: n", places="float: n 3", turns="float: n 4",
-            configurations="float: n 4", other_axes="bool: n", speeds="float: n", zones="float: n", tools="int: n",
+            configurations="float: n 4", other_axes="float: n 6", speeds="float: n", zones="float: n", tools="int: n",
             works="int: n", frames="int: n", begins="float: n", ends="float: n", lengths="float: n",
             Ts_base_target="float: f 4 4",
         )  # fmt: skip

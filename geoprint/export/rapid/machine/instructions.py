@@ -209,6 +209,24 @@ def _nothing(_: State, __: list[Any], ___: Mapping[str, Value]) -> None:
 
 
 _TRIGGER = frozenset({"start", "time", *OUTPUTS})
+
+
+def _activate(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    _still(state)
+    state.motion.unit = cast("str", values[0]).lower()
+
+
+def _deactivate(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    _still(state)
+    if state.motion.unit == cast("str", values[0]).lower():
+        state.motion.unit = ""
+
+
+def _still(state: State) -> None:
+    if state.clock < state.motion.end:
+        fault("ERR_NORUNUNIT", "a mechanical unit is switched on or off while the arm moves: end the move with fine")
+
+
 INSTRUCTIONS: Mapping[str, Instruction] = {
     "setdo": Instruction(_set_output, 2, signals=(0,)),
     "setao": Instruction(_set_output, 2, signals=(0,)),
@@ -247,5 +265,7 @@ INSTRUCTIONS: Mapping[str, Instruction] = {
     "decr": Instruction(lambda state, values, _: _add(state, [values[0], -1.0], {}), 1, references=(0,)),
     "add": Instruction(_add, 2, references=(0,)),
     "clear": Instruction(lambda state, values, _: values[0].put(state, 0.0), 1, references=(0,)),
+    "actunit": Instruction(_activate, 1, signals=(0,)),
+    "deactunit": Instruction(_deactivate, 1, signals=(0,)),
     "stop": Instruction(lambda state, _, __: state.end("stopped", "Stop"), 0, options=frozenset({"noregain"})),
 }

@@ -13,12 +13,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import cast, final
+from typing import Never, cast, final
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import joints_of, tip_of
 from geoprint.export.rapid.machine.execution import Switching
-from geoprint.export.rapid.machine.state import Leg, State
+from geoprint.export.rapid.machine.state import Leg, Moving, State
 from geoprint.export.rapid.machine.values.faults import fault
 from geoprint.export.rapid.machine.values.poses import (
     Orient,
@@ -119,10 +119,10 @@ def run_line(
         middle = compose(frame, (cast("tuple[Pos, Value]", through)[0], turn))
         length, _ = circle(start[0], middle[0], end[0])
     duration = _duration(state, length, angle(start[1], end[1]), speed=speed, options=options)
-    other = min(axes) < NO_AXIS
+    check_axes(motion, axes)
     # Where joints were known they stay the nearest ones that are known.
     motion.near = motion.joints if motion.joints is not None else motion.near
-    row = (*place, *written, *configuration, float(other), _speeds(speed, options)[0])
+    row = (*place, *written, *configuration, *axes, _speeds(speed, options)[0])
     _book(state, order, row, zone, number, length=length, duration=duration, triggers=triggers, tips=(start, end))
     motion.tip, motion.joints, motion.tool = end, None, held
 
@@ -141,9 +141,33 @@ def run_joints(
         limits = state.arm.robot.speeds.tolist()
         slowest = max(abs(b - a) / limit for a, b, limit in zip(start, end, limits, strict=True))
         duration = max(duration, slowest / scale(state))
-    row = (*end, 0.0, 0.0, 0.0, 0.0, 0.0, float(min(axes) < NO_AXIS), _speeds(speed, options)[0])
+    if (min(axes) < NO_AXIS) != bool(motion.unit):
+        _refuse_axes(motion)
+    motion.axes = axes
+    row = (*end, 0.0, 0.0, 0.0, 0.0, 0.0, *axes, _speeds(speed, options)[0])
     _book(state, order, row, zone, 0, length=length, duration=duration, triggers=(), joints=(start, end))
     motion.tip, motion.joints, motion.near, motion.tool = None, end, end, held
+
+
+def check_axes(motion: Moving, axes: tuple[float, ...]) -> None:
+    """Check that a move along the path leaves what moves the part where it stands.
+
+    Numbers of axes that are not active are ignored by a controller, and missing ones of active axes an error
+    [ABBRapid, extjoint]: both are an error here.
+
+    Raises:
+        Fault: the move names axes while none is active, or names other values than where the active ones stand.
+    """
+    if (min(axes) < NO_AXIS) != bool(motion.unit):
+        _refuse_axes(motion)
+    if motion.unit and axes != motion.axes:
+        fault("ERR_NORUNUNIT", f"the mechanical unit {motion.unit} would move along a move of the tip")
+
+
+def _refuse_axes(motion: Moving) -> Never:
+    if motion.unit:
+        fault("ERR_NORUNUNIT", f"a move does not say where the active mechanical unit {motion.unit} shall be")
+    fault("ERR_NORUNUNIT", "a move names external axes, and no mechanical unit is active")
 
 
 def _swept(state: State, start: tuple[float, ...], end: tuple[float, ...], tool: Pose) -> tuple[float, float]:

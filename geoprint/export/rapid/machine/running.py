@@ -202,15 +202,15 @@ def _plain(value: object) -> Value | None:
 
 def _moves(state: State) -> Moves:
     rows = state.log.rows()
-    whole = rows[:, [0, 1, 2, 17, 18, 19]].astype(np.int64)
+    whole = rows[:, [0, 1, 2, 22, 23, 24]].astype(np.int64)
     whole.setflags(write=False)
     frames = list(state.log.frames) or [IDENTITY]
     rotations = transforms.rotation_of(np.array([turn for _, turn in frames]))
     return Moves(
         files=whole[:, 0], lines=whole[:, 1], verbs=whole[:, 2], places=rows[:, 3:6], turns=rows[:, 6:10],
-        configurations=rows[:, 10:14], other_axes=rows[:, 14] > 0.0, speeds=rows[:, 15], zones=rows[:, 16],
-        tools=whole[:, 3], works=whole[:, 4], frames=whole[:, 5], begins=rows[:, 20], ends=rows[:, 21],
-        lengths=rows[:, 22], names=tuple(state.task.words),
+        configurations=rows[:, 10:14], other_axes=rows[:, 14:20], speeds=rows[:, 20], zones=rows[:, 21],
+        tools=whole[:, 3], works=whole[:, 4], frames=whole[:, 5], begins=rows[:, 25], ends=rows[:, 26],
+        lengths=rows[:, 27], names=tuple(state.task.words),
         Ts_base_target=transforms.rigid(rotations, np.array([place for place, _ in frames])),
     )  # fmt: skip
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from geoprint.export.rapid.machine.task import MachineTask, RoutineCode
 
 # Numbers that are kept of a move; `moves` fills them and `log` takes them apart.
-ROW = 23
+ROW = 28
 
 
 @final
@@ -118,6 +118,8 @@ class Moving:
         fastest: of the tip, by VelSet [mm/s].
         displacement: of the program.
         legs: the last two moves.
+        unit: the mechanical unit beside the arm that is active, in lower case; empty where none is.
+        axes: of it, where the last move of the joints has brought them [degrees or mm].
     """
 
     tip: Pose | None
@@ -130,12 +132,14 @@ class Moving:
     fastest: float = 5000.0
     displacement: Pose = IDENTITY
     legs: tuple[Leg, ...] = ()
+    unit: str = ""
+    axes: tuple[float, ...] = ()
 
     def copy(self) -> Moving:
         """Return the same again."""
         return Moving(
             self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.override, self.fastest,
-            self.displacement, self.legs,
+            self.displacement, self.legs, self.unit, self.axes,
         )  # fmt: skip
 
 

@@ -179,11 +179,11 @@ def test_a_turn_is_as_large_as_its_smaller_way(
 @pytest.mark.parametrize("write", [as_written, single])
 def test_targets_are_told_as_they_are_written(write: Write) -> None:
     at = f"[[300,10,290],[0,{HALF},{HALF},0],[1,-1,2,1],{NONE}]"
-    moves = moved(f"MoveL {write(at)},v20,z4,long; MoveJ {at.replace('9E9', '8.8E9', 1)},v30,fine,tool0;").moves
+    moves = moved(f"MoveL {write(at)},v20,z4,long; MoveJ {at},v30,fine,tool0;").moves
     assert moves.places.tolist() == [[300.0, 10.0, 290.0]] * 2
     assert moves.turns[0] == pytest.approx([0.0, HALF, HALF, 0.0])
     assert moves.configurations.tolist() == [[1.0, -1.0, 2.0, 1.0]] * 2
-    assert moves.other_axes.tolist() == [False, True]
+    np.testing.assert_allclose(moves.other_axes, np.full((2, 6), 9e9))
     assert (moves.speeds.tolist(), moves.zones.tolist()) == ([20.0, 30.0], [4.0, 0.0])
     assert moves.verbs.tolist() == [0, 2]
     assert [moves.names[k] for k in moves.works] == ["wobj0", "wobj0"]
@@ -191,6 +191,15 @@ def test_targets_are_told_as_they_are_written(write: Write) -> None:
         field.name for field in fields(moves) if getattr(getattr(moves, field.name), "flags", None) is not None
     ]
     assert [name for name in changeable if getattr(moves, name).flags.writeable] == []
+
+
+@pytest.mark.parametrize("write", [as_written, single])
+def test_axes_that_no_active_unit_has_are_refused_and_those_at_the_border_of_9e9_are_none(write: Write) -> None:
+    nobody = "no mechanical unit is active"
+    for number, reason in (("8.8E9", nobody), ("0", nobody), ("8.95E9", "")):
+        there = write(target(300).replace("9E9", number, 1))
+        found = ran(f"MoveL {there},v20,fine,tool0;", Scenario(joints=HOME), declared=DECLARED)
+        assert (reason in found.reason, found.ended) == (True, "error" if reason else "end")
 
 
 @pytest.mark.parametrize("write", [as_written, single])
