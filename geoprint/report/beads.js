@@ -8,7 +8,7 @@ function beadsOf(backend) {
   return (backend.beads ??= tubes(backend.path, backend.half));
 }
 
-// Half tubes over the (3, k) places of a path, NaN between its stretches, with the (3, k) ways to their left sides.
+// Half tubes over the (3, k) places of a path, NaN between its stretches, with the (3, k) steps to their left sides.
 function tubes(path, half) {
   const count = path[0].length, at = (array, place) => array.map((row) => row[place]);
   const there = (place) => place >= 0 && place < count && !Number.isNaN(path[0][place]);

@@ -105,7 +105,7 @@ def _backend(backend: BackendView, places: FloatArray) -> dict[str, Json]:
 
 
 def _half_beads(part: PartReport, backend: BackendView, widths: FloatArray) -> Json:
-    """Return the way from each sample of the path to the left side of its bead, with the breaks of the path."""
+    """Return what leads from each sample of the path to the left side of its bead, with the breaks of the path."""
     left, _ = bead_sides(part.surface, backend.places, backend.offsets, width=widths)
     kept, offsets = thinned(backend.offsets, step=step(len(left)))
     return numbers(with_breaks(((left - backend.places) @ part.R_view_work.T)[kept], offsets).T)
