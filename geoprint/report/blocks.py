@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 
 from geoprint.report.markup import Markup, element, joined
-from geoprint.report.values import Picture
+from geoprint.report.values import PathDistances, Picture
 
 MEDIA = {"webp": "image/webp", "svg": "image/svg+xml"}
 # Of pictures in the page, in 100: lines stay crisp at a fifth of the size of a PNG.
@@ -112,6 +112,28 @@ def row_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, label: s
         element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows
     ]
     table = element("table", element("thead", head), element("tbody", *body), class_="matrix layers")
+    return scrollable(table, label=label)
+
+
+def distance_matrix(distances: PathDistances, *, unit: str, form: str, label: str) -> Markup:
+    """Return a table: Hausdorff distances above the diagonal, below it, shaded, their means.
+
+    Args:
+        distances: between sets of lines.
+        unit: of them.
+        form: of a figure.
+        label: read out as the table's name.
+    """
+    names = distances.names
+    rows: list[Markup] = []
+    for i, name in enumerate(names):
+        cells: list[Markup] = []
+        for j in range(len(names)):
+            value = "" if i == j else form.format((distances.hausdorff if i < j else distances.mean)[i, j])
+            cells.append(element("td", value, class_="same" if i == j else "above" if i < j else "below"))
+        rows.append(element("tr", element("th", name, scope="row"), *cells))
+    head = element("tr", element("td", unit), *(element("th", name, scope="col") for name in names))
+    table = element("table", element("thead", head), element("tbody", *rows), class_="matrix")
     return scrollable(table, label=label)
 
 

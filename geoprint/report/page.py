@@ -54,11 +54,11 @@ def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tup
 
 
 def page(title: str, body: Sequence[Markup], scenes: Mapping[str, Json]) -> bytes:
-    """Return a whole page: its body, and the data of its scenes by their keys."""
-    library, script = _inline(_packaged(LIBRARY)), _script()
+    """Return a whole page: its body, and the data of its scenes by their keys; without any it runs no script."""
+    scripts = (_inline(_packaged(LIBRARY)), _script()) if scenes else ()
     text = Template(_packaged("page.html")).substitute(
         title=joined(title),
-        policy=joined(_policy(library, script)),
+        policy=joined(_policy(*scripts)),
         style=_packaged("page.css"),
         body=joined(*body),
         data=joined(
@@ -67,8 +67,7 @@ def page(title: str, body: Sequence[Markup], scenes: Mapping[str, Json]) -> byte
                 for key, data in scenes.items()
             )
         ),
-        library=library,
-        script=script,
+        scripts=Markup("\n".join(f"<script>{script}</script>" for script in scripts)),
     )
     return text.encode("utf-8")
 
@@ -92,7 +91,7 @@ def _policy(*scripts: str) -> str:
 
     plotly.js sets styles on its elements, hence 'unsafe-inline' for styles alone.
     """
-    hashes = " ".join(f"'sha256-{_hash(script)}'" for script in scripts)
+    hashes = " ".join(f"'sha256-{_hash(script)}'" for script in scripts) or "'none'"
     return (
         f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from geoprint.report.blocks import choice, fact_table, figure, said, scene_block, scrollable, view
+from geoprint.report.blocks import choice, distance_matrix, fact_table, figure, said, scene_block, scrollable, view
 from geoprint.report.histogram import histograms
 from geoprint.report.markup import Markup, element, joined
 from geoprint.report.values import BackendView, PartReport, PathDistances, Row
@@ -186,21 +186,11 @@ def _player(backends: Sequence[BackendView], key: str) -> Markup:
 def _path_distances(distances: PathDistances | None, head: str) -> Markup:
     if distances is None:
         return Markup("")
-    names = distances.names
-    rows: list[Markup] = []
-    for i, name in enumerate(names):
-        cells: list[Markup] = []
-        for j in range(len(names)):
-            value = "" if i == j else f"{(distances.hausdorff if i < j else distances.mean)[i, j]:.3f}"
-            cells.append(element("td", value, class_="same" if i == j else "above" if i < j else "below"))
-        rows.append(element("tr", element("th", name, scope="row"), *cells))
-    head_row = element("tr", element("td", "mm"), *(element("th", name, scope="col") for name in names))
-    table = element("table", element("thead", head_row), element("tbody", *rows), class_="matrix")
     return joined(
         element(head, "How far the paths lie apart"),
         element(
             "p", "Above the diagonal: Hausdorff distance, the largest from a point of one path to the other path [mm]. "
             "Below, shaded: the mean of these distances [mm].", class_="note",
         ),
-        scrollable(table, label="Distances between the paths of the backends"),
+        distance_matrix(distances, unit="mm", form="{:.3f}", label="Distances between the paths of the backends"),
     )  # fmt: skip

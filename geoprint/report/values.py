@@ -225,12 +225,12 @@ class Row:
 @final
 @frozen
 class PathDistances:
-    """How far the paths of the backends lie apart.
+    """How far sets of lines lie apart: the paths of backends [mm], or the lines of photographs [pixels].
 
     Attributes:
-        names: b backends.
-        hausdorff: (b, b) largest distance from a point of one path to the other, in either direction [mm].
-        mean: (b, b) the mean of these distances [mm].
+        names: of b sets.
+        hausdorff: (b, b) largest distance from a point of one set to the other, in either direction.
+        mean: (b, b) the mean of these distances.
     """
 
     names: tuple[str, ...]

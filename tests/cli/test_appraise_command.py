@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -110,6 +111,22 @@ def test_two_photographs_stand_in_one_table_with_the_distance_between_them(run: 
     assert sorted(folder.iterdir()) == before
 
 
+def test_photographs_of_one_name_keep_their_distance_in_text_and_page(run: Run, folder: Path) -> None:
+    (folder / "other").mkdir()
+    (folder / "other" / "a.png").write_bytes((folder / "b.png").read_bytes())
+    status, _, stderr = run("a.png other/a.png a.png --out alike")
+    assert status == 0, stderr
+    told = read_record(folder / "alike" / "appraisal.json", AppraisalRecord)
+    apart = f"{told.pairs[0].apart_px.hausdorff:.4f}"
+    assert told.pairs[0].apart_px.hausdorff == pytest.approx(4.0, abs=1.0)
+    rows = [line.split()[1:] for line in stderr.splitlines() if line.startswith("a.png  ") and " 0" in line]
+    assert rows[-3:] == [["0", apart, "0.0000"], [apart, "0", apart], ["0.0000", apart, "0"]]
+    page = (folder / "alike" / "report.html").read_text(encoding="utf-8")
+    assert re.findall(r'<td class="above">([^<]*)</td>', page) == [apart, "0.0000", apart]
+    assert "the nearest of 3 pairs" in page
+    assert page.count("<figure>") == 6
+
+
 @pytest.mark.dear
 def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
     asked = "print.png --plan plan --fiducials marks.csv --lens lens.toml"
@@ -118,7 +135,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     written = printed / "told"
     assert sorted(path.name for path in written.iterdir()) == [
         "appraisal.json", "appraisal.txt", "edges-1.png", "lines-1.csv", "manifest.json", "overlay-1.png",
-        "stretches-1.csv",
+        "report.html", "stretches-1.csv",
     ]  # fmt: skip
     told = read_record(written / "appraisal.json", AppraisalRecord)
     assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
@@ -132,6 +149,11 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     first = found.runs[0]
     assert first.gaps_mm[0] == pytest.approx((40.0, 46.0), abs=0.8)
     assert first.missing_mm == pytest.approx(6.0, abs=1.2)
+    page = (written / "report.html").read_text(encoding="utf-8")
+    assert "print.png: of the plan" in page
+    cells = re.findall(r"<td>([^<]*)</td>", page.split("What is wrong, and where")[1])
+    assert cells[0] == "gap"
+    assert (float(cells[1]), float(cells[2])) == pytest.approx((40.0, 46.0), abs=0.8)
     with Image.open(written / "overlay-1.png") as overlay:
         assert overlay.size[0] == 480
     header, *rows = (written / "stretches-1.csv").read_text(encoding="utf-8").splitlines()

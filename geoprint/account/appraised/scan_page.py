@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.records.scan import ScanAppraisalRecord
+from geoprint.account.texts.appraising import sentence
 from geoprint.account.texts.scanning import COLUMNS, run_rows, scan_sentences
 from geoprint.appraisal.scanned import COVERED_SHARE, AppraisedScan
 from geoprint.model import FloatArray, IntArray, Surface
@@ -39,7 +40,7 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
     ratios = np.full(len(cells.planned), np.nan)
     ratios[judged] = cells.thickness[judged] / cells.planned[judged]
     thickness = ratios[np.asarray(KDTree(cells.places).query(drawn.vertices)[1])]
-    sentences = [_sentence(each, told) for each in scan_sentences(told)]
+    sentences = [sentence(each, (told.scan.file,)) for each in scan_sentences(told)]
     cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
     places, offsets = _path(found)
     report = ScanReport(
@@ -67,12 +68,6 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
     return scan_report(report, title=f"geoprint appraise: {told.scan.file} on {told.part}")
-
-
-def _sentence(said: str, told: ScanAppraisalRecord) -> str:
-    """Return what is said as a sentence; the name of a file stays as it is."""
-    begun = said if said.startswith(told.scan.file) else f"{said[0].upper()}{said[1:]}"
-    return f"{begun}."
 
 
 def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, told: ScanAppraisalRecord) -> Picture:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from itertools import combinations
 
 from geoprint.account.records.appraisal import (
     ApartRecord,
@@ -19,36 +20,43 @@ _NONE = "-"
 MOST_NAMED = 3
 # Offsets in the mean beyond this share of a bead's width are worth a word.
 NOTABLE_OFFSET = 0.25
+COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
+RUN_COLUMNS = ("run", "length mm", "judged", "missing mm", "width mm", "CV", "offset mm", "rms", "gaps at mm")
 
 
 def appraisal_text(told: AppraisalRecord) -> str:
     """Return tables and sentences."""
-    choices = (("width", told.width_chosen), ("threshold", told.threshold_chosen))
-    chosen = [name for name, is_chosen in choices if is_chosen]
-    lines = grid(
-        ("photograph", "lines", "length px", "width px", "CV", "breaks"),
-        [_photograph(each) for each in told.photographs],
-    )
+    lines = grid(COLUMNS, photograph_rows(told))
     for each in told.photographs:
-        lines += ["", *_looked_for(told, each, chosen)]
+        lines += ["", *looked_for(told, each)]
         if each.on_plan is not None:
-            lines += ["", *_on_plan(each, each.on_plan)]
+            lines += ["", *grid(RUN_COLUMNS, run_rows(each.on_plan)), "", *plan_sentences(each, each.on_plan)]
     if told.pairs:
         lines += ["", *_matrix(told)]
     return "\n".join(lines)
 
 
-def _photograph(each: PhotographRecord) -> tuple[str, ...]:
-    breaks = sum(len(line.breaks_px) for line in each.lines)
-    return (
-        each.file, str(len(each.lines)), f"{each.length_px:.0f}", f"{each.width_mean_px:.2f}", f"{each.width_cv:.1%}",
-        str(breaks),
-    )  # fmt: skip
+def photograph_rows(told: AppraisalRecord) -> list[tuple[str, ...]]:
+    """Return the rows of the table of photographs, below `COLUMNS`."""
+    return [
+        (
+            each.file, str(len(each.lines)), f"{each.length_px:.0f}", f"{each.width_mean_px:.2f}",
+            f"{each.width_cv:.1%}", str(_breaks(each)),
+        )
+        for each in told.photographs
+    ]  # fmt: skip
 
 
-def _looked_for(told: AppraisalRecord, each: PhotographRecord, chosen: Sequence[str]) -> list[str]:
-    """Return what lines were looked for with."""
-    how = f", {' and '.join(chosen)} chosen from the picture" if chosen else ""
+def run_rows(found: OnPlanRecord) -> list[tuple[str, ...]]:
+    """Return the rows of the table of runs, below `RUN_COLUMNS`."""
+    return [_run(run) for run in found.runs]
+
+
+def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
+    """Return what lines were looked for with in a photograph, and notes."""
+    choices = (("width", told.width_chosen), ("threshold", told.threshold_chosen))
+    chosen = " and ".join(name for name, is_chosen in choices if is_chosen)
+    how = f", {chosen} chosen from the picture" if chosen else ""
     looked = (
         f"{each.file}: {each.size_px[0]} x {each.size_px[1]} pixels, beads {told.shade} than what they lie on, "
         f"{each.bead_width_px:.3g} pixels wide, contrast from {each.threshold:.3g} on{how}"
@@ -59,13 +67,9 @@ def _looked_for(told: AppraisalRecord, each: PhotographRecord, chosen: Sequence[
     return said
 
 
-def _on_plan(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
-    """Return the runs of a plan, as a photograph shows them."""
+def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
+    """Return how a photograph shows its plan in sentences, then notes and warnings."""
     camera = found.camera
-    lines = grid(
-        ("run", "length mm", "judged", "missing mm", "width mm", "CV", "offset mm", "rms", "gaps at mm"),
-        [_run(run) for run in found.runs],
-    )
     covered = (
         f"{each.file}: of the plan {found.judged:.1%} is in sight and judged, of that {found.missing:.2%} has no "
         f"material; beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}) and lie "
@@ -75,7 +79,7 @@ def _on_plan(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
         f"{each.file}: a pixel covers {camera.mm_per_px:.3f} mm; the {camera.fiducials} fiducials are "
         f"{camera.residual_px:.2g} pixels off where the camera sees them"
     )
-    lines += ["", covered, f"{each.file}: plan to print and back: {_said(found.apart_mm)} mm", placed]
+    lines = [covered, f"{each.file}: plan to print and back: {_said(found.apart_mm)} mm", placed]
     if abs(found.offset_mean_mm) > NOTABLE_OFFSET * found.width_mean_mm:
         lines.append(
             f"warning: {each.file}: all beads lie to one side in the mean; check fixture and tool with "
@@ -87,6 +91,63 @@ def _on_plan(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
             "every run"
         )
     return lines
+
+
+def verdict_on_photographs(told: AppraisalRecord) -> str:
+    """Return the sentence that says what matters most: what is missing of the plan, else how far prints lie apart."""
+    first, *others = told.photographs
+    plans = [(each, each.on_plan) for each in told.photographs if each.on_plan is not None]
+    if plans and not others:
+        return plan_sentences(*plans[0])[0]
+    if plans:
+        missing = _listed([f"{found.missing:.2%} in {each.file}" for each, found in plans])
+        return f"of what is judged of the plan there is no material on {missing}"
+    if not others:
+        return (
+            f"{first.file} shows {_counted(len(first.lines), 'line')} of material, {first.length_px:.0f} pixels long "
+            f"together and {first.width_mean_px:.2f} pixels wide (CV {first.width_cv:.1%}), with "
+            f"{_counted(_breaks(first), 'break')}"
+        )
+    near, *_, far = sorted([told.pairs[0], *told.pairs], key=lambda pair: pair.apart_px.hausdorff)
+    nearest = f"the lines of {near.first} and {near.second} lie {near.apart_px.hausdorff:.2f} pixels apart (Hausdorff)"
+    if len(told.pairs) == 1:
+        return f"{nearest}, {near.apart_px.mean:.2f} in the mean"
+    return (
+        f"{nearest}, the nearest of {len(told.pairs)} pairs; those of {far.first} and {far.second} "
+        f"{far.apart_px.hausdorff:.2f}, the farthest"
+    )
+
+
+def pair_sentences(told: AppraisalRecord) -> list[str]:
+    """Return how far each two photographs lie apart, there and back."""
+    return [f"{pair.first} to {pair.second} and back: {_said(pair.apart_px)} pixels" for pair in told.pairs]
+
+
+def sentence(said: str, names: Collection[str]) -> str:
+    """Return what is said as a sentence; the name of a file stays as it is.
+
+    Args:
+        said: with neither a capital letter nor a full stop.
+        names: of files.
+
+    Examples:
+        >>> sentence("of the plan 1 mm is missing", ["a.png"]), sentence("a.png: all is there", ["a.png"])
+        ('Of the plan 1 mm is missing.', 'a.png: all is there.')
+    """
+    begun = said if any(said.startswith(name) for name in names) else f"{said[0].upper()}{said[1:]}"
+    return f"{begun}."
+
+
+def _listed(parts: Sequence[str]) -> str:
+    return f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _breaks(each: PhotographRecord) -> int:
+    return sum(len(line.breaks_px) for line in each.lines)
 
 
 def _run(run: RunRecord) -> tuple[str, ...]:
@@ -107,22 +168,24 @@ def _stretches(stretches: Sequence[Stretch]) -> str:
     return ", ".join([*named, *([f"{more} more"] if more else [])]) or _NONE
 
 
+def apart_by_numbers(told: AppraisalRecord) -> dict[tuple[int, int], ApartRecord]:
+    """Return how far each two photographs lie apart, by their numbers from 0, the lower first.
+
+    Their names may be alike, as of files in two folders.
+    """
+    numbers = combinations(range(len(told.photographs)), 2)
+    return {both: pair.apart_px for both, pair in zip(numbers, told.pairs, strict=True)}
+
+
 def _matrix(told: AppraisalRecord) -> list[str]:
     """Return the Hausdorff distances of each two photographs, as the paper's Table II, and what they hide."""
     names = [each.file for each in told.photographs]
-    between = {(pair.first, pair.second): pair.apart_px.hausdorff for pair in told.pairs}
-    rows = [
-        (one, *(_cell(between, one, other) for other in names))
-        for one in names
-    ]  # fmt: skip
+    cells = [["0"] * len(names) for _ in names]
+    for (one, other), apart in apart_by_numbers(told).items():
+        cells[one][other] = cells[other][one] = f"{apart.hausdorff:.4f}"
+    rows = [(name, *row) for name, row in zip(names, cells, strict=True)]
     lines = ["Hausdorff distances of the lines [pixels]", *grid(("", *names), rows), ""]
-    return lines + [f"{pair.first} to {pair.second} and back: {_said(pair.apart_px)} pixels" for pair in told.pairs]
-
-
-def _cell(between: dict[tuple[str, str], float], one: str, other: str) -> str:
-    if one == other:
-        return "0"
-    return f"{between.get((one, other), between.get((other, one), 0.0)):.4f}"
+    return lines + pair_sentences(told)
 
 
 def _said(apart: ApartRecord) -> str:

@@ -10,6 +10,7 @@ from typing import final
 
 from geoprint.account import as_json
 from geoprint.account.appraised.figures import record_appraisal
+from geoprint.account.appraised.photograph_page import photographs_page
 from geoprint.account.appraised.picture import appraisal_pictures
 from geoprint.account.appraised.tables import appraisal_tables
 from geoprint.account.records.appraisal import AppraisalRecord
@@ -126,7 +127,7 @@ def appraise_photographs(
 
 
 def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool = False) -> AppraisalRecord:
-    """Write appraisal.json, the text, tables and pictures, and the lens if it was calibrated: all or nothing.
+    """Write appraisal.json, text, tables, pictures, report.html, and the lens if it was calibrated: all or nothing.
 
     Args:
         found: what was appraised.
@@ -146,11 +147,13 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     # A lens that was given needs no second file.
     calibrated = None if on_plan is None or on_plan.camera.lens.residual == 0.0 else on_plan.camera.lens
     lens = {} if calibrated is None else {"lens.toml": lens_text(calibrated).encode("utf-8")}
+    pictures = appraisal_pictures(found)
     files = {
         RECORD: json_bytes(as_json(told)),
         "appraisal.txt": f"{appraisal_text(told)}\n".encode(),
         **appraisal_tables(found),
-        **appraisal_pictures(found),
+        **pictures,
+        "report.html": photographs_page(found, told, pictures),
         **lens,
     }
 
