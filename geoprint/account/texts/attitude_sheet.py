@@ -64,8 +64,7 @@ def _attitude(robot: RobotRecord, table: TableRecord) -> str:
 def _table(table: TableRecord) -> list[str]:
     return [
         f"the {table.name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
-        "a wrong attitude that you bring it to is noticed by nothing but you, and so are wrongly calibrated axes of a "
-        "table that the controller drives: the tool would run into the part",
+        "nothing but you notices a wrong attitude, or a driven table's wrong zero: the tool would run into the part",
     ]
 
 
