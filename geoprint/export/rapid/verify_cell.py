@@ -128,7 +128,7 @@ def _verify_axes(made: Made, *, cell: Cell, placement: Placement) -> None:
     """Check that every target has the table where the attitude has it."""
     axes, wanted = made.execution.moves.other_axes[made.rows], _axes_wanted(cell, placement)
     # Of the axes that are not there 9E9 is written, which is rounded.
-    wrong = np.flatnonzero((np.abs(axes - wanted) > _TABLE_TOLERANCE + _ROUNDING * wanted).any(axis=1))
+    wrong = np.flatnonzero((np.abs(axes - wanted) > _TABLE_TOLERANCE + _ROUNDING * np.abs(wanted)).any(axis=1))
     if wrong.size:
         row = int(wrong[0])
         found, planned = axes[row].round(4).tolist(), wanted.round(4).tolist()
