@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from fnmatch import fnmatch
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -116,3 +117,13 @@ def test_the_examples_run_one_after_the_other(
         assert not ended.value.code, f"{line}: {capsys.readouterr().err}"
     written = {path.name for path in tmp_path.iterdir()} - {"data"}
     assert written == {"guide.html", "plan", "device", "again"}
+
+
+def test_the_root_shows_what_a_newcomer_looks_for_and_nothing_that_fell_there() -> None:
+    kept = {
+        "CHANGELOG.md", "CITATION.cff", "LICENSE", "MANIFEST.in", "README.md", "benchmarks", "data", "geoprint",
+        "pyproject.toml", "tests",
+    }  # fmt: skip
+    ignored = [line.rstrip("/") for line in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()]
+    found = {path.name for path in ROOT.iterdir() if not path.name.startswith(".")}
+    assert {name for name in found if not any(fnmatch(name, pattern) for pattern in ignored)} == kept

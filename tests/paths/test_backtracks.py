@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,8 +20,8 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces import PolylineDistance, closest, normals, positions
 from tests.meshes import plate
+from tests.shared_data import shared
 
-GROOVE = Path("/work/shared/data/patches/interventricular_groove_disc_r20.ply")
 SPACING, STANDOFF = 1.0, 0.3
 FLAT = plate((40.0, 30.0), (40, 30))
 
@@ -117,9 +116,8 @@ def test_corners_close_together_never_turn_back(surface: Surface, legs: list[flo
     assert PolylineDistance(lines, step=0.2)(positions(surface, run)).max() <= 0.05 + 0.0424
 
 
-@pytest.mark.skipif(not GROOVE.exists(), reason="needs the real patches")
 def test_the_tip_turns_back_nowhere_in_the_groove_between_the_ventricles() -> None:
-    job = Job(surface=GROOVE, unit="mm", spacing=1.5, robot=False)
+    job = Job(surface=shared("patches/interventricular_groove_disc_r20.ply"), unit="mm", spacing=1.5, robot=False)
     stage = Stages(lambda _: None)
     plan = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
     stream = plan.poses
