@@ -173,7 +173,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
         except ClearanceError as error:
             easing = replace(easing, left_out=runs_hit_by_links(error))
     if easing.left_out:
-        with suppress(ClearanceError):
+        with suppress(ReachError, ClearanceError):
             return _low_or_high(paths, placement, stage, check=check, easing=easing)
     with suppress(ClearanceError):
         return _low_or_high(paths, placement, stage, check=check, leaning=leaning, easing=easing)

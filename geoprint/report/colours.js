@@ -124,7 +124,7 @@ const COLOURINGS = {
     legend: "Orange: farther than 0.55 spacings from every path. Blue: within 0.45 spacings of two stretches of path.",
   }),
   beads: (part, backend) => ({
-    // Distances end in the middle of the scale: the part is grey all over.
+    // Distances end below the middle of the scale: the part is grey all over.
     colorscale: [[0, UNMEASURED], [0.5, UNMEASURED], [0.5, BEADS], [1, BEADS]],
     values: () => ({ intensity: backend.distance, intensitymode: "vertex", cmin: 0, cmax: 3 * part.farthest }),
     said: () => "the part",

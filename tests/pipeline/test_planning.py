@@ -273,6 +273,8 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
     def reach(*asked: Any, easing: Easing, **others: Any) -> JointPath:
         left_out.append(easing.left_out)
         if len(left_out) == 2:
+            raise ReachError("travel over everything is out of reach")
+        if len(left_out) == 3:
             raise KeyboardInterrupt
         return reached(*asked, easing=easing, **others)
 
@@ -287,7 +289,8 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
     monkeypatch.setattr(planning, "clearance_check", check)
     with pytest.raises(KeyboardInterrupt):
         plan(job_of(surface=saved(tmp_path, plate((12.0, 9.0), (8, 6))), unit="mm", spacing=2.0, place="demo"))
-    assert left_out == [(), (0, 2)]
+    # And where that does not serve, the nozzle may lean.
+    assert left_out == [(), (0, 2), (0, 2)]
 
 
 @pytest.mark.dear
