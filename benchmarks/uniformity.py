@@ -22,7 +22,7 @@ from types import MappingProxyType
 
 from benchmarks.parts.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
-from geoprint.account import comparison_picture
+from geoprint.account.compared.pictures import comparison_picture
 from geoprint.backends import distortion
 from geoprint.config import job_of
 from geoprint.pipeline import compare

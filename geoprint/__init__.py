@@ -107,6 +107,7 @@ if TYPE_CHECKING:
     from geoprint.patterns import PATTERNS as PATTERNS, register as register_pattern
     from geoprint.pipeline import (
         PatchChoice as PatchChoice,
+        beside as beside,
         calibrate_cell as calibrate_cell,
         calibrate_tool as calibrate_tool,
         check_bundle as check_bundle,
@@ -156,6 +157,7 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     "plan",
     "compare",
     "compare_parts",
+    "beside",
     "propose_placement",
     "save_plan",
     "save_comparisons",
@@ -244,7 +246,7 @@ _FROM = {
     "motion.timing": "retime",
     "paths": "arrange poses",
     "patterns": "PATTERNS register_pattern=register",
-    "pipeline": "plan compare compare_parts propose_placement save_plan save_comparisons check_bundle job_from "
+    "pipeline": "plan compare compare_parts beside propose_placement save_plan save_comparisons check_bundle job_from "
     "inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice calibrate_cell calibrate_tool "
     "save_calibrated",
     "quality": "uniformity agreement measure_paths",

@@ -25,7 +25,7 @@ from benchmarks.guide.shaded import (
     smaller,
     view_from,
 )  # fmt: skip
-from geoprint.account import comparison_picture
+from geoprint.account.compared.pictures import comparison_picture
 from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.model import FloatArray, Surface

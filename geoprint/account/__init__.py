@@ -8,7 +8,6 @@ from geoprint.account.checked import (
     also_seen as also_seen,
 )
 from geoprint.account.comparison_summary import (
-    comparison_picture as comparison_picture,
     comparison_report as comparison_report,
     tell_comparison as tell_comparison,
 )

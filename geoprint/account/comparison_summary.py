@@ -7,8 +7,8 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.compared.pictures import ComparisonPictures
 from geoprint.account.part_report import part_report
-from geoprint.account.pictures import chart_pictures, coverage_picture
 from geoprint.account.prints.attitudes import print_seconds
 from geoprint.account.prints.expected import in_print, record_apart
 from geoprint.account.records.comparison import (
@@ -41,10 +41,6 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
         {name: record_plan(outcome.plan) for name, outcome in part.planned} if isinstance(part, Comparison) else {}
         for part in parts
     )
-    charts = tuple(
-        {name: chart_pictures(outcome.plan) for name, outcome in part.planned} if isinstance(part, Comparison) else {}
-        for part in parts
-    )
     told = tuple(
         _part(part, of)
         if isinstance(part, Comparison)
@@ -56,33 +52,29 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
         for part in parts
     )
     record = ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=told)
-    return ToldComparison(record, plans, charts, seconds)
+    return ToldComparison(record, plans, seconds)
 
 
-def comparison_picture(comparison: Comparison) -> bytes:
-    """Return a PNG: the backends side by side, their beads coloured by local spacing, what no path covers marked."""
-    spacing = comparison.planned[0][1].plan.contours.spacing
-    title = f"{comparison.workpiece.name}, paths {spacing:.3g} mm apart"
-    return coverage_picture(comparison.workpiece, comparison.planned, title=title)
-
-
-def comparison_report(parts: Sequence[Comparison | FailedPart], told: ToldComparison) -> bytes:
+def comparison_report(
+    parts: Sequence[Comparison | FailedPart], told: ToldComparison, *, pictures: Sequence[ComparisonPictures | None]
+) -> bytes:
     """Return report.html: verdict, figures and a 3D scene for each part, in one file that opens offline.
 
     Args:
         parts: what was compared, at least one of them with success.
         told: their figures.
+        pictures: theirs; None of one that failed.
     """
-    each = zip(parts, told.record.parts, told.plans, told.charts, strict=True)
+    each = zip(parts, told.record.parts, told.plans, pictures, strict=True)
     compared = [
-        (part, record, plans, charts)
-        for part, record, plans, charts in each
-        if isinstance(part, Comparison) and isinstance(record, PartRecord)
+        (part, record, plans, drawn)
+        for part, record, plans, drawn in each
+        if isinstance(part, Comparison) and isinstance(record, PartRecord) and drawn is not None
     ]
     named = compared[0][1].part if len(parts) == 1 else f"{len(parts)} parts"
     faces = max(VIEW_FACES // len(compared), FEWEST_VIEW_FACES)
     return html_report(
-        [part_report(part, record, plans, charts=charts, faces=faces) for part, record, plans, charts in compared],
+        [part_report(part, record, plans, pictures=drawn, faces=faces) for part, record, plans, drawn in compared],
         title=f"geoprint compare: {named}",
         failed=[(record.part, record.failed) for record in told.record.parts if isinstance(record, FailedRecord)],
     )

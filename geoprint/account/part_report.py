@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib.metadata import version
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.account.cautions import said_once
+from geoprint.account.compared.pictures import ComparisonPictures
 from geoprint.account.compared.table import report_table
-from geoprint.account.pictures import coverage_panel, coverage_picture, lines_picture, spread_of
+from geoprint.account.pictures import coverage_panel, spread_of
 from geoprint.account.prints.sides import of_spacing
 from geoprint.account.records.comparison import PartRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord
@@ -29,7 +30,6 @@ from geoprint.report import (
     PathDistances,
     Picture,
     ViewSurface,
-    switching_figure,
     view_surface,
 )
 from geoprint.results import Comparison, Plan, Planned
@@ -47,7 +47,7 @@ def part_report(
     told: PartRecord,
     plans: Mapping[str, PlanRecord],
     *,
-    charts: Mapping[str, Mapping[str, bytes]],
+    pictures: ComparisonPictures,
     faces: int,
 ) -> PartReport:
     """Return what the report page says of a comparison.
@@ -56,7 +56,7 @@ def part_report(
         comparison: with one planned backend or more.
         told: what compare.json says of it.
         plans: what plan.json says of each plan, by backend.
-        charts: the `chart_pictures` of each plan, by backend.
+        pictures: of the comparison.
         faces: of the surface that is drawn, at most.
     """
     workpiece, planned = comparison.workpiece, comparison.planned
@@ -75,15 +75,15 @@ def part_report(
         spacing=spacing,
         machine=machine(workpiece, robots[0], cell_file=comparison.job.cell) if robots else None,
         winner=[row.backend for row in told.planned].index(told.best),
-        backends=tuple(_view(name, outcome, view) for name, outcome in planned),
+        backends=tuple(_view(name, outcome, view, still=pictures.stills[name]) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in told.refused),
         table=report_table(told.planned, plans, [outcome.plan for _, outcome in planned]),
         path_distances=PathDistances(apart.backends, np.array(apart.hausdorff), np.array(apart.mean))
         if len(planned) > 1
         else None,
         pictures=(
-            *_lines(first),
-            *(each for name, outcome in planned for each in _pictures(name, outcome.plan, [*charts[name].values()])),
+            *_lines(pictures),
+            *(each for name, outcome in planned for each in _pictures(name, outcome.plan, pictures)),
         ),
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
@@ -92,18 +92,18 @@ def part_report(
     )
 
 
-def _lines(plan: Plan) -> list[Picture]:
+def _lines(pictures: ComparisonPictures) -> list[Picture]:
     """Return the picture of the lines that paths follow, the same for every backend; none where they follow none."""
-    if plan.followed is None:
+    if pictures.lines is None:
         return []
     caption = "The lines that paths follow, and the places about which these turn with their index"
-    drawn = lines_picture(plan.workpiece, plan.followed, title="")
-    return [Picture(caption, "png", drawn)]
+    return [Picture(caption, "png", pictures.lines)]
 
 
-def _pictures(name: str, plan: Plan, charts: Sequence[bytes]) -> list[Picture]:
+def _pictures(name: str, plan: Plan, pictures: ComparisonPictures) -> list[Picture]:
     """Return the figures of one backend that are not interactive, its charts first."""
-    pictures = [
+    charts = [*pictures.charts[name].values()]
+    shown = [
         Picture(
             f"{name}{f', patch {number}' if len(charts) > 1 else ''}: chart, distance image and level curves",
             "png",
@@ -111,19 +111,15 @@ def _pictures(name: str, plan: Plan, charts: Sequence[bytes]) -> list[Picture]:
         )
         for number, chart in enumerate(charts, start=1)
     ]
-    for number, robot in enumerate(plan.robot, start=1):
-        found = robot.switching
-        which = f", attitude {number}" if len(plan.robot) > 1 else ""
-        title = (
-            f"{name}{which}: dispenser and lamp, simulated from the program as it was read back, with the cell's lags"
-        )
-        drawn = switching_figure(found.deposits, found.material, found.lamp, found.vacuum, title=title)
-        on = "the lamp is on and the vacuum draws" if found.vacuum.size else "and the lamp is on"
-        pictures.append(Picture(f"{name}{which}: when material is laid, flows, {on}", "png", drawn))
-    return pictures
+    switching = pictures.switching[name]
+    for number, (robot, drawn) in enumerate(zip(plan.robot, switching, strict=True), start=1):
+        which = f", attitude {number}" if len(switching) > 1 else ""
+        on = "the lamp is on and the vacuum draws" if robot.switching.vacuum.size else "and the lamp is on"
+        shown.append(Picture(f"{name}{which}: when material is laid, flows, {on}", "png", drawn))
+    return shown
 
 
-def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
+def _view(name: str, outcome: Planned, view: ViewSurface, *, still: bytes) -> BackendView:
     plan, measured = outcome.plan, outcome.uniformity
     panel = coverage_panel(name, outcome)
     vertices = view.surface.vertices
@@ -145,7 +141,7 @@ def _view(name: str, outcome: Planned, view: ViewSurface) -> BackendView:
         offsets=panel.offsets,
         ratios=panel.ratios,
         widths=np.broadcast_to(plan.contours.spacing * panel.widths, len(panel.places)),
-        still=Picture(caption, "png", coverage_picture(plan.workpiece, [(name, outcome)], title="")),
+        still=Picture(caption, "png", still),
         replay=replay(plan) if plan.robot else None,
         shades=motion_shades(plan, vertices) if plan.robot else None,
     )

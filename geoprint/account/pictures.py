@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -25,9 +27,16 @@ def chart_pictures(plan: Plan) -> dict[str, bytes]:
 
     It shows the chart coloured by area scale, the distance image with level curves, and the curves on the surface.
     """
+    return {file: draw() for file, draw in chart_drawings(plan).items()}
+
+
+def chart_drawings(plan: Plan) -> dict[str, Callable[[], bytes]]:
+    """Return by file name what draws each chart of a plan in the plane, as `chart_pictures` does; it can be pickled."""
     several = len(plan.flattenings) > 1
+    # What the robot does is in none.
+    paths = replace(plan, robot=())
     return {
-        f"chart-{number}.png" if several else "chart.png": _picture(plan, number - 1)
+        f"chart-{number}.png" if several else "chart.png": partial(_picture, paths, number - 1)
         for number in range(1, len(plan.flattenings) + 1)
     }
 
@@ -71,15 +80,18 @@ def lines_picture(workpiece: Workpiece, followed: FollowedLines, *, title: str) 
     return lines_figure(workpiece.surface, followed, R_view_work=workpiece.upright, title=title)
 
 
-def coverage_picture(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str) -> bytes:
-    """Return a PNG with a panel for each of the planned backends.
+def coverage_drawing(
+    workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str
+) -> Callable[[], bytes]:
+    """Return what draws a PNG with a panel for each of the planned backends; it can be pickled.
 
     Args:
         workpiece: what they planned on.
         planned: name and outcome, at least one.
         title: above all of them.
     """
-    return coverage_figure(
+    return partial(
+        coverage_figure,
         workpiece.part,
         [coverage_panel(name, outcome) for name, outcome in planned],
         R_view_work=workpiece.upright,

@@ -105,7 +105,7 @@ def compare(
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
     from geoprint.account import as_json as json_of, comparison_table
     from geoprint.export import check_writable
-    from geoprint.pipeline import compare_parts, compiled_ahead, save_comparisons
+    from geoprint.pipeline import beside, compare_parts, compiled_ahead, save_comparisons
 
     jobs = [job_asked(surface, keys) for surface in surfaces]
     limit_memory(max_memory)
@@ -117,10 +117,10 @@ def compare(
             jobs, out, backends=backends_of(backends), overwrite=overwrite, verbose=verbose, as_json=as_json
         )
         return
-    with watch() as observe, compiled_ahead():
-        compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, processes=PROCESSES)
+    with watch() as observe, compiled_ahead(), beside(PROCESSES - 1) as helper:
+        compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, helper=helper)
         observe("writing")
-        told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite)
+        told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite, helper=helper)
     if as_json:
         tell_json(json_of(told.record))
     say(f"{comparison_table(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")

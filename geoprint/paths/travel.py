@@ -83,9 +83,12 @@ def terrain(surfaces: Sequence[Surface], *, beside: FloatArray, tool: Tool, up: 
         kept: distance to keep [mm]; infinite to go over everything.
     """
     points = np.concatenate([*(_points(surface) for surface in surfaces), beside])
-    _, first = np.unique(np.floor(points / TERRAIN_STEP).astype(np.int64), axis=0, return_index=True)
+    cells = np.floor(points / TERRAIN_STEP)
+    # The first point of each; several times as fast as NumPy's unique rows.
+    order = np.lexsort(cells.T[::-1])
+    other = np.append(np.True_, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))
     return Terrain(
-        points=points[first],
+        points=points[order[other]],
         up=up,
         needle_radius=tool.needle_diameter / 2,
         cone_heights=(tool.needle_length, tool.needle_length + tool.cone_length),

@@ -28,6 +28,7 @@ from geoprint.pipeline.mesh_files import (
 )
 from geoprint.pipeline.placing import propose_placement as propose_placement
 from geoprint.pipeline.planning import plan as plan
+from geoprint.pipeline.processes import beside as beside
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.pipeline.stacks.comparing import compare_stacks as compare_stacks
 from geoprint.pipeline.stacks.stacking import plan_stack as plan_stack

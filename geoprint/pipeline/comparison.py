@@ -11,7 +11,7 @@ from geoprint.errors import FieldError, InputError
 from geoprint.pipeline.choice import check_part, with_backend
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.planning import compared_workpiece, plan_compared
-from geoprint.pipeline.processes import OtherProcesses, beside
+from geoprint.pipeline.processes import OtherProcesses, shared
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import with_rounds
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece
@@ -46,7 +46,7 @@ def compare_parts(
     *,
     backends: Sequence[str] | None = None,
     observe: Callable[[str], None] = lambda _: None,
-    processes: int = 1,
+    helper: OtherProcesses | None = None,
 ) -> tuple[Comparison | FailedPart, ...]:
     """Compare the backends on several parts; one part's failure does not end the run.
 
@@ -54,9 +54,9 @@ def compare_parts(
         jobs: one a part, at least one.
         backends: as for `compare`.
         observe: called with the name of each stage as it starts, the part's before it.
-        processes: in how many the backends are planned, this one among them; what is found is the same. The others are
-            started afresh, so that a script calls this under `if __name__ == "__main__":`, and what it registered
-            itself is planned in this one only if it is the only one.
+        helper: processes in which backends are planned besides this one, as `beside` keeps them; what is found is the
+            same. They are started afresh, so that a script calls this under `if __name__ == "__main__":`, and what it
+            registered itself is planned only without them.
 
     Returns:
         The outcomes, in the order of the jobs.
@@ -66,14 +66,13 @@ def compare_parts(
         InputError: not one part can be read or planned on; that of the last one.
     """
     results: list[Comparison | FailedPart] = []
-    with beside(processes - 1) as helper:
-        for job in jobs:
-            try:
-                results.append(_compare(job, backends, _named(observe, job.surface.name, of=len(jobs)), helper))
-            except InputError as error:
-                if len(results) + 1 == len(jobs) and not any(isinstance(result, Comparison) for result in results):
-                    raise
-                results.append(FailedPart(job, str(error)))
+    for job in jobs:
+        try:
+            results.append(_compare(job, backends, _named(observe, job.surface.name, of=len(jobs)), helper))
+        except InputError as error:
+            if len(results) + 1 == len(jobs) and not any(isinstance(result, Comparison) for result in results):
+                raise
+            results.append(FailedPart(job, str(error)))
     return tuple(results)
 
 
@@ -93,10 +92,7 @@ def _compare(
     job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
     jobs = [with_backend(job, name) for name in backends]
     plan = partial(_outcome, workpiece=workpiece, unplaced=unplaced)
-    if helper is None:
-        outcomes = [plan(each, observe=observe) for each in jobs]
-    else:
-        outcomes = helper.shared(plan, jobs, here=partial(plan, observe=observe))
+    outcomes = shared(helper, plan, jobs, here=partial(plan, observe=observe))
     comparison = Comparison(job, workpiece, tuple(zip(backends, outcomes, strict=True)))
     if not comparison.planned:
         raise FieldError(comparison.refused[-1][1])

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from geoprint.account.checked import Finding
-from geoprint.account.comparison_summary import (
-    comparison_picture,
-    comparison_report,
-    tell_comparison,
-)
+from geoprint.account.compared.pictures import ComparisonPictures, comparison_pictures
+from geoprint.account.comparison_summary import comparison_report, tell_comparison
 from geoprint.account.pictures import chart_pictures
 from geoprint.account.records.comparison import ToldComparison
 from geoprint.account.records.plan import PlanRecord
@@ -41,6 +39,7 @@ from geoprint.pipeline.bundles.again import input_files
 from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, part_folders
 from geoprint.pipeline.bundles.joined import check_joined
 from geoprint.pipeline.checking import check_program
+from geoprint.pipeline.processes import OtherProcesses, shared
 from geoprint.pipeline.tilting import attitude_cell, part_folder
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
@@ -81,6 +80,7 @@ def save_comparisons(
     samples: bool = False,
     figures: bool = False,
     overwrite: bool = False,
+    helper: OtherProcesses | None = None,
 ) -> ToldComparison:
     """Write compare.json, report.html, and for each part a picture and a bundle a planned backend: all or nothing.
 
@@ -92,6 +92,7 @@ def save_comparisons(
         samples: whether spacing.csv is added to each bundle (`geoprint.account.spacing_table` names its columns).
         figures: whether figures for papers are added in the folder figures/ of each part.
         overwrite: whether an existing result may be replaced.
+        helper: processes that share the work, as `compare_parts`.
 
     Returns:
         What compare.json says of the parts, and what plan.json says of each plan.
@@ -102,25 +103,39 @@ def save_comparisons(
         VerificationError: what was written differs from the plans when it is read back.
     """
     told = tell_comparison(parts)
-    files = {COMPARISON: json_bytes(as_json(told.record)), "report.html": comparison_report(parts, told)}
+    drawn = [_drawn(part, helper) if isinstance(part, Comparison) else None for part in parts]
+    report = comparison_report(parts, told, pictures=drawn)
+    files = {COMPARISON: json_bytes(as_json(told.record)), "report.html": report}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
-    for part, plans, charts, folder in zip(parts, told.plans, told.charts, part_folders(_names(parts)), strict=True):
-        if not isinstance(part, FailedPart):
-            shown = _shown_files(part, samples=samples, figures=figures)
+    for part, plans, pictures, folder in zip(parts, told.plans, drawn, part_folders(_names(parts)), strict=True):
+        if isinstance(part, Comparison) and pictures is not None:
+            shown = _shown_files(part, pictures, samples=samples, figures=figures)
             files |= {f"{folder}{file}": content for file, content in shown.items()}
             for name, outcome in part.planned:
                 bundles.append((outcome.plan, plans[name], f"{folder}{name}/"))
-                of_plan = plan_files(outcome.plan, plans[name], charts=charts[name])
+                of_plan = plan_files(outcome.plan, plans[name], charts=pictures.charts[name])
                 files |= {f"{folder}{name}/{file}": content for file, content in of_plan.items()}
 
     def verify(written: Path) -> None:
-        for plan, of, folder in bundles:
-            verify_files(plan, of, written / folder)
+        shared(helper, _verified, [(plan, of, written / folder) for plan, of, folder in bundles])
         verify_record(written / COMPARISON, told.record)
 
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
     write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
     return told
+
+
+def _drawn(part: Comparison, helper: OtherProcesses | None) -> ComparisonPictures:
+    return comparison_pictures(part, draw=partial(shared, helper, _bytes_of))
+
+
+def _bytes_of(drawing: Callable[[], bytes]) -> bytes:
+    return drawing()
+
+
+def _verified(written: tuple[Plan, PlanRecord, Path]) -> None:
+    plan, told, folder = written
+    verify_files(plan, told, folder)
 
 
 def _names(parts: Sequence[Comparison | FailedPart]) -> list[str]:
@@ -131,9 +146,9 @@ def _timings(plan: Plan) -> bytes:
     return json_bytes(as_json(record_timings(plan)))
 
 
-def _shown_files(part: Comparison, *, samples: bool, figures: bool) -> dict[str, bytes]:
+def _shown_files(part: Comparison, pictures: ComparisonPictures, *, samples: bool, figures: bool) -> dict[str, bytes]:
     """Return name and content of what one part has beside its bundles: its picture, and what was asked for."""
-    files = {"compare.png": comparison_picture(part)}
+    files = {"compare.png": pictures.together}
     for name, outcome in part.planned:
         if samples:
             files[f"{name}/spacing.csv"] = spacing_table(outcome.uniformity)

@@ -108,11 +108,9 @@ class ToldComparison:
     Attributes:
         record: the content of compare.json.
         plans: for each part the content of plan.json by backend; empty for a part that failed.
-        charts: for each part the `chart_pictures` of each plan, by backend.
         seconds: for each part what each backend's own stages took, by its name [s].
     """
 
     record: ComparisonRecord
     plans: tuple[Mapping[str, PlanRecord], ...]
-    charts: tuple[Mapping[str, Mapping[str, bytes]], ...]
     seconds: tuple[Mapping[str, float], ...]

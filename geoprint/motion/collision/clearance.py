@@ -140,8 +140,13 @@ class ClearanceCheck:
             path, self._arm, tool=tool_solids(self._tool), links=self._links, T_work_base=self._T_work_base
         )
         over = poses.standoff + self._below if poses.deposit.any() else None
-        found = _check_tool(motion.tool, self._scene, tool=self._tool, process=self._process, standoff=over)
-        return _with_arm(found if self._below == 0.0 else _of_a_layer(found), self._of_arm(motion))
+        check_rigid(motion.tool.poses)
+        world = self._scene.world(motion.tool)
+        room = _refuse_tool(motion.tool, world, self._scene, tool=self._tool, standoff=over)
+        arm_found = self._of_arm(motion)
+        # Last, because nobody is told how far away the rest is where something is too close.
+        found = _finding(motion.tool, world, self._scene, tool=self._tool, process=self._process, room=room)
+        return _with_arm(found if self._below == 0.0 else _of_a_layer(found), arm_found)
 
 
 def check_placements(
@@ -176,22 +181,29 @@ def check_placements(
         VerificationError: the check fails on what is known, or part and placements do not belong together.
     """
     scene = CheckedWorld(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
-    return _check_tool(placements, scene, tool=tool, process=process, standoff=standoff)
-
-
-def _check_tool(
-    placements: Placements, scene: CheckedWorld, *, tool: Tool, process: Process, standoff: float | None
-) -> Clearance:
-    """Check the tool; without a stand-off nothing is laid."""
     check_rigid(placements.poses)
     world = scene.world(placements)
+    room = _refuse_tool(placements, world, scene, tool=tool, standoff=standoff)
+    return _finding(placements, world, scene, tool=tool, process=process, room=room)
+
+
+def _refuse_tool(
+    placements: Placements, world: CollisionWorld, scene: CheckedWorld, *, tool: Tool, standoff: float | None
+) -> float:
+    """Refuse a tool that comes too close; return the room of its rim [mm], infinite without a stand-off."""
     _check_sides(placements, world)
     hits = find_hits(world, placements)
     if hits is not None:
         raise _too_close(hits, world, placements, kept=scene.kept)
-    room = np.inf
-    if standoff is not None:
-        room = _tip_room(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff)
+    if standoff is None:
+        return np.inf
+    return _tip_room(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff)
+
+
+def _finding(
+    placements: Placements, world: CollisionWorld, scene: CheckedWorld, *, tool: Tool, process: Process, room: float
+) -> Clearance:
+    """Return how clear a tool keeps that comes nowhere too close."""
     closest = smallest_distance(placements, world, scene.trees)
     lamp = () if tool.lamp is not None else (WITHOUT_LAMP,)
     surroundings = () if scene.has_body else ("surroundings",)

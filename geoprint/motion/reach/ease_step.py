@@ -173,6 +173,8 @@ def _solved(stretch: Stretch, basis: _Basis) -> FloatArray | None:
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = GAP
     settings.tol_feas = FEASIBILITY
+    # Steps that are a little off end as near to the solution, as those tolerances say, at two thirds of the time.
+    settings.iterative_refinement_enable = False
     cones = [clarabel.NonnegativeConeT(len(bounds) - 3 * poses), *[clarabel.SecondOrderConeT(3)] * poses]
     found = clarabel.DefaultSolver(
         sparse.csc_matrix(sparse.triu(quadratic)), slope, sparse.csc_matrix(_rows(basis, bent, fast)), bounds, cones,

@@ -8,8 +8,8 @@ after this is checked as ever.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import final
+from dataclasses import field, replace
+from typing import TypeAlias, final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -42,6 +42,8 @@ LEAST_GAIN = 0.3
 STEPS = 3
 # Rows closer than this [mm] are one place.
 COINCIDENT = 1e-6
+# Joints, leans and places of a window, which together say what is solved there.
+_Asked: TypeAlias = tuple[bytes, ...]
 
 
 @final
@@ -54,12 +56,15 @@ class Easing:
         largest_lean: between nozzle and surface normal [rad].
         room: what the nozzle must not touch.
         left_out: runs whose attitudes stay as they are.
+        known: what was found before, by what was asked, so that who plans again with other runs left out waits for
+            none of it.
     """
 
     speed: float
     largest_lean: float
     room: NozzleRoom
     left_out: tuple[int, ...] = ()
+    known: dict[_Asked, JointPath | None] = field(default_factory=dict["_Asked", "JointPath | None"])
 
 
 @final
@@ -96,7 +101,7 @@ def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: flo
     parts = [
         (window, part)
         for window in _windows(path, arm, easing=easing)
-        if (part := _eased_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)) is not None
+        if (part := _known_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)) is not None
     ]
     return _joined(path, parts, arm, speed=easing.speed) if parts else path
 
@@ -166,14 +171,28 @@ def _around(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
     return found
 
 
-def _eased_part(
+def _known_part(
     path: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
 ) -> JointPath | None:
-    """Return the poses of a window eased, all but their configuration data; None where it gains too little.
+    """Return what `_eased_part` finds, or found where the same was asked before."""
+    before = path.between(window.rows.start, window.rows.stop)
+    asked = tuple(
+        array.tobytes()
+        for array in (before.joints, before.poses.tips, before.poses.normals, window.places, window.counted)
+    )
+    if asked not in easing.known:
+        easing.known[asked] = _eased_part(before, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)
+    return easing.known[asked]
+
+
+def _eased_part(
+    before: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
+) -> JointPath | None:
+    """Return the poses of a window, p of them, eased, all but their configuration data; None where it gains too little.
 
     Of the steps that gain enough, and whose nozzle keeps its room, the one that leaves least; of equal ones the first.
     """
-    before = now = path.between(window.rows.start, window.rows.stop)
+    now = before
     enough = (1.0 - LEAST_GAIN) * _excess(before, arm, window, speed=easing.speed)
     steps: list[tuple[float, JointPath]] = []
     for _ in range(STEPS):

@@ -3,4 +3,5 @@
 from geoprint.pipeline.processes.beside import (
     OtherProcesses as OtherProcesses,
     beside as beside,
+    shared as shared,
 )

@@ -69,6 +69,31 @@ class OtherProcesses:
         ]
 
 
+def shared(
+    helper: OtherProcesses | None,
+    work: Callable[[_Asked], _Found],
+    asked: Sequence[_Asked],
+    *,
+    here: Callable[[_Asked], _Found] | None = None,
+) -> list[_Found]:
+    """Return what work finds of everything that is asked, in other processes too where there are any.
+
+    Args:
+        helper: them, or None.
+        work: can be pickled, as what it is asked and what it finds.
+        asked: any number.
+        here: does the same in this process; the work itself by default.
+
+    Raises:
+        ResourceError: a process was ended from outside, as it is where memory runs out.
+        GeoprintError: as the work.
+    """
+    here = work if here is None else here
+    if helper is None:
+        return [here(each) for each in asked]
+    return helper.shared(work, asked, here=here)
+
+
 @contextmanager
 def beside(count: int) -> Generator[OtherProcesses | None]:
     """Keep processes beside this one while the body runs; None where there are to be none.
