@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.account import outcome_text, record_plan, run_sheet, summary, tell_comparison
+from geoprint.account.pictures import chart_pictures
 from geoprint.account.compared.table import report_table
 from geoprint.account.records.comparison import PartRecord
 from geoprint.backends import BACKENDS, Piecewise
@@ -235,7 +236,7 @@ def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -
     rows = [row for row in report_table(part.planned, told.plans[0], plans) if row.group.startswith("Patch")]
     assert [row.group for row in rows] == ["Patch 1", "Patch 2"]
     assert rows[1].values == (f"{told.plans[0]['lscm'].patches[1].spacing.cv:.2%}",)
-    files = plan_files(plans[0], told.plans[0]["lscm"], charts=told.charts[0]["lscm"])
+    files = plan_files(plans[0], told.plans[0]["lscm"], charts=chart_pictures(plans[0]))
     assert {"chart-1.png", "chart-2.png"} < files.keys()
     assert [len(row.patches) for row in part.planned] == [2]
 

@@ -85,11 +85,12 @@ class ArmMotion:
         return self._seen(first, self.Ts_work_link[:, second.joint], self.corners[:, second.joint])
 
     def _seen(self, link: Link, poses: FloatArray, corners: FloatArray) -> Placements:
-        return replace(
-            self.tool,
-            poses=transforms.inverse(self.Ts_work_link[:, link.joint]) @ poses,
-            corners=transforms.inverse(self.corners[:, link.joint]) @ corners,
-        )
+        Ts_work_link, at_corners = self.Ts_work_link[:, link.joint], self.corners[:, link.joint]
+        seen = transforms.inverse(Ts_work_link) @ poses
+        seen_corners = seen.copy()
+        rounded = ((corners != poses) | (at_corners != Ts_work_link)).any(axis=(1, 2))
+        seen_corners[rounded] = transforms.inverse(at_corners[rounded]) @ corners[rounded]
+        return replace(self.tool, poses=seen, corners=seen_corners)
 
 
 @final

@@ -141,8 +141,11 @@ def _distances_and_slopes(shape: Revolution, points: FloatArray) -> tuple[FloatA
 
 def circumscribed(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (m, 3) middles of (m, 3, 3) triangles and the (m,) radii of the balls around them that hold them [mm]."""
-    centres = triangles.mean(axis=1)
-    return centres, np.linalg.norm(triangles - centres[:, None], axis=2).max(axis=1)
+    corners = [triangles[:, corner] for corner in range(3)]
+    centres = (corners[0] + corners[1] + corners[2]) / 3.0
+    # Corner by corner: NumPy is several times as slow along an axis of three.
+    squares = [((corner - centres) ** 2) @ np.ones(3) for corner in corners]
+    return centres, np.sqrt(np.maximum.reduce(squares))
 
 
 def quarter(triangles: FloatArray) -> FloatArray:

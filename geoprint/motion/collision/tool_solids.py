@@ -139,17 +139,24 @@ def movements_between(solids: tuple[Solid, ...], starts: FloatArray, ends: Float
     Returns:
         (k, s) bounds on the movement [mm].
     """
-    rotations, shifts = ends[:, :3, :3] - starts[:, :3, :3], (ends - starts)[:, None, :3, 3]
-    turns = np.linalg.norm(_turned(rotations, [solid.axis for solid in solids]), axis=2)
-    first = np.linalg.norm(_turned(rotations, [solid.start for solid in solids]) + shifts, axis=2)
-    last = np.linalg.norm(_turned(rotations, [solid.end for solid in solids]) + shifts, axis=2)
+    changes = ends[:, :3] - starts[:, :3]
+    turns = _lengths(changes[:, :, :3], [solid.axis for solid in solids], 0.0 * changes[:, :, 3])
+    first, last = (
+        _lengths(changes[:, :, :3], places, changes[:, :, 3])
+        for places in ([solid.start for solid in solids], [solid.end for solid in solids])
+    )
     start_radii, end_radii = np.array([[solid.start_radius, solid.end_radius] for solid in solids]).T
     return ARC_ALLOWANCE * np.maximum(first + start_radii * turns, last + end_radii * turns)
 
 
-def _turned(matrices: FloatArray, vectors: list[FloatArray]) -> FloatArray:
-    """Return (k, s, 3) products of (k, 3, 3) matrices with s vectors."""
-    return np.swapaxes((matrices.reshape(-1, 3) @ np.array(vectors).T).reshape(-1, 3, len(vectors)), 1, 2)
+def _lengths(matrices: FloatArray, vectors: list[FloatArray], shifts: FloatArray) -> FloatArray:
+    """Return the (k, s) lengths of the products of (k, 3, 3) matrices with s vectors, each with its (k, 3) shift.
+
+    Coordinate by coordinate: several times as fast as NumPy is along an axis of three.
+    """
+    each = np.array(vectors).T
+    x, y, z = (matrices[:, axis] @ each + shifts[:, axis, None] for axis in range(3))
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
 def inflated_profile(solid: Solid, *, by: float) -> FloatArray:
