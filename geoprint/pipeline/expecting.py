@@ -20,7 +20,7 @@ def with_print(plan: Plan, stage: Stages) -> Plan:
         part, placement = plan.workpiece.part, plan.workpiece.placement
         errors = errors_of(plan.workpiece.cell, placement, middle=part.vertices.mean(axis=0))
         spans, spacing = plan.uniformity.spans, plan.contours.spacing
-        found = printed(spans, errors, spacing=spacing, poses=plan.poses)
+        found = printed(spans, errors, spacing=spacing, poses=plan.poses, wanted=plan.workpiece.widths)
     return replace(plan, printed=found, timings=tuple(stage.timings))
 
 

@@ -21,15 +21,7 @@ from geoprint.deposition import exposure, following_flow
 from geoprint.errors import ClearanceError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
 from geoprint.export.rapid import Proof, check_timeline, proven_program, timeline
-from geoprint.model import (
-    Cell,
-    Clearance,
-    FloatArray,
-    JointPath,
-    Placement,
-    PoseStream,
-    Program,
-)
+from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program
 from geoprint.motion.arm import Arm, check_load
 from geoprint.motion.collision import ClearanceCheck, runs_hit_by_links
 from geoprint.motion.controller import (
@@ -296,7 +288,9 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
     wanted = poses.flow / (spacing * cell.process.layer_height)
     followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process, wanted=wanted)
     layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
-    light = exposure(cell.material, speed=cell.process.speed, spacing=spacing, flood=cell.flood)
+    # The least light falls where lines lie farthest apart.
+    widest = spacing * float(wanted.max())
+    light = exposure(cell.material, speed=cell.process.speed, spacing=widest, flood=cell.flood)
     laid = Laid(
         cell.signals.mode, light, constant=layer(poses.flow), following=layer(followed), following_flow=followed
     )

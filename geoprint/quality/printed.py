@@ -11,8 +11,10 @@ from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array
 
 from geoprint.model import FloatArray, PoseStream, PrintErrors, freeze_arrays, frozen
+from geoprint.quality.spacing import SpacingAt
 from geoprint.quality.spans import Spans
 from geoprint.quality.straying import OF_CELL, SOURCES, expected_variance, strays, together
 
@@ -83,7 +85,14 @@ class Printed:
         return None if largest == "plan" or shares[largest] == 0.0 else largest
 
 
-def printed(spans: Spans, errors: PrintErrors, *, spacing: float, poses: PoseStream | None = None) -> Printed | None:
+def printed(
+    spans: Spans,
+    errors: PrintErrors,
+    *,
+    spacing: float,
+    poses: PoseStream | None = None,
+    wanted: SpacingAt | None = None,
+) -> Printed | None:
     """Return the spacing that prints are expected to have, or None where there is no spacing.
 
     Args:
@@ -91,24 +100,27 @@ def printed(spans: Spans, errors: PrintErrors, *, spacing: float, poses: PoseStr
         errors: what a print strays by.
         spacing: wanted [mm].
         poses: how the tool stands; None where nobody knows, then a bent needle is left out.
+        wanted: what the spacing shall be at each place, where that differs.
     """
     if not spans.count:
         return None
     ratios = spans.ratios
     step = -(-spans.count // MOST_SAMPLES)
     some = spans.some(np.arange(0, spans.count, step))
-    maps = strays(some, errors, poses=poses)
+    local = np.full(some.count, spacing) if wanted is None else wanted(some.places)
+    # Over what is wanted where each sample lies.
+    maps = tuple(csr_array(diags_array(1.0 / local) @ one) for one in strays(some, errors, poses=poses))
     everything = together(maps)
     cvs: list[FloatArray] = []
     for batch in range(PRINTS // BATCH):
-        changes = everything @ _normal(batch, everything.shape[1]) / spacing
+        changes = everything @ _normal(batch, everything.shape[1])
         # What errors do is told by some of the samples; what the plan does, by all of them.
         variances = ratios.var() + (some.ratios[:, None] + changes).var(axis=0) - some.ratios.var()
         cvs.append(np.sqrt(np.maximum(variances, 0.0)) / (ratios.mean() + changes.mean(axis=0)))
     return Printed(
         planned=float(ratios.std() / ratios.mean()),
         cvs=np.concatenate(cvs),
-        variances=(float(ratios.var()), *(expected_variance(one) / spacing**2 for one in maps)),
+        variances=(float(ratios.var()), *(expected_variance(one) for one in maps)),
     )
 
 

@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.account import outcome_text, record_plan, run_sheet, summary, tell_comparison
-from geoprint.account.pictures import chart_pictures
 from geoprint.account.compared.table import report_table
+from geoprint.account.pictures import chart_pictures
 from geoprint.account.records.comparison import PartRecord
 from geoprint.backends import BACKENDS, Piecewise
 from geoprint.cli.application import app

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.expected import NONE, expected_print, small_part
 from benchmarks.parts.reprints import lines_of, planned_cv, reprinted
-from geoprint.model import PoseStream, PrintErrors, Surface
+from geoprint.model import FloatArray, PoseStream, PrintErrors, Surface
 from geoprint.quality import Spans, Uniformity, alike, difference, joined_spans, printed, thickness_cv, uniformity
 from geoprint.quality.spans import no_spans
 from geoprint.quality.straying import node_counts, strays
@@ -84,6 +84,22 @@ def test_what_moves_all_paths_alike_changes_no_spacing_on_a_plane(rows: tuple[Po
     assert found is not None
     assert found.cvs == pytest.approx(np.full(found.cvs.size, found.planned), abs=1e-9)
     assert found.variances[1:] == pytest.approx((0.0,) * 4, abs=1e-12)
+
+
+def test_an_error_is_a_smaller_share_of_a_wider_spacing(rows: tuple[PoseStream, Uniformity]) -> None:
+    poses, measured = rows
+    some = measured.spans
+
+    def halved_below_the_middle(places: FloatArray) -> FloatArray:
+        return np.where(places[:, 1] < 15.0, 2.0, 1.0)
+
+    found = printed(some, TEN_MICRONS, spacing=1.0, poses=poses, wanted=halved_below_the_middle)
+    plain = printed(some, TEN_MICRONS, spacing=1.0, poses=poses)
+    assert found is not None
+    assert plain is not None
+    wide = (some.places[:, 1] < 15.0).mean()
+    assert 0.4 < wide < 0.6
+    assert found.variances[1] == pytest.approx((1.0 - 0.75 * wide) * plain.variances[1], rel=0.02)
 
 
 def test_a_bent_needle_counts_where_the_tool_turns_from_run_to_run(rows: tuple[PoseStream, Uniformity]) -> None:
