@@ -25,8 +25,12 @@ def joints_at(times: FloatArray, joints: FloatArray, moments: FloatArray) -> Flo
         moments: (m,) [s].
     """
     between: FloatArray = np.empty((len(moments), JOINTS))
-    for joint in range(JOINTS):
-        between[:, joint] = np.interp(moments, times, joints[:, joint])
+    if len(moments):
+        # A few moments are asked for again and again: the other rows, which NumPy would copy, are left out.
+        first, last = np.searchsorted(times, [moments.min(), moments.max()]).tolist()
+        rows = slice(max(first - 1, 0), last + 1)
+        for joint in range(JOINTS):
+            between[:, joint] = np.interp(moments, times[rows], joints[rows, joint])
     return between
 
 
