@@ -14,6 +14,8 @@ from geoprint.surfaces import arc_lengths
 TRAVEL_STEP = 1.0
 # Points of part and body by which a crossing is planned are about this far apart [mm]: well below what it keeps.
 TERRAIN_STEP = 1.0
+# Faces that are cut into points at a time, so that a body of millions of them takes little memory.
+FACES_AT_A_TIME = 100_000
 # A crossing keeps this share of the retract height from everything.
 KEPT_SHARE = 0.5
 # A tool that leans farther than this from upright [cosine] is planned as if it leant no more.
@@ -170,7 +172,16 @@ def _string_over(shares: FloatArray, heights: FloatArray) -> IntArray:
 
 def _points(surface: Surface) -> FloatArray:
     """Return points on every face of a surface, about TERRAIN_STEP apart."""
-    found, rest = [surface.vertices], surface.vertices[surface.faces]
+    blocks = range(0, len(surface.faces), FACES_AT_A_TIME)
+    return np.concatenate([
+        surface.vertices,
+        *(_inner_points(surface.vertices[surface.faces[first : first + FACES_AT_A_TIME]]) for first in blocks),
+    ])  # fmt: skip
+
+
+def _inner_points(triangles: FloatArray) -> FloatArray:
+    """Return points between the corners of (m, 3, 3) triangles, about TERRAIN_STEP apart from one another and these."""
+    found, rest = [np.empty((0, 3))], triangles
     while len(rest):
         sides = np.linalg.norm(rest - np.roll(rest, -1, axis=1), axis=2).max(axis=1)
         rest = rest[sides > TERRAIN_STEP]
