@@ -158,7 +158,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
         return _low_or_high(paths, placement, stage, check=check)
     with stage("room to lean"):
         leaning = leaning_of(paths, placement)
-        easing = _easing(paths, leaning)
+        easing = _easing(paths, leaning, check)
     with suppress(ReachError):
         try:
             return _low_or_high(paths, placement, stage, check=check, easing=easing)
@@ -263,11 +263,11 @@ def _low_or_high(
     return _with_robot(paths, placement, stage, check=check, leaning=leaning, easing=easing)
 
 
-def _easing(paths: Plan, leaning: Leaning) -> Easing:
+def _easing(paths: Plan, leaning: Leaning, check: ClearanceCheck) -> Easing:
     """Return how attitudes may be eased: leaning lowers the needle's rim, by a tenth of the spacing at most."""
     process, radius = paths.workpiece.cell.process, paths.workpiece.cell.tool.needle_diameter / 2.0
     lowered = float(np.arcsin(min(RIM_SHARE * paths.toolpath.spacing / radius, 1.0)))
-    return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room)
+    return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room, check.arm_touches)
 
 
 def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from geoprint.account.records.comparison import PartRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
-from geoprint.model import JointPath, PrintErrors, Slowdown, Surface
+from geoprint.model import BoolArray, FloatArray, JointPath, PrintErrors, Slowdown, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.reach import Easing
 from geoprint.pipeline import compare, plan, planning, save_comparisons, save_plan
@@ -278,13 +277,17 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
             raise KeyboardInterrupt
         return reached(*asked, easing=easing, **others)
 
-    def hits(*_: object, **__: object) -> None:
-        raise ClearanceError("a link hits the base", link_runs=(0, 2), travelling=False)
+    class Hits:
+        def __call__(self, *_: object, **__: object) -> None:
+            raise ClearanceError("a link hits the base", link_runs=(0, 2), travelling=False)
+
+        def arm_touches(self, joints: FloatArray) -> BoolArray:
+            return np.zeros(len(joints), dtype=np.bool_)
 
     monkeypatch.setattr(planning, "reach", reach)
 
-    def check(*_: object) -> Callable[..., None]:
-        return hits
+    def check(*_: object) -> Hits:
+        return Hits()
 
     monkeypatch.setattr(planning, "clearance_check", check)
     with pytest.raises(KeyboardInterrupt):

@@ -15,14 +15,24 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError, VerificationError
-from geoprint.model import Clearance, ControllerPath, FloatArray, Obstacle, PoseStream, Process, Surface, Tool
+from geoprint.model import (
+    BoolArray,
+    Clearance,
+    ControllerPath,
+    FloatArray,
+    Obstacle,
+    PoseStream,
+    Process,
+    Surface,
+    Tool,
+)
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, arm_motion
+from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, arm_motion, still_motion
 from geoprint.motion.collision.closest import smallest_distance, worst_hit
 from geoprint.motion.collision.contact import CollisionWorld, check_rigid
 from geoprint.motion.collision.link_solids import link_solids
+from geoprint.motion.collision.outside import refuse_tool_inside
 from geoprint.motion.collision.scene import CheckedWorld
-from geoprint.motion.collision.sides import inside
 from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import ALLOWANCE, Hits, Placements, find_hits
 from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, TipZone
@@ -44,8 +54,6 @@ WITH_ARM = "the arm's link 1 against links 3 to 6, and links two joints apart"
 # What a person may do where nothing is known of what helps.
 TOO_CLOSE_ADVICE = "turn or move the part, lean the tool, or use a longer needle"
 NO_ROOM_ADVICE = "raise the stand-off, lean less, or use a thinner needle"
-# Placements besides the first at which the side of closed surfaces is tested.
-SIDE_PLACEMENTS = 4
 
 
 def clearance(
@@ -148,6 +156,13 @@ class ClearanceCheck:
         found = _finding(motion.tool, world, self._scene, tool=self._tool, process=self._process, room=room)
         return _with_arm(found if self._below == 0.0 else _of_a_layer(found), arm_found)
 
+    def arm_touches(self, joints: FloatArray) -> BoolArray:
+        """Return (k,) whether a link comes too close, or the tool to a link, with the arm at (k, 6) joints [rad].
+
+        A look ahead and no proof: what lies between is not asked, nor that links are outside of closed surfaces.
+        """
+        return self._of_arm.touching(still_motion(joints, self._arm, T_work_base=self._T_work_base))
+
 
 def check_placements(
     placements: Placements,
@@ -191,7 +206,7 @@ def _refuse_tool(
     placements: Placements, world: CollisionWorld, scene: CheckedWorld, *, tool: Tool, standoff: float | None
 ) -> float:
     """Refuse a tool that comes too close; return the room of its rim [mm], infinite without a stand-off."""
-    _check_sides(placements, world)
+    refuse_tool_inside(placements, world)
     hits = find_hits(world, placements)
     if hits is not None:
         raise _too_close(hits, world, placements, kept=scene.kept)
@@ -233,28 +248,6 @@ def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
 def _of_a_layer(found: Clearance) -> Clearance:
     """Say of a check that of what is laid only the layer itself was left out: those below are what it prints on."""
     return replace(found, not_checked=tuple(LAID_BY_LAYER if name == LAID else name for name in found.not_checked))
-
-
-def _check_sides(placements: Placements, world: CollisionWorld) -> None:
-    """Refuse a tool that is inside a closed surface: at the first placement all its solids, later the largest."""
-    later = np.linspace(0, placements.count - 1, SIDE_PLACEMENTS + 1).astype(np.int64)[1:]
-    largest = max(world.solids, key=lambda solid: solid.length * solid.end_radius**2)
-    cases = [(0, solid) for solid in world.solids] + [(int(row), largest) for row in later]
-    points = np.array([transforms.apply(placements.poses[row], solid.centre[None])[0] for row, solid in cases])
-    for target in world.targets:
-        if not target.closed:
-            continue
-        within = inside(points, target.triangles)
-        if within.any():
-            row, solid = cases[int(np.argmax(within))]
-            tip = placements.poses[row, :3, 3]
-            raise ClearanceError(
-                f"{placements.stretch(row)} at tip {in_words(tip)} the {solid.name} is inside the closed "
-                f"{target.name}; correct where the part stands, or which side of the surface is outside.",
-                solid=solid.name,
-                against=target.name,
-                place=triple(tip),
-            )
 
 
 def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kept: tuple[float, ...]) -> ClearanceError:

@@ -69,10 +69,12 @@ class TipZone:
             (k,) room [mm]; negative where the surface reaches above the tip plane within the circle; infinite where
             there is none within the circle from BELOW_STANDOFF under the stand-off to TIP_ZONE above the tip plane.
         """
+        # Arrays of one kind, so that the loop is compiled once.
+        poses = np.array(poses)
         lowest = -(standoff + BELOW_STANDOFF)
         middle = (TIP_ZONE + lowest) / 2
         centres = poses[:, :3, 3] - middle * poses[:, :3, 2]
-        radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(poses))
+        radii = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(poses)).copy()
         reach = float(np.hypot(radii.max(initial=0.0), TIP_ZONE - middle))
         tops = np.full(len(poses), -inf)
         fragments = _fragments_near(self._around(centres, reach=reach), centres, reach=reach)
@@ -83,7 +85,7 @@ class TipZone:
         for first in range(0, len(poses), PLACEMENTS_AT_A_TIME):
             block = KDTree(centres[first : first + PLACEMENTS_AT_A_TIME])
             near = block.sparse_distance_matrix(tree, reach, output_type="ndarray")
-            rows, chosen = (np.asarray(near[key], dtype=np.int64) for key in ("i", "j"))
+            rows, chosen = (np.array(near[key], dtype=np.int64) for key in ("i", "j"))
             raise_tops(tops, (rows + first, chosen), fragments, (poses, radii), (lowest, TIP_ZONE))
         return -tops
 

@@ -2,14 +2,15 @@
 
 The smoothed normal is what the nozzle aims at. Where following it takes more speed or acceleration of a joint than
 there is, the tool is turned ahead of the bend and in it (`ease_step`), by no more than it may lean, and so that the
-nozzle keeps its room. Everything else stays as it is, the ends of the runs too; the branch stays, and what is checked
-after this is checked as ever.
+nozzle keeps its room and the arm its distance. Everything else stays as it is, the ends of the runs too; the branch
+stays, and what is checked after this is checked as ever.
 """
 
 from __future__ import annotations
 
-from dataclasses import field, replace
-from typing import TypeAlias, final
+from collections.abc import Callable
+from dataclasses import replace
+from typing import final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -42,8 +43,6 @@ LEAST_GAIN = 0.3
 STEPS = 3
 # Rows closer than this [mm] are one place.
 COINCIDENT = 1e-6
-# Joints, leans and places of a window, which together say what is solved there.
-_Asked: TypeAlias = tuple[bytes, ...]
 
 
 @final
@@ -55,16 +54,15 @@ class Easing:
         speed: set speed of the tip [mm/s].
         largest_lean: between nozzle and surface normal [rad].
         room: what the nozzle must not touch.
+        arm_touches: tells of (k, 6) joints [rad] (k,) whether a link comes too close to something; no proof.
         left_out: runs whose attitudes stay as they are.
-        known: what was found before, by what was asked, so that who plans again with other runs left out waits for
-            none of it.
     """
 
     speed: float
     largest_lean: float
     room: NozzleRoom
+    arm_touches: Callable[[FloatArray], BoolArray]
     left_out: tuple[int, ...] = ()
-    known: dict[_Asked, JointPath | None] = field(default_factory=dict["_Asked", "JointPath | None"])
 
 
 @final
@@ -101,9 +99,27 @@ def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: flo
     parts = [
         (window, part)
         for window in _windows(path, arm, easing=easing)
-        if (part := _known_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)) is not None
+        if (part := _eased_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)) is not None
     ]
+    parts = _clear(parts, path, easing=easing)
     return _joined(path, parts, arm, speed=easing.speed) if parts else path
+
+
+def _clear(
+    parts: list[tuple[_Window, JointPath]], path: JointPath, *, easing: Easing
+) -> list[tuple[_Window, JointPath]]:
+    """Return the parts in which no link of the arm comes too close to something from which it kept clear before."""
+    if not parts:
+        return parts
+    touching = np.split(
+        easing.arm_touches(np.concatenate([part.joints for _, part in parts])),
+        np.cumsum([part.poses.count for _, part in parts])[:-1],
+    )
+    return [
+        (window, part)
+        for (window, part), now in zip(parts, touching, strict=True)
+        if not now.any() or easing.arm_touches(path.joints[window.rows]).any()
+    ]
 
 
 def demands(arcs: FloatArray, joints: FloatArray, *, speed: float, arm: Arm) -> FloatArray:
@@ -171,28 +187,14 @@ def _around(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
     return found
 
 
-def _known_part(
+def _eased_part(
     path: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
 ) -> JointPath | None:
-    """Return what `_eased_part` finds, or found where the same was asked before."""
-    before = path.between(window.rows.start, window.rows.stop)
-    asked = tuple(
-        array.tobytes()
-        for array in (before.joints, before.poses.tips, before.poses.normals, window.places, window.counted)
-    )
-    if asked not in easing.known:
-        easing.known[asked] = _eased_part(before, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)
-    return easing.known[asked]
-
-
-def _eased_part(
-    before: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
-) -> JointPath | None:
-    """Return the poses of a window, p of them, eased, all but their configuration data; None where it gains too little.
+    """Return the poses of a window eased, all but their configuration data; None where it gains too little.
 
     Of the steps that gain enough, and whose nozzle keeps its room, the one that leaves least; of equal ones the first.
     """
-    now = before
+    before = now = path.between(window.rows.start, window.rows.stop)
     enough = (1.0 - LEAST_GAIN) * _excess(before, arm, window, speed=easing.speed)
     steps: list[tuple[float, JointPath]] = []
     for _ in range(STEPS):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -34,11 +35,15 @@ def nodding(height: float = 10.0, wide: float = 3.0) -> JointPath:
     return solved(stream(tips, quaternions=tilted(nod)), ARM)
 
 
-def easing(cap: float = CAP) -> Easing:
+def touches_nothing(joints: FloatArray) -> BoolArray:
+    return np.zeros(len(joints), dtype=np.bool_)
+
+
+def easing(cap: float = CAP, *, arm_touches: Callable[[FloatArray], BoolArray] = touches_nothing) -> Easing:
     room = NozzleRoom(
         CELL.tool, process=PROCESS, standoff=0.3, part=PART, body=None, obstacles=(), T_base_work=WORK
     )  # fmt: skip
-    return Easing(PROCESS.speed, cap, room)
+    return Easing(PROCESS.speed, cap, room, arm_touches)
 
 
 def demand(path: JointPath) -> FloatArray:
@@ -47,6 +52,25 @@ def demand(path: JointPath) -> FloatArray:
 
 def eased_path(path: JointPath, *, cap: float = CAP) -> JointPath:
     return eased(path, ARM, easing=easing(cap), minimum_wrist_angle=float(np.radians(5.0)))
+
+
+def test_attitudes_in_which_the_arm_comes_too_close_stay_as_they_are_but_where_it_did_before() -> None:
+    path = nodding()
+    asked: list[FloatArray] = []
+
+    def touches_when_eased(joints: FloatArray) -> BoolArray:
+        asked.append(joints)
+        return np.full(len(joints), len(asked) == 1)
+
+    def found_with(arm_touches: Callable[[FloatArray], BoolArray]) -> JointPath:
+        return eased(path, ARM, easing=easing(arm_touches=arm_touches), minimum_wrist_angle=float(np.radians(5.0)))
+
+    assert found_with(touches_when_eased) is path
+    assert len(asked) == 2
+    assert np.abs(asked[0] - asked[1]).max() > 0.01
+    everywhere = found_with(lambda joints: np.ones(len(joints), dtype=np.bool_))
+    np.testing.assert_array_equal(everywhere.joints, eased_path(path).joints)
+    assert everywhere.eased
 
 
 def test_a_nod_that_no_joint_follows_at_speed_is_passed_by_a_lean() -> None:
