@@ -8,6 +8,7 @@ that, of the tool and of one another (`arm_clearance`). What is not tested is na
 
 from __future__ import annotations
 
+import operator
 from dataclasses import replace
 from typing import final
 
@@ -102,13 +103,20 @@ class ClearanceCheck:
         body: likewise.
         obstacles: likewise.
         below: likewise.
+        known: another check, of wherever the part stands: what it prepared serves here too where arm, tool, process,
+            part and body are the very same.
+
+    Attributes:
+        prepared: these five.
+        scene: tool and targets.
+        of_arm: the check of the links.
 
     Raises:
         InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
         VerificationError: the check fails on what is known.
     """
 
-    __slots__ = ("_T_work_base", "_arm", "_below", "_links", "_of_arm", "_process", "_scene", "_tool")
+    __slots__ = ("_T_work_base", "_arm", "_below", "_links", "_process", "_tool", "of_arm", "prepared", "scene")
 
     def __init__(
         self,
@@ -121,17 +129,23 @@ class ClearanceCheck:
         body: Surface | None,
         obstacles: tuple[Obstacle, ...],
         below: float = 0.0,
+        known: ClearanceCheck | None = None,
     ) -> None:
         check_rigid(T_base_work[None])
         self._arm, self._tool, self._process, self._below = arm, tool, process, below
         self._T_work_base = transforms.inverse(T_base_work)
+        self.prepared = (arm.robot, tool, process, part, body)
+        if known is not None and not all(map(operator.is_, self.prepared, known.prepared)):
+            known = None
         self._links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
-        self._scene = CheckedWorld(
-            tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=self._T_work_base
-        )
-        self._of_arm = ArmCheck(
-            self._links, tool=tool_solids(tool), kept=process.clearance, targets=self._scene.targets,
-            base_targets=self._scene.base_targets, trees=self._scene.trees,
+        self.scene = CheckedWorld(
+            tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=self._T_work_base,
+            known=None if known is None else known.scene,
+        )  # fmt: skip
+        self.of_arm = ArmCheck(
+            self._links, tool=tool_solids(tool), kept=process.clearance, targets=self.scene.targets,
+            base_targets=self.scene.base_targets, trees=self.scene.trees,
+            known=None if known is None else known.of_arm,
         )  # fmt: skip
 
     def __call__(self, path: ControllerPath, *, poses: PoseStream) -> Clearance:
@@ -140,8 +154,8 @@ class ClearanceCheck:
             path, self._arm, tool=tool_solids(self._tool), links=self._links, T_work_base=self._T_work_base
         )
         over = poses.standoff + self._below if poses.deposit.any() else None
-        found = _check_tool(motion.tool, self._scene, tool=self._tool, process=self._process, standoff=over)
-        return _with_arm(found if self._below == 0.0 else _of_a_layer(found), self._of_arm(motion))
+        found = _check_tool(motion.tool, self.scene, tool=self._tool, process=self._process, standoff=over)
+        return _with_arm(found if self._below == 0.0 else _of_a_layer(found), self.of_arm(motion))
 
 
 def check_placements(

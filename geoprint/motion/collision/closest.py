@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import product
 from math import inf
+from types import MappingProxyType
 from typing import TypeAlias, final
 
 import numpy as np
@@ -132,9 +133,9 @@ def worst_hit(hits: Hits, world: CollisionWorld) -> Closest:
     return min(found, key=lambda closest: closest.distance)
 
 
-def ranking_trees(targets: tuple[Target, ...]) -> Trees:
-    """Return the middles of small fragments of each target, by which placements are ranked."""
-    return {target: _fragments(target) for target in targets}
+def ranking_trees(targets: tuple[Target, ...], *, known: Trees = MappingProxyType({})) -> Trees:
+    """Return the middles of small fragments of each target, by which placements are ranked; known ones are taken."""
+    return {target: known[target] if target in known else _fragments(target) for target in targets}
 
 
 def smallest_distance(placements: Placements, world: CollisionWorld, trees: Trees) -> Closest:
