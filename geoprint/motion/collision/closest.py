@@ -55,6 +55,9 @@ NEAR_ARM = 20.0
 # Fragments of a target for ranking have this radius [mm], or this share of its extent where that is larger.
 FRAGMENT_RADIUS = 1.0
 FRAGMENT_SHARE = 0.02
+# A triangle whose longest side is longer than this many times its height is cut in half: quarters of the faces of a
+# table's cylinders would be as thin, and a thousand times as many.
+LONG = 8.0
 
 
 # Middles of small fragments of each target, by which placements are ranked.
@@ -258,8 +261,21 @@ def _fragments(target: Target) -> KDTree:
     while len(rest):
         centres, radii = circumscribed(rest)
         fragments.append(centres[radii <= largest])
-        rest = quarter(rest[radii > largest])
+        rest = _cut(rest[radii > largest])
     return KDTree(np.concatenate(fragments))
+
+
+def _cut(triangles: FloatArray) -> FloatArray:
+    """Return the quarters of (m, 3, 3) triangles, and the halves of those that are far longer than wide."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
+    doubled = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+    long = sides.max(axis=1) ** 2 > LONG * doubled
+    # The longest side leads from the first corner to the second.
+    turned = (sides[long].argmax(axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.moveaxis(np.take_along_axis(triangles[long], turned[:, :, None], axis=1), 1, 0)
+    middle = (a + b) / 2
+    halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+    return np.concatenate([quarter(triangles[~long]), *halves])
 
 
 def _ranks(poses: FloatArray, solid: Solid, tree: KDTree, *, within: float) -> FloatArray:
