@@ -145,7 +145,7 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     """Return the smallest distance found between the tool above its tip zone and any target.
 
     For every target RANKED_PLACEMENTS placements are ordered by the distance of points of the tool's axis from small
-    fragments of the target; the first MEASURED_PLACEMENTS are measured exactly.
+    fragments of the target; the first MEASURED_PLACEMENTS are measured exactly, unless a nearer target has been found.
     """
     rows = _spread(0, placements.count, RANKED_PLACEMENTS)
     shapes = [shape for shape in shapes_of(world.solids) if shape.solids[0].reach_below > 0.0]
@@ -154,6 +154,8 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     least = inf
     for target in world.targets:
         ranks = [_ranks(placements.poses[rows], solid, trees[target], within=RANKED_DISTANCE) for solid in solids]
+        if min(_lowest(*each, target) for each in zip(ranks, solids, strict=True)) > least:
+            continue
         order = np.argsort(np.min(ranks, axis=0), kind="stable")
         for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
             for shape in shapes:
@@ -255,14 +257,18 @@ def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int, w
 
 
 def _fragments(target: Target) -> KDTree:
-    extent = float(np.linalg.norm(np.ptp(target.triangles, axis=(0, 1))))
-    largest = max(FRAGMENT_RADIUS, FRAGMENT_SHARE * extent)
+    largest = _fragment_radius(target)
     fragments, rest = [np.empty((0, 3))], target.triangles
     while len(rest):
         centres, radii = circumscribed(rest)
         fragments.append(centres[radii <= largest])
         rest = _cut(rest[radii > largest])
     return KDTree(np.concatenate(fragments))
+
+
+def _fragment_radius(target: Target) -> float:
+    extent = float(np.linalg.norm(np.ptp(target.triangles, axis=(0, 1))))
+    return max(FRAGMENT_RADIUS, FRAGMENT_SHARE * extent)
 
 
 def _cut(triangles: FloatArray) -> FloatArray:
@@ -280,13 +286,31 @@ def _cut(triangles: FloatArray) -> FloatArray:
 
 def _ranks(poses: FloatArray, solid: Solid, tree: KDTree, *, within: float) -> FloatArray:
     """Return the (k,) distance of each placement from a target as far as points of the axis tell [mm]."""
-    step = float(np.clip(AXIS_STEP_SHARE * solid.end_radius, *AXIS_STEPS))
-    shares = np.linspace(0.0, 1.0, max(int(solid.length / step), 1) + 1)
+    shares = np.linspace(0.0, 1.0, _axis_steps(solid) + 1)
     points = solid.start + shares[:, None] * (solid.end - solid.start)
     radii = solid.start_radius + shares * (solid.end_radius - solid.start_radius)
-    places = np.einsum("kij,aj->kai", poses[:, :3, :3], points) + poses[:, None, :3, 3]
-    distances = np.asarray(tree.query(places.reshape(-1, 3), distance_upper_bound=within)[0])
+    places = (np.einsum("kij,aj->kai", poses[:, :3, :3], points) + poses[:, None, :3, 3]).reshape(-1, 3)
+    distances = np.full(len(places), inf)
+    beside = ((places >= tree.mins - within) & (places <= tree.maxes + within)).all(axis=1)
+    distances[beside] = tree.query(places[beside], distance_upper_bound=within)[0]
     return np.asarray((distances.reshape(len(poses), -1) - radii).min(axis=1))
+
+
+def _axis_steps(solid: Solid) -> int:
+    step = float(np.clip(AXIS_STEP_SHARE * solid.end_radius, *AXIS_STEPS))
+    return max(int(solid.length / step), 1)
+
+
+def _lowest(ranks: FloatArray, solid: Solid, target: Target) -> float:
+    """Bound how near a solid of the tool is to a target at placements of these ranks [mm].
+
+    Its nearest point lies on a circle about a place of the axis that is half a step from the next point of that at
+    most, and the target's within a fragment.
+    """
+    half = solid.length / _axis_steps(solid) / 2.0
+    wider = half * abs(solid.end_radius - solid.start_radius) / solid.length
+    unseen = RANKED_DISTANCE - max(solid.start_radius, solid.end_radius)
+    return min(float(ranks.min()), unseen) - half - wider - _fragment_radius(target)
 
 
 def _spread(first: int, stop: int, count: int) -> IntArray:

@@ -67,18 +67,23 @@ class CheckedWorld:
         solids = tool_solids(tool)
         self.kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
         surfaces = [(part, "part")] if body is None else [(part, "part"), (body, "body")]
-        bodies = [mesh_target(one, role=role) for one, role in surfaces] if known is None else known.bodies
+        self.bodies: tuple[Target, ...] = (
+            tuple(mesh_target(one, role=role) for one, role in surfaces) if known is None else known.bodies
+        )
         standing = [obstacle_target(one, T_work_base=T_work_base) for one in obstacles]
         beside = [target for target, one in zip(standing, obstacles, strict=True) if not stands_on(one)]
-        self.tool = InflatedSolids(solids, kept=self.kept) if known is None else known.tool
-        self.bodies = tuple(bodies)
-        self.targets: tuple[Target, ...] = (*bodies, *standing)
-        self.base_targets: tuple[Target, ...] = (*bodies, *beside)
-        nominal = None if known is None else known.nominal
-        self.nominal = CollisionWorld(self.tool, targets=self.targets, known=nominal)
+        self.tool: InflatedSolids = InflatedSolids(solids, kept=self.kept) if known is None else known.tool
+        self.targets: tuple[Target, ...] = (*self.bodies, *standing)
+        self.base_targets: tuple[Target, ...] = (*self.bodies, *beside)
+        self.nominal: CollisionWorld = CollisionWorld(
+            self.tool, targets=self.targets, known=None if known is None else known.nominal
+        )
         self.trees = ranking_trees(self.targets, known={} if known is None else known.trees)
-        ready = () if known is None else known.zones[: len(bodies)]
-        self.zones = (*ready, *(TipZone(target.triangles) for target in self.targets[len(ready) :]))
+        ready: tuple[TipZone, ...] = () if known is None else known.zones[: len(self.bodies)]
+        self.zones: tuple[TipZone, ...] = (
+            *ready,
+            *(TipZone(target.triangles) for target in self.targets[len(ready) :]),
+        )
         self.has_body = body is not None
 
     def world(self, placements: Placements) -> CollisionWorld:
