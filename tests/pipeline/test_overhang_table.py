@@ -77,3 +77,19 @@ def test_layers_over_a_table_are_refused_before_the_long_work(tmp_path: Path) ->
         plan(
             job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell, thickness=2, layer=1)
         )
+
+
+def test_the_time_of_a_driven_table_is_what_the_program_gives_each_of_its_motions(tmp_path: Path) -> None:
+    own = tilting_cell(tmp_path, "tilt-turn")
+    driven = tmp_path / "driven.toml"
+    driven.write_text(f'{own.read_text()}control = "external axes"\nmechanical_unit = "STN1"\n')
+    jobs = [
+        job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell) for cell in (own, driven)
+    ]
+    free, given = (plan(job).tilting for job in jobs)
+    assert free is not None
+    assert given is not None
+    # The slowest axis turns by 360 degrees at 90 a second, at the share of the cell: a quarter.
+    assert given.seconds == pytest.approx((16.0,) * len(given.attitudes))
+    assert len(free.seconds) == len(given.seconds)
+    assert max(free.seconds) <= 4.0
