@@ -76,7 +76,7 @@ class _Sausage:
 
 @final
 @frozen
-class _Held:
+class _Carried:
     """Balls about a surface, in the plate's frame.
 
     Attributes:
@@ -180,7 +180,7 @@ def _turned(table: TiltingTable, knots: FloatArray, shares: FloatArray) -> Float
     return np.stack([table.plate(np.array(each)) for each in zip(*axes, strict=True)])
 
 
-def _along(table: TiltingTable, course: Course, held: Sequence[_Held]) -> Iterator[tuple[_Moving, float]]:
+def _along(table: TiltingTable, course: Course, held: Sequence[_Carried]) -> Iterator[tuple[_Moving, float]]:
     """Yield what moves at poses of the table along a course, each with how far it moves to the next at most [mm]."""
     coarse = [_standing(table, pose, held) for pose in course(np.linspace(0.0, 1.0, FEWEST_POSES))]
     moved = max(
@@ -196,14 +196,14 @@ def _along(table: TiltingTable, course: Course, held: Sequence[_Held]) -> Iterat
         yield from zip(moving, np.maximum(around[row], around[row + 1]).tolist(), strict=True)
 
 
-def _standing(table: TiltingTable, T_table_plate: FloatArray, held: Sequence[_Held]) -> list[_Moving]:
+def _standing(table: TiltingTable, T_table_plate: FloatArray, held: Sequence[_Carried]) -> list[_Moving]:
     """Return all that moves, in the base frame: surfaces on the plate, and the table's own solids."""
     T_base_plate = table.T_base_table @ T_table_plate
     surfaces = [_carried(one, T_base_plate) for one in held]
     return [*surfaces, *(_moving(one) for one in table.solids(T_table_plate))]
 
 
-def _carried(held: _Held, T_base_plate: FloatArray) -> _Moving:
+def _carried(held: _Carried, T_base_plate: FloatArray) -> _Moving:
     there = transforms.apply(T_base_plate, np.vstack([held.middle, held.centres]))
     return _Moving(held.name, lambda: (there[1:], held.radii), there[0], held.reach, there[1:], 0.0)
 
@@ -226,7 +226,7 @@ def _axis(ends: FloatArray) -> FloatArray:
     return along / np.linalg.norm(along)
 
 
-def _held(surface: Surface, T_plate_work: FloatArray) -> _Held:
+def _held(surface: Surface, T_plate_work: FloatArray) -> _Carried:
     """Return balls about a surface, in the plate's frame: those about its triangles, gathered in a grid."""
     centres, radii = circumscribed(transforms.apply(T_plate_work, surface.vertices)[surface.faces])
     cells, own = np.unique(np.floor(centres / BALL_STEP).astype(np.int64), axis=0, return_inverse=True)
@@ -236,7 +236,7 @@ def _held(surface: Surface, T_plate_work: FloatArray) -> _Held:
     middles = np.asarray(middles, dtype=np.float64)
     middle = middles.mean(axis=0)
     reach = float((np.linalg.norm(middles - middle, axis=1) + largest).max())
-    return _Held(surface.name, middles, largest, middle, reach)
+    return _Carried(surface.name, middles, largest, middle, reach)
 
 
 def _around(cylinder: Cylinder) -> Balls:
