@@ -1,13 +1,13 @@
-"""What can the tables that move the part do? Workspace beside published figures, residuals and processor time.
+"""What can the tables that move the part do? Workspace beside the ranges it was made for, residuals and processor time.
 
     python -m benchmarks.tables [--poses N] [--picture FILE] [--smoke]
 
-The first table has a row for each travel range that PI publishes of its H-840 [PIH840], each with all others at rest:
-how far the default hexapod of a cell goes before a margin is negative. Its joints and lengths are chosen so that these
-come out, so that the row tells whether kinematics and limits agree with that choice, not what PI builds. The second
-table has for each kind of table the largest residual of forward(inverse) over random poses within its limits, how far
-any direction of the plate may lie from its axis to be brought up, and the processor time of N poses. With --picture the
-margins over all directions that shall be brought up are drawn.
+The first table has a row for each travel range that is taken for that of a PI H-840 [PIH840], unchecked against its
+maker's sheet, each with all others at rest: how far the default hexapod of a cell goes before a margin is negative. Its
+joints and lengths are chosen so that these come out, so that the row tells whether kinematics and limits agree with
+that choice, not what PI builds. The second table has for each kind of table the largest residual of forward(inverse)
+over random poses within its limits, how far any direction of the plate may lie from its axis to be brought up, and the
+processor time of N poses. With --picture the margins over all directions that shall be brought up are drawn.
 """
 
 # matplotlib leaves the keyword arguments of its methods untyped.
@@ -29,9 +29,9 @@ from geoprint.config import cell_of, packaged_cell_text
 from geoprint.model import FloatArray, TiltingTable
 from geoprint.motion.machine import table_machine
 
-# Travel to either side [mm, degrees] of a PI H-840 [PIH840].
-PUBLISHED: Mapping[str, float] = {"x": 50.0, "y": 50.0, "z": 25.0, "tilt x": 15.0, "tilt y": 15.0, "twist": 30.0}
-# Poses along an axis, up to twice the published travel.
+# Travel to either side [mm, degrees] that is taken for that of a PI H-840 [PIH840].
+TRAVEL: Mapping[str, float] = {"x": 50.0, "y": 50.0, "z": 25.0, "tilt x": 15.0, "tilt y": 15.0, "twist": 30.0}
+# Poses along an axis, up to twice that travel.
 ALONG = 20_001
 # Shifts [mm] and turns [rad] of random poses, of which those within the limits are taken.
 SHIFT, TURN = 45.0, 0.45
@@ -50,9 +50,9 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="a thousand poses")
     arguments = parser.parse_args()
     count: int = 1000 if arguments.smoke else arguments.poses
-    for line in table("H-840", "published", "found"):
+    for line in table("H-840", "taken for", "found"):
         print(line)
-    for axis, travel in PUBLISHED.items():
+    for axis, travel in TRAVEL.items():
         low, high = reached(default("hexapod"), axis)
         unit = "mm" if len(axis) == 1 else "deg"
         print(row(axis, f"-{travel:g} to {travel:g} {unit}", f"{low:.2f} to {high:.2f} {unit}"))
@@ -80,12 +80,12 @@ def reached(machine: TiltingTable, axis: str) -> tuple[float, float]:
 
     Args:
         machine: the table.
-        axis: one of `PUBLISHED`.
+        axis: one of `TRAVEL`.
 
     Returns:
         Lowest and highest place [mm or degrees].
     """
-    steps = np.linspace(0.0, 2.0 * PUBLISHED[axis], ALONG)
+    steps = np.linspace(0.0, 2.0 * TRAVEL[axis], ALONG)
     low, high = (float(steps[_first_beyond(machine.margins(_moved(axis, sign * steps)))]) for sign in (-1.0, 1.0))
     return -low, high
 

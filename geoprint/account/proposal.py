@@ -58,6 +58,7 @@ class ProposalRecord:
         not_checked: what the collision check leaves out.
         refused: why better candidates fell.
         work: lines under [work] in a cell file that put a demonstration there.
+        table: lines under [table] that put the table below it, or None without one.
     """
 
     part: str
@@ -75,6 +76,7 @@ class ProposalRecord:
     not_checked: tuple[str, ...]
     refused: tuple[str, ...]
     work: tuple[str, str]
+    table: tuple[str, str] | None
 
 
 def proposal_summary(proposal: Proposal) -> dict[str, Json]:
@@ -99,25 +101,32 @@ def proposal_lines(stand: Stand) -> tuple[str, str]:
     return f"demo_position_mm = [{_listed(position)}]", f"demo_rpy_deg = [{_listed(rpy)}]"
 
 
+def table_lines(stand: Stand) -> tuple[str, str]:
+    """Return the lines under [table] in a cell file that put the table there."""
+    position, rpy = _stand(stand)
+    return f"position_mm = [{_listed(position)}]", f"rpy_deg = [{_listed(rpy)}]"
+
+
 def _record(proposal: Proposal) -> ProposalRecord:
-    robot = proposal.robot
+    robots, placement = proposal.plan.robot, proposal.placement
     position, rpy = _stand(proposal.stand)
     return ProposalRecord(
         part=proposal.plan.workpiece.name,
         cell=proposal.plan.workpiece.cell.name,
         position_mm=position,
         rpy_deg=rpy,
-        T_base_work=tuple(map(tuple, robot.placement.T_base_work.round(6).tolist())),
-        calibrated=robot.placement.calibrated,
+        T_base_work=tuple(map(tuple, placement.T_base_work.round(6).tolist())),
+        calibrated=placement.calibrated,
         better=proposal.better,
         margin_deg=_degrees(proposal.after),
         limiting=proposal.after.limiting,
         before=_before(proposal),
         lowest_point_above_mm=round(proposal.above, 3) if np.isfinite(proposal.above) else None,
-        smallest_clearance_mm=rounded(robot.clearance.smallest),
-        not_checked=robot.clearance.not_checked,
+        smallest_clearance_mm=rounded(min(robot.clearance.smallest for robot in robots)),
+        not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
         refused=proposal.refused,
         work=proposal_lines(proposal.stand),
+        table=None if proposal.table is None else table_lines(proposal.table),
     )
 
 
@@ -136,13 +145,14 @@ def _before(proposal: Proposal) -> BeforeRecord:
 def _lines(proposal: Proposal, record: ProposalRecord) -> Iterator[str]:
     tilted = proposal.stand.rpy[:2].any()
     turned = f"roll, pitch, yaw {_listed(record.rpy_deg)}" if tilted else f"yaw {_listed(record.rpy_deg[2:])}"
+    tilting = "" if record.table is None else f" in {len(proposal.plan.robot)} attitudes of the table"
     before = _margin(record.before) + ("" if record.before.reached else ", refused")
     yield f"{record.part}: centroid at ({_listed(record.position_mm)}) mm, mean normal up, then {turned} degrees"
     yield f"margin: {_margin(record)}; where the cell file puts it: {before}"
     if record.lowest_point_above_mm is not None:
         yield f"fixture: the lowest point is {record.lowest_point_above_mm:.0f} mm above what stands below it"
     yield (
-        f"verified on all {proposal.plan.poses.count} poses: joints, time and clearance "
+        f"verified on all {proposal.plan.poses.count} poses{tilting}: joints, time and clearance "
         f"({record.smallest_clearance_mm:.2f} mm at the closest)"
     )
     for reason in record.refused:
@@ -150,6 +160,10 @@ def _lines(proposal: Proposal, record: ProposalRecord) -> Iterator[str]:
     yield f"to plan it there with `--place demo`, put under [work] in {record.cell}:"
     for line in record.work:
         yield f"    {line}"
+    if record.table is not None:
+        yield "and under [table], which goes with the part:"
+        for line in record.table:
+            yield f"    {line}"
 
 
 def _mind(proposal: Proposal, record: ProposalRecord, *, verbose: bool) -> list[str]:

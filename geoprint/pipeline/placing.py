@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.config import Job, load_cell
 from geoprint.errors import PlanError, UsageError
-from geoprint.model import Cell, FloatArray
+from geoprint.model import Cell, FloatArray, PoseStream
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import reach_map, reach_margin
 from geoprint.pipeline.choice import check_part
@@ -18,8 +18,17 @@ from geoprint.pipeline.covering import cover
 from geoprint.pipeline.planning import with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import UPRIGHT, arm_of, room_of, stand_placement, stood
+from geoprint.pipeline.tilting import (
+    in_turn,
+    moved,
+    poses_at_rest,
+    seen_at_rest,
+    table_stand,
+    with_attitudes,
+    with_table,
+)
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.results import STAND_DECIMALS, Plan, Proposal, RobotPlan, Workpiece
+from geoprint.results import STAND_DECIMALS, Plan, Proposal, Workpiece
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
 DEFAULT_ROUNDS = 10
@@ -50,25 +59,24 @@ def propose_placement(
         raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
     check_part(job)
     cell = load_cell(job.cell)
-    _refuse_table(cell)
-    job = with_rounds(job, cell)
-    rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
-    job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
+    if cell.table is not None:
+        _check_table(cell, tilt_deg=tilt_deg)
+        # A table stands on something: it stays as high as it is, unless another height is asked for.
+        height = float(cell.demo_position[2]) if height is None else height
     stage = Stages(observe)
-    workpiece = prepare_workpiece(job, stage, backends=[job.backend])
-    paths = cover(job, workpiece, stage)
-    room = room_of(workpiece)
+    paths = _covered(job, cell, stage)
+    workpiece, poses, room = paths.workpiece, _poses(paths), room_of(paths.workpiece)
     with stage("search"):
-        candidates = _candidates(paths, room, height=height, tilt=float(np.radians(tilt_deg)))
+        candidates = _candidates(paths, poses, room, height=height, tilt=float(np.radians(tilt_deg)))
     refused: list[str] = []
     for candidate in candidates[:ATTEMPTS]:
         stand = _rounded(candidate.stand)
         try:
-            planned = with_robot(stood(paths, stand), stand_placement(workpiece, stand), stage)
+            planned = _planned(paths, stand, stage)
         except PlanError as error:
             refused.append(str(error))
             continue
-        return _proposal(paths, planned, planned.robot[0], stand=stand, room=room, refused=tuple(refused))
+        return _proposal(paths, poses, planned, stand=stand, room=room, refused=tuple(refused))
     # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
     higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(
@@ -78,19 +86,45 @@ def propose_placement(
     )
 
 
-def _refuse_table(cell: Cell) -> None:
-    if cell.table is not None:
+def _covered(job: Job, cell: Cell, stage: Stages) -> Plan:
+    """Return the paths of a part as a demonstration, over a table with its attitudes."""
+    job = with_rounds(job, cell)
+    rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
+    job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
+    paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
+    return paths if cell.table is None else with_table(paths, cell.table)
+
+
+def _check_table(cell: Cell, *, tilt_deg: float) -> None:
+    if tilt_deg:
         raise UsageError(
-            f"the cell {cell.name} has a table that tilts the part, and no place for the part is looked for on one: "
-            "leave [table] out of the cell for a place where it stands still."
+            f"`--tilt` is {tilt_deg:g} degrees, but the cell {cell.name} has a table that tilts the part itself: leave "
+            "`--tilt` out."
         )
 
 
-def _candidates(paths: Plan, room: Room, *, height: float | None, tilt: float) -> tuple[Candidate, ...]:
+def _poses(paths: Plan) -> PoseStream:
+    """Return the poses by which a place is judged: over a table those of all attitudes, as one motion."""
+    placement = paths.workpiece.placement
+    assert placement is not None  # noqa: S101  # It was asked for as a demonstration.
+    return paths.poses if paths.tilting is None else poses_at_rest(paths, placement)
+
+
+def _planned(paths: Plan, stand: Stand, stage: Stages) -> Plan:
+    """Plan the robot for a part that stands elsewhere, over a table in all its attitudes."""
+    placement = stand_placement(paths.workpiece, stand)
+    if paths.tilting is None:
+        return with_robot(stood(paths, stand), placement, stage)
+    return with_attitudes(moved(paths, stand), placement, stage, chain=with_robot)
+
+
+def _candidates(
+    paths: Plan, poses: PoseStream, room: Room, *, height: float | None, tilt: float
+) -> tuple[Candidate, ...]:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
     return search_placement(
-        paths.poses,
+        poses,
         arm_of(workpiece),
         T_fixture_work=stand_placement(workpiece, UPRIGHT).T_base_work,
         start=Stand(cell.demo_position, rpy),
@@ -104,7 +138,7 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
     """Say where the part could be reached if home were higher; nothing where that does not help."""
     if height is not None:
         return ""
-    best = _candidates(paths, replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
+    best = _candidates(paths, _poses(paths), replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
     if best.margin <= 0.0:
         return ""
     x, y, z = best.stand.position
@@ -116,16 +150,20 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
 
 
 def _proposal(
-    paths: Plan, planned: Plan, robot: RobotPlan, *, stand: Stand, room: Room, refused: tuple[str, ...]
+    paths: Plan, poses: PoseStream, planned: Plan, *, stand: Stand, room: Room, refused: tuple[str, ...]
 ) -> Proposal:
-    arm, before = arm_of(paths.workpiece), _placed(paths.workpiece)
+    arm, before, table = arm_of(paths.workpiece), _placed(paths.workpiece), planned.workpiece.cell.table
+    placement = planned.workpiece.placement
+    assert placement is not None  # noqa: S101  # It stands there.
+    printed = [seen_at_rest(robot.joint_path.poses, robot.placement, placement) for robot in planned.robot]
     return Proposal(
         plan=planned,
-        robot=robot,
+        placement=placement,
         stand=stand,
-        before=reach_margin(paths.poses, arm, T_base_work=before),
-        map_before=reach_map(paths.poses, arm, T_base_work=before),
-        after=reach_margin(planned.poses, arm, T_base_work=robot.placement.T_base_work),
+        table=None if table is None else table_stand(table),
+        before=reach_margin(poses, arm, T_base_work=before),
+        map_before=reach_map(poses, arm, T_base_work=before),
+        after=reach_margin(in_turn(printed), arm, T_base_work=placement.T_base_work),
         above=room.lowest(stand),
         refused=refused,
     )

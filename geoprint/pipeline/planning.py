@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -32,7 +33,6 @@ from geoprint.motion.controller import (
     there_and_back,
     written_path,
 )
-from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
@@ -41,7 +41,7 @@ from geoprint.pipeline.feeding import with_feedback
 from geoprint.pipeline.middles import measured_cover
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream, with_flow_of
+from geoprint.pipeline.standing import arm_of, clearance_check, leaning_of, pose_stream, with_flow_of
 from geoprint.pipeline.tilting import with_attitudes, with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.quality import LevelledLayer
@@ -141,7 +141,7 @@ def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     return with_feedback(replace(paths, timings=tuple(stage.timings)))
 
 
-def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
+def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: ClearanceCheck | None = None) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
     The nozzle first stays as upright as the path has it, but for what lets the joints hold the speed. Runs in which a
@@ -149,11 +149,17 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     may lean; and where that does, without easing the joints. Where travel alone is not clear, all of it is planned
     again over everything.
 
+    Args:
+        paths: of the part as it stands there.
+        placement: where it stands.
+        stage: names and times the work.
+        known: as `clearance_check`.
+
     Raises:
         PlanError: no valid motion exists; says where and why.
     """
     with stage("surroundings"):
-        check = clearance_check(paths.workpiece, placement)
+        check = clearance_check(paths.workpiece, placement, known=known)
     if paths.job.max_tilt == 0.0:
         return _low_or_high(paths, placement, stage, check=check)
     with stage("room to lean"):
@@ -175,22 +181,10 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages) -> Plan:
 def _with_robots(paths: Plan, placement: Placement, stage: Stages) -> Plan:
     """Plan the robot where the part stands, or in each attitude of the table that tilts it."""
     if paths.tilting is not None:
-        return with_attitudes(paths, placement, stage, chain=with_robot)
+        with stage("surroundings"):
+            at_rest = clearance_check(paths.workpiece, placement)
+        return with_attitudes(paths, placement, stage, chain=partial(with_robot, known=at_rest))
     return printed(paths, placement, stage, chain=with_robot)
-
-
-def clearance_check(workpiece: Workpiece, placement: Placement) -> ClearanceCheck:
-    """Return what proves that tool and arm of a workpiece's cell keep clear where it stands."""
-    return ClearanceCheck(
-        arm_of(workpiece),
-        tool=workpiece.cell.tool,
-        process=workpiece.cell.process,
-        T_base_work=placement.T_base_work,
-        part=workpiece.ground,
-        body=workpiece.body,
-        obstacles=obstacles_at(workpiece.cell, placement),
-        below=workpiece.below,
-    )
 
 
 def _with_robot(

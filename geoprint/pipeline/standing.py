@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull
 from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
 from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision import obstacle_target, tool_solids
+from geoprint.motion.collision import ClearanceCheck, obstacle_target, tool_solids
 from geoprint.motion.machine import obstacles_at
 from geoprint.motion.placing import (
     LEAST_MEAN_NORMAL,
@@ -191,6 +191,29 @@ def _table(workpiece: Workpiece) -> FloatArray:
 def arm_of(workpiece: Workpiece) -> Arm:
     """Return the arm of a workpiece's cell, with its tool."""
     return Arm(workpiece.cell.robot, T_flange_tool=workpiece.cell.tool.T_flange_tool)
+
+
+def clearance_check(
+    workpiece: Workpiece, placement: Placement, *, known: ClearanceCheck | None = None
+) -> ClearanceCheck:
+    """Return what proves that tool and arm of a workpiece's cell keep clear where it stands.
+
+    Args:
+        workpiece: the part, and the cell.
+        placement: where it stands.
+        known: the check of another placement, so that nothing is prepared twice.
+    """
+    return ClearanceCheck(
+        arm_of(workpiece),
+        tool=workpiece.cell.tool,
+        process=workpiece.cell.process,
+        T_base_work=placement.T_base_work,
+        part=workpiece.ground,
+        body=workpiece.body,
+        obstacles=obstacles_at(workpiece.cell, placement),
+        below=workpiece.below,
+        known=known,
+    )
 
 
 def leaning_of(paths: Plan, placement: Placement) -> Leaning:

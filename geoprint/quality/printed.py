@@ -11,12 +11,11 @@ from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array, diags_array
 
 from geoprint.model import FloatArray, PoseStream, PrintErrors, freeze_arrays, frozen
 from geoprint.quality.spacing import SpacingAt
 from geoprint.quality.spans import Spans
-from geoprint.quality.straying import OF_CELL, SOURCES, expected_variance, strays, together
+from geoprint.quality.straying import OF_CELL, SOURCES, expected_variance, over, strays, together
 
 # Prints: the ends of the interval that they tell hold between 94 and 96 % of all, at two standard deviations.
 PRINTS = 2000
@@ -108,8 +107,7 @@ def printed(
     step = -(-spans.count // MOST_SAMPLES)
     some = spans.some(np.arange(0, spans.count, step))
     local = np.full(some.count, spacing) if wanted is None else wanted(some.places)
-    # Over what is wanted where each sample lies.
-    maps = tuple(csr_array(diags_array(1.0 / local) @ one) for one in strays(some, errors, poses=poses))
+    maps = over(strays(some, errors, poses=poses), local)
     everything = together(maps)
     cvs: list[FloatArray] = []
     for batch in range(PRINTS // BATCH):

@@ -69,6 +69,11 @@ def strays(spans: Spans, errors: PrintErrors, *, poses: PoseStream | None) -> tu
     )
 
 
+def over(maps: tuple[Sparse, ...], lengths: FloatArray) -> tuple[Sparse, ...]:
+    """Return maps to spans, each over one of (k,) lengths [mm]."""
+    return tuple(csr_array(one.multiply(1.0 / lengths[:, None])) for one in maps)
+
+
 def together(maps: tuple[Sparse, ...]) -> Sparse:
     """Return the maps of all errors as one."""
     return csr_array(hstack(maps))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import final
 
-from geoprint.model import frozen
+from geoprint.model import Placement, frozen
 from geoprint.motion.placing import Stand
 from geoprint.motion.reach import Margin, ReachMap
-from geoprint.results.plan import Plan, RobotPlan
+from geoprint.results.plan import Plan
 
 # What is proposed is rounded before it is verified, so that what is printed was checked [decimals of mm and degrees].
 STAND_DECIMALS = 1
@@ -20,8 +20,9 @@ class Proposal:
 
     Attributes:
         plan: of the part where it is proposed to stand.
-        robot: the robot's part of it; every check was passed.
+        placement: of the part there; every check was passed.
         stand: where that is.
+        table: where the table that tilts the part stands then, or None without one.
         before: margin where the cell file puts the part.
         map_before: what can be reached there.
         after: margin where it is proposed.
@@ -30,8 +31,9 @@ class Proposal:
     """
 
     plan: Plan
-    robot: RobotPlan
+    placement: Placement
     stand: Stand
+    table: Stand | None
     before: Margin
     map_before: ReachMap
     after: Margin

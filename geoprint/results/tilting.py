@@ -22,7 +22,8 @@ class Tilting:
         attitudes: in the order of printing, with what is printed in each: rows of the deposited poses.
         axes: of the table in each, lengths of its legs or angles of tilting and turning [mm or rad].
         lengths: deposited in each [mm].
-        seconds: that the table takes at least to come to each, from the one before or from rest.
+        seconds: that the table takes at least to come to each, from the one before or from rest; where the program
+            drives it, the time that the program gives it.
         order: whether runs are printed as they come, or pieces of them gathered by what one attitude admits.
         moves: attitudes in each of these orders, as the deposit alone asks for them.
         overhanging: length that still overhangs [mm].

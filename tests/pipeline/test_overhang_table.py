@@ -10,9 +10,9 @@ from geoprint import job_of, plan
 from geoprint.account.prints.overhang import overhang_rows, record_overhang, table_text
 from geoprint.account.records.comparison import PlannedRecord
 from geoprint.config import TILTING_CELL, packaged_cell_text
-from geoprint.errors import UsageError
 from geoprint.guide import pages
 from geoprint.quality import overhang
+from geoprint.results import Plan
 
 PART = Path(__file__).parents[2] / "data" / "heart_apex_patch.ply"
 
@@ -71,9 +71,35 @@ def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Pa
     assert [row.quantity for row in tilted[len(still) :]] == ["attitudes of the table"]
 
 
-def test_layers_over_a_table_are_refused_before_the_long_work(tmp_path: Path) -> None:
+def test_a_layer_over_a_table_is_divided_among_attitudes_of_its_own(tmp_path: Path) -> None:
     cell = tilting_cell(tmp_path, "tilt-turn")
-    with pytest.raises(UsageError, match="layers upon layers are not printed over one yet: print a single skin"):
-        plan(
-            job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell, thickness=2, layer=1)
-        )
+    job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell, thickness=1.0)
+    first, second = (plan(job.model_copy(update={"layer": number})) for number in (1, 2))
+    for planned in (first, second):
+        assert planned.tilting is not None
+        assert planned.tilting.overhanging == 0.0
+        assert sum(planned.tilting.lengths) == pytest.approx(deposited_length(planned), rel=0.01)
+    # The second lies outside the first, and is longer.
+    assert first.tilting is not None
+    assert second.tilting is not None
+    assert sum(second.tilting.lengths) > sum(first.tilting.lengths)
+
+
+def deposited_length(planned: Plan) -> float:
+    return overhang(planned.poses, up=planned.workpiece.upright[2], critical=1e-6).length
+
+
+def test_the_time_of_a_driven_table_is_what_the_program_gives_each_of_its_motions(tmp_path: Path) -> None:
+    own = tilting_cell(tmp_path, "tilt-turn")
+    driven = tmp_path / "driven.toml"
+    driven.write_text(f'{own.read_text()}control = "external axes"\nmechanical_unit = "STN1"\n')
+    jobs = [
+        job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell) for cell in (own, driven)
+    ]
+    free, given = (plan(job).tilting for job in jobs)
+    assert free is not None
+    assert given is not None
+    # The slowest axis turns by 360 degrees at 90 a second, at the share of the cell: a quarter.
+    assert given.seconds == pytest.approx((16.0,) * len(given.attitudes))
+    assert len(free.seconds) == len(given.seconds)
+    assert max(free.seconds) <= 4.0

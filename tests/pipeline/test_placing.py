@@ -55,8 +55,10 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(
     cell = cell_file(tmp_path, (POSITION, position), (TURN, turn))
     planned = plan(job_of(surface=part, unit="mm", spacing=4.0, cell=cell, place="demo"))
     assert planned.robot
-    np.testing.assert_allclose(planned.robot[0].placement.T_base_work, proposal.robot.placement.T_base_work, atol=1e-9)
-    np.testing.assert_allclose(planned.robot[0].joint_path.joints, proposal.robot.joint_path.joints, atol=1e-9)
+    np.testing.assert_allclose(
+        planned.robot[0].placement.T_base_work, proposal.plan.robot[0].placement.T_base_work, atol=1e-9
+    )
+    np.testing.assert_allclose(planned.robot[0].joint_path.joints, proposal.plan.robot[0].joint_path.joints, atol=1e-9)
 
 
 def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal: Proposal) -> None:
@@ -86,7 +88,7 @@ def test_a_calibrated_cell_is_told_to_touch_its_points_again(part: Path, tmp_pat
     cell = cell_file(tmp_path, ('\nsource = "demo"', f"\n{touched}"))
     found = propose_placement(job_of(surface=part, unit="mm", rounds=3, cell=cell), height=50.0)
     assert "touch the points again" in proposal_text(found)
-    assert found.robot.placement.calibrated is False
+    assert found.placement.calibrated is False
     assert found.stand.position[2] == 50.0
 
 

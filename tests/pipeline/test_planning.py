@@ -286,7 +286,7 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
 
     monkeypatch.setattr(planning, "reach", reach)
 
-    def check(*_: object) -> Hits:
+    def check(*_: object, **__: object) -> Hits:
         return Hits()
 
     monkeypatch.setattr(planning, "clearance_check", check)

@@ -283,6 +283,9 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
         | {"folder": "layer-01", "runs": 1, "warnings": (), "not_checked": ()}
     )
     assert stack_program(tmp_path, [layer], part_name="cap.ply") == ({}, None)
+    # Nor over a table, where each layer has its own of its attitudes.
+    tilted = layer.model_copy(update={"print_s": 10.0, "attitudes": 3})
+    assert stack_program(tmp_path, [tilted], part_name="cap.ply") == ({}, None)
 
 
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:

@@ -29,7 +29,9 @@ class TableAttitudeRecord(Record):
     )
     length_mm: Rounded = Field(description="deposited in it [mm]")
     pieces: Count = Field(description="of runs that are printed in it")
-    move_s: Rounded = Field(description="that the table takes at least to come here [s]")
+    move_s: Rounded = Field(
+        description="that the table takes at least to come here, or where the program drives it, what that gives it [s]"
+    )
 
 
 class TableRecord(Record):

@@ -237,7 +237,9 @@ class JoinedRecord(Record):
 
     file: str = Field(description="list of the modules that a person loads; attitudes are loaded by the program")
     print_s: Rounded = Field(description="time of all attitudes and of the table's own motions, loading left out [s]")
-    table_s: Rounded = Field(description="that the table moves of these, at its largest speeds [s]")
+    table_s: Rounded = Field(
+        description="that the table moves of these: at its largest speeds, or as the program drives it [s]"
+    )
     scenarios: tuple[str, ...] = Field(
         description="in which it was executed, each attitude with the moves and switchings of its own program"
     )

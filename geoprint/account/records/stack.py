@@ -48,7 +48,12 @@ class StackedLayerRecord(Record):
         description="volume that is laid, as the program was executed; without a robot, as the path has it [mm3]"
     )
     wanted_mm3: Rounded = Field(description="volume of the layer: area times height [mm3]")
-    print_s: Rounded | None = Field(description="time of the program [s]; null without a robot")
+    print_s: Rounded | None = Field(
+        description="time of the program, with the table's own motions [s]; null without a robot"
+    )
+    attitudes: Count | None = Field(
+        default=None, description="of the table in which it is printed; left out where the part stands still"
+    )
     clearance_mm: Rounded | None = Field(
         description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
     )
@@ -122,7 +127,9 @@ class StackRecord(Record):
     )
     finished: FinishedFlowsRecord = Field(description="how all layers together come out")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
-    program: StackProgramRecord | None = Field(description="of all layers; null without a robot")
+    program: StackProgramRecord | None = Field(
+        description="of all layers; null without a robot, and over a table, where each layer has its own alone"
+    )
     cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
     not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what nobody looked at")
     left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")

@@ -37,13 +37,21 @@ def layer_record(
         thickness_cv=None if flow is None else flow.cv,
         laid_mm3=float(kept.volumes[kept.printed]),
         wanted_mm3=area * kept.height,
-        print_s=sum(robot.motion.duration_s for robot in robots) if robots else None,
+        print_s=_seconds(told),
+        attitudes=len(robots) if any(robot.table is not None for robot in robots) else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
         not_printable=not_printable,
         dose_mj_cm2=None if laid is None or laid.light is None else laid.light.all_passes,
         warnings=told.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )
+
+
+def _seconds(told: PlanRecord) -> float | None:
+    """Return how long a layer prints, with the motions of a table; None without a robot [s]."""
+    if told.joined is not None:
+        return told.joined.print_s
+    return sum(robot.motion.duration_s for robot in told.robot) if told.robot else None
 
 
 def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsRecord:

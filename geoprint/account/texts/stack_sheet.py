@@ -14,7 +14,7 @@ _HOME = "the controller's HOME folder"
 
 
 def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
-    """Return the lines of the page; none where the stack has no program.
+    """Return the lines of the page; where each layer has its own program, what is done with these, and none without.
 
     Args:
         told: what stack.json says.
@@ -23,7 +23,7 @@ def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None =
     """
     program = told.program
     if program is None:
-        return []
+        return stack_steps(told)
     layers = [_layer(number, layer, told) for number, layer in enumerate(told.layers, start=1)]
     before = [("program", _program(program, told.layers)), ("layers", layers)]
     now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings)])]
@@ -34,16 +34,27 @@ def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None =
 
 
 def stack_steps(told: StackRecord) -> list[str]:
-    """Return the lines of that page behind those of the layers: what to load, to set and to do.
+    """Return the lines of that page behind those of the layers: what to load, to set and to do; or how each is printed.
 
     Args:
         told: what stack.json says.
     """
     program = told.program
     if program is None:
-        return []
+        rows = [("programs", _own_programs(told.layers))] if told.layers[0].attitudes is not None else []
+        return [line for label, texts in rows for line in entry(label, texts, width=None)]
     rows = (("program", _program(program, told.layers)), *_handling(program, len(told.layers)))
     return [line for label, texts in rows for line in entry(label, texts, width=None)]
+
+
+def _own_programs(layers: Sequence[StackedLayerRecord]) -> list[str]:
+    """Return what a person does with the programs of layers that are printed over a table."""
+    first, last, moves = layers[0].folder, layers[-1].folder, sum(layer.attitudes or 0 for layer in layers)
+    loading = (
+        f"{len(layers)}, one a layer, in {moves} attitudes of the table; load that of {first}, and so on to {last}, as "
+        "the run sheet of each says (`geoprint check` of its folder prints it)"
+    )
+    return [loading, "nothing but you notices when a layer is left out or comes twice"]
 
 
 def behind_layer(number: int, told: StackRecord) -> str:

@@ -16,6 +16,7 @@ from geoprint.export.rapid.outputs import output_names, output_words
 from geoprint.export.rapid.templates import conditions, driving_unit, filled, unit_words
 from geoprint.model import Cell, FloatArray, Placement, TiltTurn, Tool
 from geoprint.motion.controller import LIFT
+from geoprint.motion.machine import driven_seconds
 
 # A work object is refused by which any point of the part may lie off by more than this share of the stand-off; one half
 # of it may be a shift of the part's middle, the other a turn about it.
@@ -245,10 +246,9 @@ def _table_data(cell: Cell, placement: Placement) -> list[str]:
         named |= dict(zip((f"nGeoPlate{name}" for name in ("X", "Y", "Z", "Roll", "Pitch", "Yaw")), plate, strict=True))
     moving: list[str] = []
     if isinstance(cell.table, TiltTurn) and cell.table.unit is not None:
-        # From wherever it stands, so slowly that no axis is faster than its share.
-        spans = (cell.table.ranges[:, 1] - cell.table.ranges[:, 0]) / cell.table.speeds
+        seconds = driven_seconds(cell.table, share=cell.process.joint_speed_share)
         moving.append(_jointtarget("jGeoTable", cell.robot.home, external_axes(cell, placement)))
-        moving.append(f"  CONST num nGeoTableMove:={_seconds(float(spans.max()) / cell.process.joint_speed_share)};")
+        moving.append(f"  CONST num nGeoTableMove:={_seconds(seconds)};")
     return [
         *moving,
         f"  CONST num nGeoTable:={pose.number};",

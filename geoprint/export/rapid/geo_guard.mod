@@ -132,7 +132,8 @@ MODULE GeoGuard
 @table|  PROC GeoAskTable()
 @table|    VAR num answer;
 @table|    TPErase;
-@table|    TPWrite "Bring the table to attitude "\Num:=nGeoTable;
+@table+undriven|    TPWrite "Bring the table to attitude "\Num:=nGeoTable;
+@driven|    TPWrite "The table will drive to attitude "\Num:=nGeoTable;
 @tiltturn|    TPWrite "tilt, degrees: "\Num:=nGeoTilt;
 @tiltturn|    TPWrite "turn, degrees: "\Num:=nGeoTurned;
 @hexapod|    TPWrite "leg 1, mm: "\Num:=nGeoLeg1;
@@ -149,7 +150,8 @@ MODULE GeoGuard
 @hexapod|    TPWrite "plate yaw, degrees: "\Num:=nGeoPlateYaw;
 @table+undriven|    TPReadFK answer,"Is it there, and does it hold?","Yes","","","","Stop";
 @driven|    TPReadFK answer,"May it move there now, slowly?","Move","","","","Stop";
-@table|    IF answer<>1 GeoRefuse "bring the table to its attitude, start from main.";
+@table+undriven|    IF answer<>1 GeoRefuse "bring the table to its attitude, start from main.";
+@driven|    IF answer<>1 GeoRefuse "the table may not move: clear its way, start from main.";
 @driven|    ActUnit <STATION>;
 @driven|    MoveAbsJ jGeoTable\NoEOffs,vGeoHome\T:=nGeoTableMove*100/geoPct,fine,tGeoNozzle;
 @table|  ERROR

@@ -136,12 +136,19 @@ class ArmCheck:
         targets: what the links must not touch, in the work frame.
         base_targets: those that the base and link 1 must not touch: not what the arm stands on.
         trees: fragments of the targets.
+        known: another check of the very same links and tool at the same distance, whose preparation of these serves
+            here too.
+
+    Attributes:
+        in_work: links, each with what it must not touch in the work frame.
+        carried: links, each with the tool as it moves past it.
+        pairs: two links each, with the second as it moves past the first.
 
     Raises:
         VerificationError: the check fails on what is known.
     """
 
-    __slots__ = ("_base_targets", "_carried", "_in_work", "_kept", "_pairs", "_targets", "_tool", "_trees")
+    __slots__ = ("_base_targets", "_kept", "_targets", "_tool", "_trees", "carried", "in_work", "pairs")
 
     def __init__(
         self,
@@ -152,24 +159,35 @@ class ArmCheck:
         targets: tuple[Target, ...],
         base_targets: tuple[Target, ...],
         trees: Trees,
+        known: ArmCheck | None = None,
     ) -> None:
         self._kept, self._targets, self._base_targets, self._trees = kept, targets, base_targets, trees
         self._tool = with_whole_needle(tool)
+        if known is not None:
+            self.carried, self.pairs = known.carried, known.pairs
+            self.in_work = [
+                (link, CollisionWorld(before.inflated, targets=self._against(link), known=before))
+                for link, before in known.in_work
+            ]
+            return
         inflated = [_inflated(link.solids, kept=kept) for link in links]
         carried = _inflated(self._tool, kept=kept)
         solids = [tuple(solid_target(solid) for solid in link.solids) for link in links]
-        self._in_work = [
-            (link, CollisionWorld(around, targets=targets if link.joint > 1 else base_targets))
+        self.in_work = [
+            (link, CollisionWorld(around, targets=self._against(link)))
             for link, around in zip(links, inflated, strict=True)
         ]
-        # Where the tool, and links, move past the links that they must not touch, as those see it.
-        self._carried = [
+        self.carried = [
             (link, CollisionWorld(carried, targets=solids[link.joint])) for link in links[:LINKS_APART_FROM_TOOL]
         ]
-        self._pairs = [
+        self.pairs = [
             (first, second, CollisionWorld(inflated[second.joint], targets=solids[first.joint]))
             for first, second in pairs_of_links(links)
         ]
+
+    def _against(self, link: Link) -> tuple[Target, ...]:
+        """Return what a link must not touch."""
+        return self._targets if link.joint > 1 else self._base_targets
 
     def __call__(self, motion: ArmMotion) -> ArmFinding:
         """Prove that a motion keeps clear, at and between placements.
@@ -180,7 +198,7 @@ class ArmCheck:
             InputError: placements are too far apart.
         """
         placements = motion.tool
-        in_work = [(world, motion.link_placements(link)) for link, world in self._in_work]
+        in_work = [(world, motion.link_placements(link)) for link, world in self.in_work]
         seen = self._seen(motion)
         refuse_links_inside(in_work)
         for world, moving in (*in_work, *seen):
@@ -198,7 +216,7 @@ class ArmCheck:
 
     def touching(self, motion: ArmMotion) -> BoolArray:
         """Return (k,) whether a link comes too close to something, or the tool to a link, at each placement itself."""
-        links = ((world, motion.link_placements(link)) for link, world in self._in_work if link.joint > 0)
+        links = ((world, motion.link_placements(link)) for link, world in self.in_work if link.joint > 0)
         found = np.zeros(motion.tool.count, dtype=np.bool_)
         for world, moving in (*links, *self._seen(motion)):
             reaches = np.full((moving.count, len(world.solids)), LOOKED_BEYOND)
@@ -208,8 +226,8 @@ class ArmCheck:
     def _seen(self, motion: ArmMotion) -> list[tuple[CollisionWorld, Placements]]:
         """Return the worlds in which tool or links move past links, with where they are in each."""
         return [
-            *((world, motion.tool_placements(link)) for link, world in self._carried),
-            *((world, motion.pair_placements(first, second)) for first, second, world in self._pairs),
+            *((world, motion.tool_placements(link)) for link, world in self.carried),
+            *((world, motion.pair_placements(first, second)) for first, second, world in self.pairs),
         ]
 
 

@@ -8,13 +8,14 @@ that, of the tool and of one another (`arm_clearance`). What is not tested is na
 
 from __future__ import annotations
 
+import operator
 from dataclasses import replace
 from typing import final
 
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import ClearanceError, InputError, VerificationError
+from geoprint.errors import ClearanceError
 from geoprint.model import (
     BoolArray,
     Clearance,
@@ -32,10 +33,9 @@ from geoprint.motion.collision.closest import smallest_distance, worst_hit
 from geoprint.motion.collision.contact import CollisionWorld, check_rigid
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.outside import refuse_tool_inside
+from geoprint.motion.collision.rim import refuse_rim
 from geoprint.motion.collision.scene import CheckedWorld
-from geoprint.motion.collision.surroundings import Target
 from geoprint.motion.collision.sweep import ALLOWANCE, Hits, Placements, find_hits
-from geoprint.motion.collision.tip_zone import SMALLEST_ROOM, TipZone
 from geoprint.motion.collision.tool_solids import tool_solids
 from geoprint.surfaces import in_words, triple
 
@@ -53,7 +53,6 @@ WITHOUT_LAMP = "UV lamp"
 WITH_ARM = "the arm's link 1 against links 3 to 6, and links two joints apart"
 # What a person may do where nothing is known of what helps.
 TOO_CLOSE_ADVICE = "turn or move the part, lean the tool, or use a longer needle"
-NO_ROOM_ADVICE = "raise the stand-off, lean less, or use a thinner needle"
 
 
 def clearance(
@@ -110,13 +109,20 @@ class ClearanceCheck:
         body: likewise.
         obstacles: likewise.
         below: likewise.
+        known: another check, of wherever the part stands: what it prepared serves here too where arm, tool, process,
+            part and body are the very same.
+
+    Attributes:
+        prepared: these five.
+        scene: tool and targets.
+        of_arm: the check of the links.
 
     Raises:
         InputError: the placement is not a rigid transform, or tool, process or an obstacle is impossible.
         VerificationError: the check fails on what is known.
     """
 
-    __slots__ = ("_T_work_base", "_arm", "_below", "_links", "_of_arm", "_process", "_scene", "_tool")
+    __slots__ = ("_T_work_base", "_arm", "_below", "_links", "_process", "_tool", "of_arm", "prepared", "scene")
 
     def __init__(
         self,
@@ -129,17 +135,23 @@ class ClearanceCheck:
         body: Surface | None,
         obstacles: tuple[Obstacle, ...],
         below: float = 0.0,
+        known: ClearanceCheck | None = None,
     ) -> None:
         check_rigid(T_base_work[None])
         self._arm, self._tool, self._process, self._below = arm, tool, process, below
         self._T_work_base = transforms.inverse(T_base_work)
+        self.prepared = (arm.robot, tool, process, part, body)
+        if known is not None and not all(map(operator.is_, self.prepared, known.prepared)):
+            known = None
         self._links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
-        self._scene = CheckedWorld(
-            tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=self._T_work_base
-        )
-        self._of_arm = ArmCheck(
-            self._links, tool=tool_solids(tool), kept=process.clearance, targets=self._scene.targets,
-            base_targets=self._scene.base_targets, trees=self._scene.trees,
+        self.scene = CheckedWorld(
+            tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=self._T_work_base,
+            known=None if known is None else known.scene,
+        )  # fmt: skip
+        self.of_arm = ArmCheck(
+            self._links, tool=tool_solids(tool), kept=process.clearance, targets=self.scene.targets,
+            base_targets=self.scene.base_targets, trees=self.scene.trees,
+            known=None if known is None else known.of_arm,
         )  # fmt: skip
 
     def __call__(self, path: ControllerPath, *, poses: PoseStream) -> Clearance:
@@ -149,11 +161,11 @@ class ClearanceCheck:
         )
         over = poses.standoff + self._below if poses.deposit.any() else None
         check_rigid(motion.tool.poses)
-        world = self._scene.world(motion.tool)
-        room = _refuse_tool(motion.tool, world, self._scene, tool=self._tool, standoff=over)
-        arm_found = self._of_arm(motion)
+        world = self.scene.world(motion.tool)
+        room = _refuse_tool(motion.tool, world, self.scene, tool=self._tool, standoff=over)
+        arm_found = self.of_arm(motion)
         # Last, because nobody is told how far away the rest is where something is too close.
-        found = _finding(motion.tool, world, self._scene, tool=self._tool, process=self._process, room=room)
+        found = _finding(motion.tool, world, self.scene, tool=self._tool, process=self._process, room=room)
         return _with_arm(found if self._below == 0.0 else _of_a_layer(found), arm_found)
 
     def arm_touches(self, joints: FloatArray) -> BoolArray:
@@ -161,7 +173,7 @@ class ClearanceCheck:
 
         A look ahead and no proof: what lies between is not asked, nor that links are outside of closed surfaces.
         """
-        return self._of_arm.touching(still_motion(joints, self._arm, T_work_base=self._T_work_base))
+        return self.of_arm.touching(still_motion(joints, self._arm, T_work_base=self._T_work_base))
 
 
 def check_placements(
@@ -212,7 +224,7 @@ def _refuse_tool(
         raise _too_close(hits, world, placements, kept=scene.kept)
     if standoff is None:
         return np.inf
-    return _tip_room(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff)
+    return refuse_rim(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff)
 
 
 def _finding(
@@ -272,64 +284,6 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
         hits=count,
         placements=placements.count,
         advice=TOO_CLOSE_ADVICE,
-    )
-
-
-def _tip_room(
-    placements: Placements, world: CollisionWorld, zones: tuple[TipZone, ...], *, radius: float, standoff: float
-) -> float:
-    """Return the smallest room under the needle's rim on deposit.
-
-    Each placement stands for half of the step before it and half of the step behind it: its circle is widened so that
-    it holds the needle in both, and by the rounding of a corner anywhere in them; the tip may be as much lower there.
-    """
-    laying = placements.deposit.copy()
-    laying[1:] |= placements.deposit[:-1]
-    rows = np.flatnonzero(laying)
-    if not len(rows):
-        raise InputError("the path lays no material, so that there is no room under the needle's rim to check.")
-    tips = placements.poses[:, :3, 3]
-    steps = np.where(placements.deposit[:-1], np.linalg.norm(np.diff(tips, axis=0), axis=1), 0.0)
-    beside = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))[rows]
-    rounding = _largest_around(placements.rounding(world.solids[:1])[:, 0])[rows]
-    widened = np.hypot(radius, beside / 2) + rounding
-    rooms = np.array([zone.rooms(placements.poses[rows], radius=widened, standoff=standoff) for zone in zones])
-    rooms -= rounding
-    target, index = np.unravel_index(int(np.argmin(rooms)), rooms.shape)
-    least, row = float(rooms[target, index]), int(rows[index])
-    if least == np.inf:
-        raise VerificationError(
-            f"no surface is found below the tip at any of the {len(rows)} placements that lay material: path and part "
-            "do not belong together; check where the part stands."
-        )
-    if least < SMALLEST_ROOM:
-        short = int((rooms.min(axis=0) < SMALLEST_ROOM).sum())
-        raise _no_room(placements, world.targets[int(target)], row=row, room=least, standoff=standoff, short=short)
-    return least
-
-
-def _largest_around(values: FloatArray) -> FloatArray:
-    """Return the largest of each value and its neighbours."""
-    padded = np.concatenate([values[:1], values, values[-1:]])
-    return np.maximum(np.maximum(padded[:-2], padded[2:]), values)
-
-
-def _no_room(
-    placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
-) -> ClearanceError:
-    tip = placements.poses[row, :3, 3]
-    side = "; if this is the wrong side of the part, `--flip` turns it" if room < 0.0 else ""
-    return ClearanceError(
-        f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
-        f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
-        f"placements have too little: {NO_ROOM_ADVICE}{side}.",
-        solid="needle's tip",
-        against=target.name,
-        run=int(placements.runs[row]),
-        place=triple(tip),
-        room=room,
-        placements=short,
-        advice=NO_ROOM_ADVICE,
     )
 
 

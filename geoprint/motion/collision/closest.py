@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import product
 from math import inf
+from types import MappingProxyType
 from typing import TypeAlias, final
 
 import numpy as np
@@ -54,6 +55,9 @@ NEAR_ARM = 20.0
 # Fragments of a target for ranking have this radius [mm], or this share of its extent where that is larger.
 FRAGMENT_RADIUS = 1.0
 FRAGMENT_SHARE = 0.02
+# A triangle whose longest side is longer than this many times its height is cut in half: quarters of the faces of a
+# table's cylinders would be as thin, and a thousand times as many.
+LONG = 8.0
 
 
 # Middles of small fragments of each target, by which placements are ranked.
@@ -132,16 +136,16 @@ def worst_hit(hits: Hits, world: CollisionWorld) -> Closest:
     return min(found, key=lambda closest: closest.distance)
 
 
-def ranking_trees(targets: tuple[Target, ...]) -> Trees:
-    """Return the middles of small fragments of each target, by which placements are ranked."""
-    return {target: _fragments(target) for target in targets}
+def ranking_trees(targets: tuple[Target, ...], *, known: Trees = MappingProxyType({})) -> Trees:
+    """Return the middles of small fragments of each target, by which placements are ranked; known ones are taken."""
+    return {target: known[target] if target in known else _fragments(target) for target in targets}
 
 
 def smallest_distance(placements: Placements, world: CollisionWorld, trees: Trees) -> Closest:
     """Return the smallest distance found between the tool above its tip zone and any target.
 
     For every target RANKED_PLACEMENTS placements are ordered by the distance of points of the tool's axis from small
-    fragments of the target; the first MEASURED_PLACEMENTS are measured exactly.
+    fragments of the target; the first MEASURED_PLACEMENTS are measured exactly, unless a nearer target has been found.
     """
     rows = _spread(0, placements.count, RANKED_PLACEMENTS)
     shapes = [shape for shape in shapes_of(world.solids) if shape.solids[0].reach_below > 0.0]
@@ -150,6 +154,8 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     least = inf
     for target in world.targets:
         ranks = [_ranks(placements.poses[rows], solid, trees[target], within=RANKED_DISTANCE) for solid in solids]
+        if min(_lowest(*each, target) for each in zip(ranks, solids, strict=True)) > least:
+            continue
         order = np.argsort(np.min(ranks, axis=0), kind="stable")
         for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
             for shape in shapes:
@@ -251,25 +257,60 @@ def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int, w
 
 
 def _fragments(target: Target) -> KDTree:
-    extent = float(np.linalg.norm(np.ptp(target.triangles, axis=(0, 1))))
-    largest = max(FRAGMENT_RADIUS, FRAGMENT_SHARE * extent)
+    largest = _fragment_radius(target)
     fragments, rest = [np.empty((0, 3))], target.triangles
     while len(rest):
         centres, radii = circumscribed(rest)
         fragments.append(centres[radii <= largest])
-        rest = quarter(rest[radii > largest])
+        rest = _cut(rest[radii > largest])
     return KDTree(np.concatenate(fragments))
+
+
+def _fragment_radius(target: Target) -> float:
+    extent = float(np.linalg.norm(np.ptp(target.triangles, axis=(0, 1))))
+    return max(FRAGMENT_RADIUS, FRAGMENT_SHARE * extent)
+
+
+def _cut(triangles: FloatArray) -> FloatArray:
+    """Return the quarters of (m, 3, 3) triangles, and the halves of those that are far longer than wide."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
+    doubled = np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
+    long = sides.max(axis=1) ** 2 > LONG * doubled
+    # The longest side leads from the first corner to the second.
+    turned = (sides[long].argmax(axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.moveaxis(np.take_along_axis(triangles[long], turned[:, :, None], axis=1), 1, 0)
+    middle = (a + b) / 2
+    halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+    return np.concatenate([quarter(triangles[~long]), *halves])
 
 
 def _ranks(poses: FloatArray, solid: Solid, tree: KDTree, *, within: float) -> FloatArray:
     """Return the (k,) distance of each placement from a target as far as points of the axis tell [mm]."""
-    step = float(np.clip(AXIS_STEP_SHARE * solid.end_radius, *AXIS_STEPS))
-    shares = np.linspace(0.0, 1.0, max(int(solid.length / step), 1) + 1)
+    shares = np.linspace(0.0, 1.0, _axis_steps(solid) + 1)
     points = solid.start + shares[:, None] * (solid.end - solid.start)
     radii = solid.start_radius + shares * (solid.end_radius - solid.start_radius)
-    places = np.einsum("kij,aj->kai", poses[:, :3, :3], points) + poses[:, None, :3, 3]
-    distances = np.asarray(tree.query(places.reshape(-1, 3), distance_upper_bound=within)[0])
+    places = (np.einsum("kij,aj->kai", poses[:, :3, :3], points) + poses[:, None, :3, 3]).reshape(-1, 3)
+    distances = np.full(len(places), inf)
+    beside = ((places >= tree.mins - within) & (places <= tree.maxes + within)).all(axis=1)
+    distances[beside] = tree.query(places[beside], distance_upper_bound=within)[0]
     return np.asarray((distances.reshape(len(poses), -1) - radii).min(axis=1))
+
+
+def _axis_steps(solid: Solid) -> int:
+    step = float(np.clip(AXIS_STEP_SHARE * solid.end_radius, *AXIS_STEPS))
+    return max(int(solid.length / step), 1)
+
+
+def _lowest(ranks: FloatArray, solid: Solid, target: Target) -> float:
+    """Bound how near a solid of the tool is to a target at placements of these ranks [mm].
+
+    Its nearest point lies on a circle about a place of the axis that is half a step from the next point of that at
+    most, and the target's within a fragment.
+    """
+    half = solid.length / _axis_steps(solid) / 2.0
+    wider = half * abs(solid.end_radius - solid.start_radius) / solid.length
+    unseen = RANKED_DISTANCE - max(solid.start_radius, solid.end_radius)
+    return min(float(ranks.min()), unseen) - half - wider - _fragment_radius(target)
 
 
 def _spread(first: int, stop: int, count: int) -> IntArray:

@@ -100,8 +100,10 @@ class CollisionWorld:
     Args:
         inflated: s solids of the tool or of a link.
         targets: t things they must not touch.
+        known: another world, whose controls of the very same models and targets stand.
 
     Attributes:
+        inflated: as given.
         solids: the solids.
         reaches: (r,) by how much they are inflated besides what they keep [mm].
         targets: as given.
@@ -110,18 +112,28 @@ class CollisionWorld:
         VerificationError: a control fails; nothing that FCL says can be trusted then.
     """
 
-    __slots__ = ("_bounds", "_inflated", "reaches", "solids", "targets")
+    __slots__ = ("_bounds", "inflated", "reaches", "solids", "targets")
 
-    def __init__(self, inflated: InflatedSolids, *, targets: tuple[Target, ...]) -> None:
-        self._inflated = inflated
+    def __init__(
+        self, inflated: InflatedSolids, *, targets: tuple[Target, ...], known: CollisionWorld | None = None
+    ) -> None:
+        self.inflated = inflated
         self.solids = inflated.solids
         self.reaches = inflated.reaches
         self.targets = targets
         self._bounds = [target.bounds for target in targets]
-        highest = [target.triangles.max(axis=(0, 1)) for target in targets]
-        for index, solid in enumerate(self.solids):
-            for model, radius in zip(inflated.objects[index], inflated.radii[index].tolist(), strict=True):
-                self._control(model, solid, size=solid.length + 2 * radius, highest=highest)
+        highest = {target: target.triangles.max(axis=(0, 1)) for target in targets}
+        for models, solid, radii in zip(inflated.objects, self.solids, inflated.radii.tolist(), strict=True):
+            controlled = () if known is None or not known.has(models) else known.targets
+            new = [target for target in targets if target not in controlled]
+            for model, radius in zip(models, radii, strict=True):
+                size = solid.length + 2 * radius
+                for target in new:
+                    _control_target(model, solid, target, size=size, corner=highest[target])
+
+    def has(self, models: list[fcl.CollisionObject]) -> bool:
+        """Say whether models are those of one of its inflated solids."""
+        return any(models is one for one in self.inflated.objects)
 
     def touches(self, poses: FloatArray, *, reaches: FloatArray) -> BoolArray:
         """Say which inflated solids touch which targets.
@@ -152,7 +164,7 @@ class CollisionWorld:
         places = {row: fcl_transform(poses[rows[row]]) for row in np.flatnonzero(near.any(axis=(1, 2))).tolist()}
         request = fcl.CollisionRequest()
         for row, solid, target in np.argwhere(near).tolist():
-            inflated = self._inflated.objects[solid][int(classes[row, solid])]
+            inflated = self.inflated.objects[solid][int(classes[row, solid])]
             inflated.setTransform(places[row])
             result = fcl.CollisionResult()
             found[rows[row], solid, target] = fcl.collide(inflated, self.targets[target].model, request, result) > 0
@@ -164,21 +176,12 @@ class CollisionWorld:
         for index, solid in enumerate(self.solids):
             start = poses[:, :3, :3] @ solid.start + poses[:, :3, 3]
             end = poses[:, :3, :3] @ solid.end + poses[:, :3, 3]
-            radius = self._inflated.radii[index][classes[:, index]][:, None]
+            radius = self.inflated.radii[index][classes[:, index]][:, None]
             for column, (target, (lowest, highest)) in enumerate(zip(self.targets, self._bounds, strict=True)):
                 first, last = start @ target.axes, end @ target.axes
                 low, high = np.minimum(first, last) - radius, np.maximum(first, last) + radius
                 near[:, index, column] = ((low <= highest) & (high >= lowest)).all(axis=1)
         return near
-
-    def _control(self, inflated: fcl.CollisionObject, solid: Solid, *, size: float, highest: list[FloatArray]) -> None:
-        """Test one inflated solid on and beside every target; no two points of it are farther apart than its size."""
-        for target, corner in zip(self.targets, highest, strict=True):
-            onto = target.triangles[0].mean(axis=0) - solid.centre
-            beside = corner - solid.centre + 2 * size
-            for shift, known in ((onto, True), (beside, False)):
-                inflated.setTransform(fcl.Transform(np.eye(3), shift))
-                _expect(inflated, target.model, known=known, solid=solid, name=target.name)
 
 
 def check_rigid(poses: FloatArray) -> None:
@@ -255,6 +258,17 @@ def _control_sides(
         for gap, known in ((-CONTROL_GAP, True), (CONTROL_GAP + polygon, False)):
             model.setTransform(fcl.Transform(np.eye(3), (by + gap) * outward))
             _expect(inflated, model, known=known, solid=solid, name="plate")
+
+
+def _control_target(
+    inflated: fcl.CollisionObject, solid: Solid, target: Target, *, size: float, corner: FloatArray
+) -> None:
+    """Test an inflated solid on a target and beside its highest corner; no two of its points are farther apart."""
+    onto = target.triangles[0].mean(axis=0) - solid.centre
+    beside = corner - solid.centre + 2 * size
+    for shift, known in ((onto, True), (beside, False)):
+        inflated.setTransform(fcl.Transform(np.eye(3), shift))
+        _expect(inflated, target.model, known=known, solid=solid, name=target.name)
 
 
 def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known: bool, solid: Solid, name: str) -> None:

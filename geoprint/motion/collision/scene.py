@@ -31,9 +31,13 @@ class CheckedWorld:
         body: what it lies on, or None.
         obstacles: what stands in the cell, in the base frame.
         T_work_base: (4, 4) base frame in the work frame [mm].
+        known: another of the very same tool, process, part and body, whose preparation of these serves here too.
 
     Attributes:
         kept: distance that each solid keeps [mm].
+        bodies: the part and the body as targets, the first of all.
+        tool: its solids, inflated.
+        nominal: tool and targets, with the tip as long as it is.
         targets: what the tool must not touch: part, body, obstacles.
         base_targets: those that the base of the arm must not touch: not what it stands on.
         trees: fragments of the targets.
@@ -45,7 +49,7 @@ class CheckedWorld:
         VerificationError: the collision check fails on what is known.
     """
 
-    __slots__ = ("_tool", "base_targets", "has_body", "kept", "targets", "trees", "zones")
+    __slots__ = ("base_targets", "bodies", "has_body", "kept", "nominal", "targets", "tool", "trees", "zones")
 
     def __init__(
         self,
@@ -56,20 +60,30 @@ class CheckedWorld:
         body: Surface | None,
         obstacles: tuple[Obstacle, ...],
         T_work_base: FloatArray,
+        known: CheckedWorld | None = None,
     ) -> None:
         if not 0.0 <= process.clearance < np.inf:
             raise InputError(f"process: the clearance is {process.clearance} mm; correct it to zero or more.")
         solids = tool_solids(tool)
         self.kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-        bodies = [mesh_target(part, role="part")]
-        bodies += [] if body is None else [mesh_target(body, role="body")]
+        surfaces = [(part, "part")] if body is None else [(part, "part"), (body, "body")]
+        self.bodies: tuple[Target, ...] = (
+            tuple(mesh_target(one, role=role) for one, role in surfaces) if known is None else known.bodies
+        )
         standing = [obstacle_target(one, T_work_base=T_work_base) for one in obstacles]
         beside = [target for target, one in zip(standing, obstacles, strict=True) if not stands_on(one)]
-        self._tool = InflatedSolids(solids, kept=self.kept)
-        self.targets: tuple[Target, ...] = (*bodies, *standing)
-        self.base_targets: tuple[Target, ...] = (*bodies, *beside)
-        self.trees = ranking_trees(self.targets)
-        self.zones = tuple(TipZone(target.triangles) for target in self.targets)
+        self.tool: InflatedSolids = InflatedSolids(solids, kept=self.kept) if known is None else known.tool
+        self.targets: tuple[Target, ...] = (*self.bodies, *standing)
+        self.base_targets: tuple[Target, ...] = (*self.bodies, *beside)
+        self.nominal: CollisionWorld = CollisionWorld(
+            self.tool, targets=self.targets, known=None if known is None else known.nominal
+        )
+        self.trees = ranking_trees(self.targets, known={} if known is None else known.trees)
+        ready: tuple[TipZone, ...] = () if known is None else known.zones[: len(self.bodies)]
+        self.zones: tuple[TipZone, ...] = (
+            *ready,
+            *(TipZone(target.triangles) for target in self.targets[len(ready) :]),
+        )
         self.has_body = body is not None
 
     def world(self, placements: Placements) -> CollisionWorld:
@@ -77,12 +91,13 @@ class CheckedWorld:
 
         The tip is not inflated downwards: where travel rounds a corner, it is longer by what it may be lower there.
         """
-        tip, *rest = self._tool.solids
+        tip, *rest = self.tool.solids
         longer = rounding_on_travel(placements, tip)
         if longer == 0.0:
-            return CollisionWorld(self._tool, targets=self.targets)
+            return self.nominal
         solids = (replace(tip, start=tip.start - longer * tip.axis), *rest)
-        return CollisionWorld(InflatedSolids(solids, kept=self.kept, known=self._tool), targets=self.targets)
+        inflated = InflatedSolids(solids, kept=self.kept, known=self.tool)
+        return CollisionWorld(inflated, targets=self.targets, known=self.nominal)
 
 
 def rounding_on_travel(placements: Placements, tip: Solid) -> float:

@@ -2,6 +2,7 @@
 
 from geoprint.motion.machine.hexapod import SINGULAR_SHARE as SINGULAR_SHARE, HexapodMachine as HexapodMachine
 from geoprint.motion.machine.moving import (
+    driven_seconds as driven_seconds,
     move_seconds as move_seconds,
     obstacles_at as obstacles_at,
     table_machine as table_machine,

@@ -58,6 +58,18 @@ def move_seconds(table: TiltingTable, *, Ts_from: FloatArray, Ts_to: FloatArray)
     return (moved / table.speeds).max(axis=1)
 
 
+def driven_seconds(table: TiltTurn, *, share: float) -> float:
+    """Return how long a table that the arm's controller drives takes to each attitude [s].
+
+    It may stand anywhere when it begins, so that each motion is given the time of the whole range of its slowest axis.
+
+    Args:
+        table: with a mechanical unit.
+        share: of the axes' largest speeds that motions at home have, in (0, 1].
+    """
+    return float(((table.ranges[:, 1] - table.ranges[:, 0]) / table.speeds).max()) / share
+
+
 def tilted_placement(table: TiltingTable, placement: Placement, *, T_table_plate: FloatArray, number: int) -> Placement:
     """Return where a part stands in an attitude: its fixture moves with the plate.
 

@@ -1,33 +1,23 @@
 """What one attitude of the table admits is printed in it, of whichever run it is: far fewer moves, in another order.
 
-A heuristic. The fewest attitudes that admit everything are a set cover, which nobody finds exactly in reasonable time:
-greedily the direction is taken that admits the most length of what is left [Chvatal1979]. Then each run is divided
-among the directions that were taken, into as few pieces as these allow, which is exact by the argument of `tilts`.
+A heuristic. Few directions that admit everything are chosen by `covering`. Then each run is divided among these, into
+as few pieces as they allow, which is exact by the argument of `tilts`.
 Within an attitude the pieces keep their order, and layers follow one another.
 """
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geoprint.errors import InputError
 from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
+from geoprint.motion.tilting.covering import admitted, covering
 from geoprint.motion.tilting.ranges import UpRange
 from geoprint.motion.tilting.tilts import Tilts, roomiest
-
-# Zeros and ones, and lengths that are only compared.
-Shares: TypeAlias = NDArray[np.float32]
-# Poses and directions that the cover is chosen by at first; poses that it leaves out join them, some at a time.
-SAMPLED_POSES = 1500
-SAMPLED_UPS = 2000
-JOINING = 100
-# Directions are admitted up to this: they are worked out in floating point [cosine].
-ADMITTED = 1e-9
 
 
 @final
@@ -104,8 +94,8 @@ def gathered(
 def _layer(
     aims: FloatArray, nearest: FloatArray, runs: IntArray, lengths: FloatArray, *, within: UpRange
 ) -> list[Attitude]:
-    taken = _cover(aims, nearest, lengths, within=within)
-    admits = _admits(taken, aims, within=within)
+    taken = covering(aims, nearest, lengths, within=within)
+    admits = admitted(taken, aims, within=within)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(runs) != 0) + 1])
     chosen = np.concatenate(
         [_divided(np.ascontiguousarray(admits[:, a:b])) for a, b in pairwise([*starts.tolist(), len(aims)])]
@@ -122,35 +112,6 @@ def _layer(
             at, slack = roomiest(aims[chosen == number], up, within=within)
             attitudes.append(Attitude(at, slack, np.column_stack([cuts[own], ends[own]])))
     return sorted(attitudes, key=lambda each: int(each.pieces[0, 0]))
-
-
-def _cover(aims: FloatArray, nearest: FloatArray, lengths: FloatArray, *, within: UpRange) -> FloatArray:
-    """Return (t, 3) directions of which one at least admits each pose."""
-    rows = np.arange(0, len(aims), max(1, len(aims) // SAMPLED_POSES))
-    some = within.directions[:: max(1, len(within.directions) // SAMPLED_UPS)]
-    while True:
-        # What no direction of these may admit is admitted by the nearest of its own.
-        choices = np.vstack([some, nearest[rows]])
-        admits = _admits(choices, aims[rows], within=within)
-        taken = choices[_greedy(admits.astype(np.float32), lengths[rows].astype(np.float32))]
-        missed = np.flatnonzero(~_admits(taken, aims, within=within).any(axis=0))
-        if not missed.size:
-            return taken
-        rows = np.union1d(rows, missed[:: max(1, len(missed) // JOINING)])
-
-
-def _admits(ups: FloatArray, aims: FloatArray, *, within: UpRange) -> BoolArray:
-    """Return (d, n) whether each of (d, 3) directions admits each of (n, 3) poses."""
-    return ups @ aims.T >= np.cos(within.critical) - ADMITTED
-
-
-def _greedy(admits: Shares, weights: Shares) -> IntArray:
-    """Return rows of (d, n) that together admit every column, the one with the most weight left first."""
-    left, taken = np.maximum(weights, np.finfo(np.float32).tiny), list[int]()
-    while left.any():
-        taken.append(int((admits @ left).argmax()))
-        left = np.where(admits[taken[-1]] > 0.0, np.float32(0.0), left)
-    return np.array(taken, dtype=np.int64)
 
 
 @njit(cache=True)

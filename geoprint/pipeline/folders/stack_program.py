@@ -24,7 +24,9 @@ from geoprint.pipeline.bundles.joined import (
 def stack_program(
     folder: Path, layers: Sequence[StackedLayerRecord], *, part_name: str
 ) -> tuple[dict[str, bytes], StackProgramRecord | None]:
-    """Return name and content of the files of a stack's program, and what is told of it; nothing without a robot.
+    """Return name and content of the files of a stack's program, and what is told of it.
+
+    There is nothing without a robot, nor over a table, where every layer has its own program of its own attitudes.
 
     Args:
         folder: in which the bundles of the layers stand.
@@ -34,7 +36,7 @@ def stack_program(
     Raises:
         VerificationError: the program, read back and executed, is not what its layers are.
     """
-    if any(layer.print_s is None for layer in layers):
+    if any(layer.print_s is None or layer.attitudes is not None for layer in layers):
         return {}, None
     own = [own_program(folder, layer.folder) for layer in layers]
     modules, beside, proof = together(own, part_name=part_name)

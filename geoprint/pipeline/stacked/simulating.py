@@ -17,6 +17,7 @@ from geoprint.quality.stacked import (
     column_feet,
     executed_flow,
     finished,
+    flow_of_all,
     have_met,
     laid_over,
     laid_volume,
@@ -47,15 +48,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     constant = np.where(poses.deposit, nominal, 0.0) if laid.mode == "analog" else poses.flow
     # Constant, following, and as executed.
     flows = [constant, _at(planned, laid.following_flow)]
-    flows += [
-        executed_flow(
-            robot.joint_path.poses,
-            robot.trajectory.pose_times,
-            robot.switching.material,
-            cell=planned.workpiece.cell,
-        )
-        for robot in planned.robot[:1]
-    ]
+    flows += [_executed(planned)] if planned.robot else []
     printed = 2 if planned.robot else int(laid.mode == "analog")
     layer = LevelledLayer(poses, planned.workpiece.part, spacing=planned.contours.spacing)
     fields = np.stack([layer.field(flow) for flow in flows])
@@ -78,6 +71,20 @@ def stacked_layer(planned: Plan) -> StackedLayer:
         places=points[rows],
         offsets=np.append(np.flatnonzero(np.diff(poses.runs[rows], prepend=-1)), rows.size),
     )
+
+
+def _executed(planned: Plan) -> FloatArray:
+    """Return the flow at the poses of a plan that its robot's parts lay together, as they were executed."""
+    cell = planned.workpiece.cell
+    laid = [
+        (
+            robot.joint_path.poses,
+            executed_flow(robot.joint_path.poses, robot.trajectory.pose_times, robot.switching.material, cell=cell),
+        )
+        for robot in planned.robot
+    ]
+    # Over a table each part has poses of its own, for travel and attitude depend on how the part stands.
+    return laid[0][1] if planned.tilting is None else flow_of_all(planned.poses, laid)
 
 
 def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> FinishedStack:

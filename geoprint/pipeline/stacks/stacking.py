@@ -158,9 +158,17 @@ def _finished(
         finished=finished_record(finished, wanted=_wanted(stack, layers)),
         layers=layers,
         program=program,
+        not_checked=_not_checked(layers, pause=load_cell(job.cell).process.layer_pause),
         left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
     )
     return with_cure(untold, load_cell(job.cell)), finished
+
+
+def _not_checked(layers: Sequence[StackedLayerRecord], *, pause: float) -> tuple[str, ...]:
+    """Return what nobody looks at where each layer has a program of its own, over a table."""
+    if not pause or all(layer.attitudes is None for layer in layers):
+        return ()
+    return (f"the pause of {pause:g} s between layers, which no program keeps over a table: load the next one then",)
 
 
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:

@@ -6,4 +6,11 @@ from geoprint.pipeline.tilting.joining import (
     attitude_cell as attitude_cell,
     part_folder as part_folder,
 )
+from geoprint.pipeline.tilting.moving import (
+    in_turn as in_turn,
+    moved as moved,
+    poses_at_rest as poses_at_rest,
+    seen_at_rest as seen_at_rest,
+    table_stand as table_stand,
+)
 from geoprint.pipeline.tilting.printing import with_attitudes as with_attitudes

@@ -200,11 +200,6 @@ def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if not job.robot:
         return
-    if cell.table is not None and job.layered:
-        raise UsageError(
-            f"the cell {cell.name} has a table that tilts the part, and layers upon layers are not printed over one "
-            "yet: print a single skin, or leave [table] out of a cell in which the part stands still."
-        )
     if job.place is None:
         _fixture(cell)
     check_cell(cell)

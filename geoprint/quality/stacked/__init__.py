@@ -16,5 +16,6 @@ from geoprint.quality.stacked.columns import (
 from geoprint.quality.stacked.finished import Finished as Finished, finished as finished
 from geoprint.quality.stacked.flows import (
     executed_flow as executed_flow,
+    flow_of_all as flow_of_all,
     laid_volume as laid_volume,
 )

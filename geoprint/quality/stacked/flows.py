@@ -6,9 +6,12 @@ laid to a mm of path. An output that follows the speed of the tip lays what was 
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from geoprint.model import Cell, FloatArray, PoseStream
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.model import Cell, FloatArray, IntArray, PoseStream
 
 
 def executed_flow(poses: PoseStream, times: FloatArray, material: FloatArray, *, cell: Cell) -> FloatArray:
@@ -52,9 +55,33 @@ def flow_by_length(poses: PoseStream, times: FloatArray, material: FloatArray) -
     return _spread(poses, shares * _lengths(poses) * (poses.flow[:-1] + poses.flow[1:]) / 2.0)
 
 
+def flow_of_all(whole: PoseStream, parts: Sequence[tuple[PoseStream, FloatArray]]) -> FloatArray:
+    """Return the (p,) flow at the poses of a deposit that several parts of a program lay together [mm3/mm].
+
+    Each step of a part lies on a step of the whole, as `paths.check_sum` has found: its volume is added to that one.
+
+    Args:
+        whole: p poses, as they were planned.
+        parts: poses and flow of each, in the part's own coordinates wherever it stood.
+    """
+    rows, middles, _ = _steps(whole, np.zeros(whole.count))
+    tree, volumes = KDTree(middles), np.zeros(whole.count - 1)
+    for poses, flow in parts:
+        _, places, laid = _steps(poses, flow)
+        np.add.at(volumes, rows[np.asarray(tree.query(places)[1])], laid)
+    return _spread(whole, volumes)
+
+
 def laid_volume(poses: PoseStream, flow: FloatArray) -> float:
     """Return the volume that a (p,) flow lays along a path [mm3]: linear between the poses [mm3/mm]."""
     return float((_lengths(poses) * (flow[:-1] + flow[1:]) / 2.0)[poses.laid].sum())
+
+
+def _steps(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Return first poses (k,) of the steps that lay material, their middles (k, 3) and volumes (k,) [mm, mm3]."""
+    rows, places = np.flatnonzero(poses.laid), poses.surface_points
+    volumes = _lengths(poses) * (flow[:-1] + flow[1:]) / 2.0
+    return rows, (places[rows] + places[rows + 1]) / 2.0, volumes[rows]
 
 
 def _open(times: FloatArray, material: FloatArray) -> FloatArray:

@@ -97,7 +97,9 @@ def test_each_attitude_moves_in_its_own_work_object() -> None:
 def test_the_pendant_shows_what_to_bring_the_table_to(kind: str, shown: int) -> None:
     own = attitudes(kind)[1]
     texts = [text for _, text in whole(attitudes(kind)).texts]
-    first = texts.index("Bring the table to attitude 2")
+    said = "The table will drive to attitude" if kind == "external axes" else "Bring the table to attitude"
+    first = texts.index(f"{said} 2")
+    assert all(len(text) <= 40 for text in texts[first : first + shown])
     numbers = [float(text.rpartition(" ")[2]) for text in texts[first : first + shown]]
     assert own.placement.table is not None
     axes = np.degrees(own.placement.table.axes) if kind != "hexapod" else own.placement.table.axes
@@ -161,7 +163,7 @@ def test_a_forgotten_question_is_found_by_executing_alone() -> None:
         for one in own
     ]
     run = StackRun([*modules, resident], layers, cell=own[0].cell, placement=own[0].placement)
-    with pytest.raises(VerificationError, match="nobody is asked to bring the table to attitude 2"):
+    with pytest.raises(VerificationError, match="nobody is asked before the table comes to attitude 2"):
         run.prove()
 
 

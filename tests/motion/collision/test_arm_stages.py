@@ -14,15 +14,11 @@ import pytest
 
 from geoprint.errors import ClearanceError, VerificationError
 from geoprint.model import FloatArray
-from geoprint.motion.collision.arm_clearance import (
-    ArmCheck,
-    ArmMotion,
-    _refuse_inside,  # pyright: ignore[reportPrivateUsage]
-    arm_control,
-)
+from geoprint.motion.collision.arm_clearance import ArmCheck, ArmMotion, arm_control
 from geoprint.motion.collision.closest import ranking_trees
 from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
 from geoprint.motion.collision.link_solids import Link
+from geoprint.motion.collision.outside import refuse_links_inside
 from geoprint.motion.collision.surroundings import Target, mesh_target
 from geoprint.motion.collision.sweep import Placements
 from geoprint.motion.collision.tool_solids import Solid
@@ -114,6 +110,6 @@ def test_a_link_inside_a_closed_body_is_refused_where_the_path_begins(
         world = CollisionWorld(InflatedSolids(solids, kept=(KEPT, KEPT)), targets=(FAR, body))
         if within:
             with pytest.raises(ClearanceError, match="is inside the closed body block where the path begins"):
-                _refuse_inside([(world, moved)])
+                refuse_links_inside([(world, moved)])
         else:
-            _refuse_inside([(world, moved)])
+            refuse_links_inside([(world, moved)])

@@ -7,7 +7,14 @@ import pytest
 
 from geoprint import transforms
 from geoprint.model import TiltingTable
-from geoprint.motion.machine import HexapodMachine, TiltTurnMachine, move_seconds, table_machine, work_poses
+from geoprint.motion.machine import (
+    HexapodMachine,
+    TiltTurnMachine,
+    driven_seconds,
+    move_seconds,
+    table_machine,
+    work_poses,
+)
 from tests.motion.machine.tables import (
     hexapod,
     hexapod_noun,
@@ -70,3 +77,9 @@ def test_the_plate_of_the_default_hexapod_rises_by_60_mm_a_second() -> None:
     risen[2, 3] = 0.01
     (seconds,) = move_seconds(table, Ts_from=np.eye(4)[None], Ts_to=risen[None])
     assert 0.01 / seconds == pytest.approx(60.0, rel=0.02)
+
+
+def test_a_driven_table_has_the_time_of_its_whole_range_at_the_share_of_motions_at_home() -> None:
+    noun = tilt_turn_noun(control='"external axes"', mechanical_unit='"STN1"', turn_speed_deg_s="45")
+    # 360 degrees at 45 a second, a quarter as fast; tilting takes 2 s at its largest speed.
+    assert driven_seconds(noun, share=0.25) == pytest.approx(32.0)

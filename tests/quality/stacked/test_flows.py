@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geoprint.model import FloatArray, PoseStream
-from geoprint.quality.stacked.flows import flow_by_length, flow_by_time, laid_volume
+from geoprint.quality.stacked.flows import flow_by_length, flow_by_time, flow_of_all, laid_volume
 from tests.quality.deposits import deposited, straight_line
 
 # Two lines of 40 mm at 10 mm/s, and 2 s of travel between them.
@@ -69,3 +69,29 @@ def test_what_flows_while_the_tip_stands_comes_to_its_neighbours() -> None:
     found = flow_by_time(replace(stream, tips=points), waiting, np.array([[0.0, 7.0], [9.0, 13.0]]), rate=4.0)
     assert laid_volume(replace(stream, tips=points), found) == pytest.approx(4.0 * 11.0)
     assert found.argmax() in (50, 51)
+
+
+def test_parts_that_share_the_lines_lay_together_what_each_lays_of_them_wherever_they_end() -> None:
+    stream = lines()
+    count = stream.count
+    middle = count // 4
+    # One part lays the start of the first line, at twice its flow, the other the rest; both have the pose between them.
+    first, second = stream.taken(np.arange(middle + 1)), stream.taken(np.arange(middle, count))
+    found = flow_of_all(stream, [(second, second.flow), (first, 2.0 * first.flow)])
+    assert laid_volume(stream, found) == pytest.approx(
+        laid_volume(second, second.flow) + 2.0 * laid_volume(first, first.flow)
+    )
+    np.testing.assert_allclose(found[:middle], 0.8)
+    np.testing.assert_allclose(found[middle + 1 :], 0.4)
+    assert 0.4 < found[middle] < 0.8
+
+
+def test_beads_that_fade_over_one_another_add_to_one() -> None:
+    stream = lines()
+    half = stream.count // 2
+    first, second = stream.taken(np.arange(half)), stream.taken(np.arange(half, stream.count))
+    fading = np.linspace(1.0, 0.0, half)
+    found = flow_of_all(
+        stream, [(first, fading * first.flow), (first, (1.0 - fading) * first.flow), (second, second.flow)]
+    )
+    np.testing.assert_allclose(found, 0.4, atol=1e-9)

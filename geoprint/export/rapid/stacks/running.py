@@ -27,6 +27,7 @@ from geoprint.export.rapid.machine import (
 from geoprint.export.rapid.made import dry, printing, signals_of, task_of
 from geoprint.export.rapid.settings import unit_of
 from geoprint.export.rapid.stacks.comparing import Part, compare_part, parts_of, state_of
+from geoprint.export.rapid.templates import driving_unit
 from geoprint.export.rapid.text import Place, refuse
 from geoprint.model import BoolArray, Cell, IntArray, Placement, comparable
 from geoprint.motion.arm import Arm
@@ -35,8 +36,8 @@ _MAIN = "GeoStack.mod"
 _ENTRY = Place(_MAIN, 1)
 # What a guard shows behind a stop, before the line that must name the layer.
 _CUT_SHORT = "The last print was stopped in run"
-# What it shows before an attitude of a table, with its number.
-_ASKED = "Bring the table to attitude"
+# What it shows before an attitude of a table, with its number: of one that a person moves, and of one that it drives.
+_ASKED, _DRIVEN = "Bring the table to attitude", "The table will drive to attitude"
 # How it was run, in words, and lines of GeoStack's statements with whether each was executed.
 _Ran: TypeAlias = tuple[str, IntArray, BoolArray]
 # The machine's clock is a sum of a hundred thousand moves [s].
@@ -220,13 +221,14 @@ class StackRun:
         """Check that the table is asked for at home before each attitude, by the attitude's own number."""
         if self._placement.table is None:
             return
+        asked = _ASKED if driving_unit(self._cell, self._placement) is None else _DRIVEN
         for number, part in enumerate(parts, start=course.first):
             moves = execution.moves
             along = np.intersect1d(moves.along_path, part.rows)
             first = float(moves.begins[along[0]]) if along.size else np.inf
             said = [text for moment, text in execution.texts if part.begin <= moment <= first]
-            if f"{_ASKED} {number}" not in said:
-                refuse(part.place(0), f"{course.name}: nobody is asked to bring the table to attitude {number}")
+            if f"{asked} {number}" not in said:
+                refuse(part.place(0), f"{course.name}: nobody is asked before the table comes to attitude {number}")
 
     def _check_pauses(self, found: Sequence[float], dry_gaps: Sequence[float]) -> None:
         pause = self._cell.process.layer_pause if self._placement.table is None else 0.0

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.overhang import VESSEL_RADIUS, WRAP_DEG, WRAP_LENGTH, vessel, wrap_row
+from benchmarks.attitudes import (
+    STEPS,
+    VESSEL_RADIUS,
+    WRAP_DEG,
+    WRAP_LENGTH,
+    Watch,
+    cell_with,
+    printed_row,
+    vessel,
+    wrapped,
+)
 from benchmarks.parts.surfaces import triangulated, wrap
+from geoprint.config import load_cell
 from geoprint.errors import PlanError
+from geoprint.model import Hexapod, TiltTurn
 
 
 def test_the_wrap_lies_on_the_vessel_over_as_many_degrees_as_asked_for() -> None:
@@ -31,16 +44,42 @@ def test_the_vessel_is_closed_and_wound_outwards() -> None:
     assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
 
 
+def test_a_cell_with_another_table_or_none_differs_in_that_alone(tmp_path: Path) -> None:
+    tables = {kind: load_cell(cell_with(kind, tmp_path)) for kind in ("tilt-turn", "hexapod", "")}
+    assert isinstance(tables["tilt-turn"].table, TiltTurn)
+    assert isinstance(tables["hexapod"].table, Hexapod)
+    assert tables[""].table is None
+    for cell in tables.values():
+        np.testing.assert_array_equal(cell.demo_position, tables["tilt-turn"].demo_position)
+        np.testing.assert_array_equal(cell.robot.home, tables["tilt-turn"].robot.home)
+
+
+def test_processor_time_is_that_of_the_stage_that_runs() -> None:
+    watch = Watch()
+    watch("reach")
+    before = time.process_time()
+    while time.process_time() < before + 0.05:
+        pass
+    watch("attitude 1 of 2")
+    watch("attitude 2 of 2")
+    watch("")
+    assert 0.05 <= watch.seconds["reach"] < 0.2
+    assert set(watch.seconds) == {"", "reach", "attitude"}
+    assert "reach" in STEPS["joints"]
+
+
 @pytest.mark.dear
 def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    said = wrap_row(tmp_path, spacing=6.0, backend="heat")
+    part, body = wrapped(tmp_path)
+    cell = cell_with("tilt-turn", tmp_path)
+    said = printed_row(part, cell, body=body, spacing=6.0, backend="heat")
     assert "verified, executed in" in said
-    assert int(said.split("|")[3]) > 1
+    assert int(said.split("|")[8]) > 1
 
     def refuse(_: object) -> None:
         raise PlanError("nothing reaches it.")
 
-    monkeypatch.setattr("benchmarks.overhang.plan", refuse)
-    assert "refused: nothing reaches it." in wrap_row(tmp_path, spacing=6.0, backend="heat")
+    monkeypatch.setattr("benchmarks.attitudes.plan", refuse)
+    assert "refused: nothing reaches it." in printed_row(part, cell, body=body, spacing=6.0, backend="heat")

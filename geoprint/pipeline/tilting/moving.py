@@ -1,0 +1,92 @@
+"""A table and the part on it, moved together: what the part is to the plate stays, and so do the attitudes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.errors import UsageError
+from geoprint.model import FloatArray, Hexapod, Placement, PoseStream, TiltTurn
+from geoprint.motion.machine import table_machine, tilted_placement
+from geoprint.motion.placing import Stand
+from geoprint.pipeline.standing import stood
+from geoprint.pipeline.tilting.division import deposited, plate_turn
+from geoprint.pipeline.tilting.pieces import attitude_paths, portions
+from geoprint.results import STAND_DECIMALS, Plan
+
+
+def table_stand(table: Hexapod | TiltTurn) -> Stand:
+    """Return where the middle of a table's plate stands while it rests, as a cell file says it."""
+    T_base_table = table.T_base_table
+    return Stand(T_base_table[:3, 3], Rotation.from_matrix(T_base_table[:3, :3]).as_euler("xyz"))
+
+
+def moved(paths: Plan, stand: Stand) -> Plan:
+    """Return paths over a table for a part that stands elsewhere while the table rests; the table goes with it.
+
+    The table's place is rounded as that of the part is, so that what a person reads is what was planned.
+
+    Args:
+        paths: with the attitudes of the table.
+        stand: of the part.
+
+    Raises:
+        UsageError: the cell has no table.
+    """
+    cell, there = paths.workpiece.cell, stood(paths, stand)
+    if cell.table is None:
+        raise UsageError(f"the cell {cell.name} has no table that could be moved with the part.")
+    start = transforms.rigid(cell.demo_turn, cell.demo_position)
+    T_base_table = stand.T_base_fixture @ transforms.inverse(start) @ cell.table.T_base_table
+    exact = table_stand(replace(cell.table, T_base_table=T_base_table))
+    near = Stand(exact.position.round(STAND_DECIMALS), np.radians(np.degrees(exact.rpy).round(STAND_DECIMALS)))
+    table = replace(cell.table, T_base_table=near.T_base_fixture)
+    workpiece = replace(there.workpiece, cell=replace(there.workpiece.cell, table=table))
+    return replace(there, workpiece=workpiece)
+
+
+def poses_at_rest(paths: Plan, placement: Placement) -> PoseStream:
+    """Return the poses of all attitudes, one after the other, in the part's frame while the table rests.
+
+    Args:
+        paths: with the attitudes of the table.
+        placement: where the part stands while it rests.
+
+    Raises:
+        UsageError: the cell has no table, or nothing is divided among its attitudes.
+    """
+    table, tilting = paths.workpiece.cell.table, paths.tilting
+    if table is None or tilting is None:
+        raise UsageError(f"the cell {paths.workpiece.cell.name} has no table that tilts the part.")
+    machine = table_machine(table)
+    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0)
+    Ts_table_plate = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
+    streams: list[PoseStream] = []
+    for number, (portion, pose) in enumerate(zip(divided, Ts_table_plate, strict=True), start=1):
+        stands = tilted_placement(machine, placement, T_table_plate=pose, number=number)
+        streams.append(seen_at_rest(attitude_paths(paths, portion, stands).poses, stands, placement))
+    return in_turn(streams)
+
+
+def seen_at_rest(poses: PoseStream, stands: Placement, rests: Placement) -> PoseStream:
+    """Return poses of a part that stands in an attitude, in its frame while the table rests: the arm's are the same."""
+    T_rest_work = transforms.inverse(rests.T_base_work) @ stands.T_base_work
+    turn = T_rest_work[:3, :3]
+    return replace(
+        poses,
+        tips=transforms.apply(T_rest_work, poses.tips),
+        normals=poses.normals @ turn.T,
+        quaternions=transforms.quaternion_of(turn @ transforms.rotation_of(poses.quaternions)),
+    )
+
+
+def in_turn(streams: list[PoseStream]) -> PoseStream:
+    """Return the poses of several streams, one after the other; the runs are numbered on."""
+    runs = np.cumsum([0, *(int(one.runs.max()) + 1 for one in streams[:-1])])
+    names = ("tips", "quaternions", "normals", "levels", "layers", "deposit", "stops", "arcs", "flow")
+    joined: dict[str, FloatArray] = {name: np.concatenate([getattr(one, name) for one in streams]) for name in names}
+    numbered = np.concatenate([one.runs + first for one, first in zip(streams, runs.tolist(), strict=True)])
+    return replace(streams[0], runs=numbered, **joined)
