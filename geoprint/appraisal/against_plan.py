@@ -31,6 +31,8 @@ LONGEST_PASS_SHARE = 1.5
 SHORTEST_GAP_SHARE = 0.3
 # A bead wider than this, over the median of its run, is a blob; narrower than the other, thin.
 BLOB, THIN = 1.3, 0.7
+# Where a plan lays next to nothing, widths are over this share of its usual flow.
+LEAST_SHARE = 0.2
 # A run that bends within this many widths of its bead closes in on itself, and is no line in a photograph; a corner,
 # which turns by less than a half circle as wide as the spacing, is one.
 TIGHTEST = 2.0
@@ -107,6 +109,11 @@ class Held:
             self, judged="bool: k", seen="bool: k", widths="float: k", offsets="float: k", strays="float: j 3"
         )
 
+    @property
+    def even(self) -> FloatArray:
+        """(k,) widths over what share of the usual flow the plan lays there: those of a bead as wide as it shall be."""
+        return self.widths / np.maximum(self.plan.flows / np.median(self.plan.flows), LEAST_SHARE)
+
     def gaps(self, run: int) -> list[tuple[float, float]]:
         """Return start and end [mm of arc] of the stretches of a run that are judged and bare."""
         rows = np.flatnonzero(self.plan.runs == run)
@@ -114,17 +121,17 @@ class Held:
         return self._stretches(rows, self.judged[rows] & ~self.seen[rows], shortest=shortest)
 
     def blobs(self, run: int) -> list[tuple[float, float]]:
-        """Return start and end [mm of arc] of the stretches of a run that are much wider than the rest."""
+        """Return start and end [mm of arc] where a run is much wider than planned, beside the rest."""
         rows = np.flatnonzero(self.plan.runs == run)
-        return self._stretches(rows, self.widths[rows] > BLOB * self._usual(rows))
+        return self._stretches(rows, self.even[rows] > BLOB * self._usual(rows))
 
     def thin(self, run: int) -> list[tuple[float, float]]:
-        """Return start and end [mm of arc] of the stretches of a run that are much narrower than the rest."""
+        """Return start and end [mm of arc] where a run is much narrower than planned, beside the rest."""
         rows = np.flatnonzero(self.plan.runs == run)
-        return self._stretches(rows, self.seen[rows] & (self.widths[rows] < THIN * self._usual(rows)))
+        return self._stretches(rows, self.seen[rows] & (self.even[rows] < THIN * self._usual(rows)))
 
     def _usual(self, rows: IntArray) -> float:
-        there = self.widths[rows][self.seen[rows]]
+        there = self.even[rows][self.seen[rows]]
         return float(np.median(there)) if there.size else np.inf
 
     def _stretches(self, rows: IntArray, marked: BoolArray, *, shortest: float = 0.0) -> list[tuple[float, float]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,20 @@ def test_a_width_that_varies_has_the_variation_that_was_put_in() -> None:
     assert cv[0] < 0.03
     # Widths are calmed along the line over a fifth of a width, which takes a little of it.
     assert cv[1] == pytest.approx(0.15, abs=0.04)
+
+
+def test_beads_that_are_planned_wider_in_places_are_no_blobs() -> None:
+    # From 0.6 to 1.6 of the usual flow along each run.
+    share = 0.6 + POSES.surface_points[:, 0] / POSES.surface_points[:, 0].max()
+    held = appraised(Faults(), poses=replace(POSES, flow=POSES.flow * share))
+    assert [held.blobs(run) + held.thin(run) for run in range(6)] == [[]] * 6
+    there = held.widths[held.seen]
+    assert there.max() > 1.8 * there.min()
+    even = held.even[held.seen]
+    assert even.std() / even.mean() < 0.05
+    assert there.std() / there.mean() > 0.2
+    plain = appraised(Faults())
+    np.testing.assert_array_equal(plain.even, plain.widths)
 
 
 def test_breaks_are_found_in_their_runs_where_they_begin_and_end() -> None:

@@ -62,7 +62,9 @@ class RunRecord(Record):
     judged_mm: Rounded = Field(description="of it in sight, and not bent too tightly to be told apart [mm]")
     missing_mm: Rounded = Field(description="of that without material [mm]")
     width_mean_mm: Rounded | None = Field(description="of its bead [mm]; null where there is none")
-    width_cv: Rounded | None = Field(description="standard deviation of the width over its mean")
+    width_cv: Rounded | None = Field(
+        description="standard deviation of the width over its mean; where the plan's flow differs, over that"
+    )
     offset_mean_mm: Rounded | None = Field(description="to the left of the run, as seen from outside [mm]")
     offset_rms_mm: Rounded | None = Field(description="root mean square of it [mm]")
     gaps_mm: tuple[Stretch, ...] = Field(description="stretches without material, by arc length [mm]")
@@ -78,7 +80,7 @@ class OnPlanRecord(Record):
     judged: Rounded = Field(description="share of the plan's length in sight, not bent too tightly")
     missing: Rounded = Field(description="share of what is judged without material")
     width_mean_mm: Rounded = Field(description="of all beads [mm]")
-    width_cv: Rounded = Field(description="standard deviation of the width over its mean, of all runs together")
+    width_cv: Rounded = Field(description="as of a run, of all runs together")
     offset_mean_mm: Rounded = Field(description="of all beads to the left of their runs [mm]")
     offset_rms_mm: Rounded = Field(description="root mean square of it [mm]")
     strays: Rounded = Field(description="share of the places of beads farther than the reach from every run")
