@@ -58,7 +58,7 @@ def test_what_stands_only_where_the_second_check_looks_is_found() -> None:
 
 def test_what_is_new_is_controlled_and_nothing_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     named: list[str] = []
-    control = contact._expect
+    control = contact._expect  # pyright: ignore[reportPrivateUsage]
 
     def noted(*values: object, name: str, **others: object) -> None:
         named.append(name)
