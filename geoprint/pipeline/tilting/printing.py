@@ -165,6 +165,9 @@ def _swept(
     """Return the robot's parts with what is kept while the table comes to each attitude, the arm at home."""
     workpiece, arm = paths.workpiece, arm_of(paths.workpiece)
     surfaces = [workpiece.base] if workpiece.body is None else [workpiece.base, workpiece.body]
+    # Of a stack the layers below go with the part, and on these lies what is printed: no higher than the layer.
+    surfaces += [] if workpiece.place is None else [workpiece.ground]
+    laid = 0.0 if workpiece.place is None else workpiece.place.height
     robots: list[RobotPlan] = []
     before = np.eye(4)
     with stage("table's motion"):
@@ -176,10 +179,10 @@ def _swept(
                 Ts_table_plate=np.stack([before, one.T_table_plate]),
                 T_base_work=placement.T_base_work,
                 surfaces=surfaces,
-                kept=workpiece.cell.process.clearance,
+                kept=workpiece.cell.process.clearance + laid,
                 to=f"attitude {number} of {len(printed)}",
             )
-            robots.append(replace(one.robot, table_kept=kept))
+            robots.append(replace(one.robot, table_kept=kept - laid))
             before = one.T_table_plate
     return tuple(robots)
 

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from geoprint.account import StackRecord, check_text, stack_text
 from geoprint.config import job_of
-from geoprint.pipeline import check_folder, plan_stack
+from geoprint.model import Surface
+from geoprint.motion.arm import Arm
+from geoprint.pipeline import check_folder, plan, plan_stack
+from geoprint.pipeline.tilting import printing
 from tests.pipeline.tilting.test_printing import cell, part
 
 
@@ -52,3 +57,27 @@ def test_the_folder_checks_and_says_how_its_programs_are_loaded(device: tuple[Pa
         said = " ".join(text.split())
         assert f"2, one a layer, in {moves} attitudes of the table; load that of layer-01" in said
     assert not list(folder.glob("rapid/*"))
+
+
+@pytest.mark.dear
+def test_the_table_moves_with_the_layers_below_on_the_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[list[str], float]] = []
+    proof = printing.table_motion_clearance
+
+    def noted(arm: Arm, *, surfaces: Sequence[Surface], kept: float, **others: Any) -> float:
+        asked.append(([surface.name for surface in surfaces], kept))
+        return proof(arm, surfaces=surfaces, kept=kept, **others)
+
+    monkeypatch.setattr(printing, "table_motion_clearance", noted)
+    job = job_of(
+        surface=part(tmp_path), unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell(tmp_path),
+        thickness=1.0, layer=2,
+    )  # fmt: skip
+    planned = plan(job)
+    process, place = planned.workpiece.cell.process, planned.workpiece.place
+    assert place is not None
+    assert len(asked) == len(planned.robot)
+    for names, kept in asked:
+        assert (names[0], names[-1]) == (planned.workpiece.base.name, planned.workpiece.ground.name)
+        assert kept == pytest.approx(process.clearance + place.height)
+    assert planned.workpiece.ground is place.ground
