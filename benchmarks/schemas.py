@@ -24,6 +24,7 @@ from geoprint.account import (
 )
 from geoprint.account.records.appraisal import AppraisalRecord
 from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
+from geoprint.account.records.simulated import SimulatedRecord
 
 FOLDER = Path(account.__file__).parent / "schemas"
 
@@ -42,6 +43,7 @@ def schemas() -> dict[str, str]:
         "appraisal": AppraisalRecord,
         "scan": ScanAppraisalRecord,
         "lying": LyingRecord,
+        "simulated": SimulatedRecord,
     }
     return {
         f"{name}.schema.json": json.dumps(record.model_json_schema(), indent=1) + "\n"

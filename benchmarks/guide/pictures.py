@@ -10,7 +10,18 @@ from pathlib import Path
 
 from benchmarks.field.figures import loaded
 from benchmarks.field.picture import field_picture
-from benchmarks.guide import appraised, cells, measured, paper_prints, proof, sections, surfaces, through, tilted
+from benchmarks.guide import (
+    appraised,
+    cells,
+    measured,
+    paper_prints,
+    proof,
+    sections,
+    simulated,
+    surfaces,
+    through,
+    tilted,
+)
 from benchmarks.guide.shaded import smaller
 from geoprint.config import job_of
 from geoprint.guide import page_named
@@ -92,6 +103,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "report.png": report,
     "measure.png": measured.measured,
     "appraise.png": appraised.appraised,
+    "simulate.png": simulated.simulated,
     "paper.png": paper_prints.paper,
     "yardstick.png": yardstick,
     "checked.png": cells.checked,

@@ -45,6 +45,9 @@ COMMANDS = {
     "appraising": {
         "appraise": "Judge a print by photographs or a scan, against its plan.",
     },
+    "simulating": {
+        "simulate": "Print a bundle in silico: what its program lays, with a scan.",
+    },
     "parts": {
         "inspect": "Say what a mesh is, its defects, and which backends plan it.",
         "patch": "Cut patches out of a body.",

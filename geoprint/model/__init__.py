@@ -18,6 +18,7 @@ from geoprint.model.cell import (
     Tool as Tool,
     TouchedPoints as TouchedPoints,
 )
+from geoprint.model.dispensing import Dispensing as Dispensing
 from geoprint.model.material import (
     Fluid as Fluid,
     Material as Material,

@@ -1,8 +1,13 @@
-"""A print in silico: what a plan lays with errors put in, and a photograph or a scan of it, of which all is known.
+"""A print in silico: what a plan or its program lays with errors put in, and a photograph or a scan of it.
 
-It shares no code with `appraisal`, so that errors which are put in here are errors that must be found there.
+All of it is known. It shares no code with `appraisal`, so that errors which are put in here are errors that must be
+found there.
 """
 
+from geoprint.silico.dispensed import (
+    Dispenser as Dispenser,
+    dispensed_beads as dispensed_beads,
+)
 from geoprint.silico.height_field import heights as heights
 from geoprint.silico.laid import (
     Break as Break,

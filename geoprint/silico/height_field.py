@@ -28,7 +28,7 @@ def heights(beads: LaidBeads, feet: FloatArray) -> FloatArray:
     result = np.zeros(len(feet))
     if not there.size:
         return result
-    volumes = (beads.areas * _lengths(beads))[there]
+    volumes = beads.volumes[there]
     radii = 0.5 * beads.widths[there]
     tree, reach = KDTree(beads.places[there]), float(radii.max())
     for start in range(0, len(feet), BATCH):
@@ -40,9 +40,3 @@ def heights(beads: LaidBeads, feet: FloatArray) -> FloatArray:
         laid = 1.5 * volumes[place] * cap / (np.pi * radius**3)
         result[start : start + BATCH] = np.bincount(foot, laid, minlength=len(some))
     return result
-
-
-def _lengths(beads: LaidBeads) -> FloatArray:
-    """Return the (k,) length of bead that each place stands for [mm]."""
-    steps = np.where(beads.runs[1:] == beads.runs[:-1], np.diff(beads.arcs), 0.0)
-    return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))

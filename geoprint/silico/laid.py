@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -105,6 +106,12 @@ class LaidBeads:
             arcs="float: k", runs="int: k",
         )  # fmt: skip
 
+    @property
+    def volumes(self) -> FloatArray:
+        """(k,) volume of the length of bead that each place stands for [mm3]."""
+        steps = np.where(self.runs[1:] == self.runs[:-1], np.diff(self.arcs), 0.0)
+        return np.asarray(self.areas * 0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
+
 
 def laid_beads(
     poses: PoseStream, surface: Surface, *, height: float, faults: Faults, random: np.random.Generator
@@ -132,20 +139,25 @@ def laid_beads(
         )
     runs = [_run(poses, number, height=height, faults=faults, random=random) for number in numbers]
     places, ahead, widths, areas, arcs = (np.concatenate(parts) for parts in zip(*runs, strict=True))
-    up = normals(surface, closest(surface, places)[0])
-    aside = np.cross(up, ahead)
-    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-    landed, _ = closest(surface, places + faults.offset * aside)
-    return LaidBeads(
-        places=landed.xyz(surface),
-        normals=normals(surface, landed),
-        ahead=ahead,
-        widths=widths,
-        areas=areas,
-        arcs=arcs,
-        runs=np.repeat(numbers, [len(run[0]) for run in runs]),
-        height=height,
+    numbered = np.repeat(numbers, [len(run[0]) for run in runs])
+    return landed(
+        LaidBeads(places, np.zeros_like(places), ahead, widths, areas, arcs, numbered, height), surface, faults=faults
     )
+
+
+def landed(beads: LaidBeads, surface: Surface, *, faults: Faults) -> LaidBeads:
+    """Return beads where they come to lie: on the surface, shifted aside by what the faults shift them.
+
+    Args:
+        beads: whose places are near the surface, and whose normals are not known yet.
+        surface: that they fall onto, each place where it is nearest.
+        faults: what goes wrong.
+    """
+    up = normals(surface, closest(surface, beads.places)[0])
+    aside = np.cross(up, beads.ahead)
+    aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-12)
+    places, _ = closest(surface, beads.places + faults.offset * aside)
+    return replace(beads, places=places.xyz(surface), normals=normals(surface, places))
 
 
 def _run(
@@ -162,17 +174,41 @@ def _run(
     places: FloatArray = np.column_stack([np.interp(arcs, reached, corners[:, axis]) for axis in range(3)])
     ahead: FloatArray = np.asarray(np.gradient(places, axis=0))
     ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
-    widths: FloatArray = np.interp(arcs, reached, wide)
-    areas: FloatArray = np.interp(arcs, reached, faults.volume * flow)
+    shape = with_faults(
+        np.interp(arcs, reached, wide), np.interp(arcs, reached, faults.volume * flow), arcs, run=number, faults=faults,
+        random=random,
+    )  # fmt: skip
+    return places, ahead, *shape, arcs
+
+
+def with_faults(
+    widths: FloatArray,
+    areas: FloatArray,
+    arcs: FloatArray,
+    *,
+    run: int,
+    faults: Faults,
+    random: np.random.Generator,
+) -> tuple[FloatArray, FloatArray]:
+    """Return (k,) widths and areas of a bead with noise, and bare where its material lags or breaks off.
+
+    Args:
+        widths: (k,) without either, 0 where there is no material [mm].
+        areas: (k,) likewise [mm2].
+        arcs: (k,) from where the run begins, at even steps [mm].
+        run: its number.
+        faults: what goes wrong.
+        random: of the noise.
+    """
     if faults.width_noise > 0.0:
-        alike = ALIKE_SHARE * float(wide.mean()) / step
+        alike = ALIKE_SHARE * float(widths[widths > 0.0].mean()) / float(arcs[1] - arcs[0])
         noise: FloatArray = ndimage.gaussian_filter1d(random.standard_normal(arcs.size), alike)
         # About the mean of the bead: on a run of few widths what is alike would be the mean itself.
         noise -= noise.mean()
         more = np.maximum(1.0 + faults.width_noise * noise / max(float(noise.std()), 1e-12), 0.0)
         widths, areas = widths * more, areas * more**2
-    bare = arcs < faults.lag
+    bare = (arcs >= 0.0) & (arcs < faults.lag)
     for each in faults.breaks:
-        if each.run == number:
+        if each.run == run:
             bare |= (arcs >= each.start) & (arcs <= each.end)
-    return places, ahead, np.where(bare, 0.0, widths), np.where(bare, 0.0, areas), arcs
+    return np.where(bare, 0.0, widths), np.where(bare, 0.0, areas)

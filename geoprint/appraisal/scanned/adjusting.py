@@ -10,7 +10,10 @@ the pose [Chen1992]; else a print that is too thick would lift the scan off its 
 on each part of a run, with a standard deviation that is estimated, too: else a run that is thick on one side would tilt
 it. What is left is weighted as [Beaton1974] says. The covariance of what is found is that of least squares with errors
 that are the more alike the nearer they are [Conley1999]: noise of neighbouring points is not, but what the plan does
-not know of a bead is.
+not know of a bead is. What is left is smaller than these errors, because the fit has taken up a part of them, and all
+but all of those that are alike over much of the scan. So each neighbourhood counts with what it would pull if the fit
+had been made without it [Bell2002]; and residuals that count less move the fit more than their weights say, by the
+slope of Tukey's function [Huber1964].
 """
 
 from __future__ import annotations
@@ -48,6 +51,9 @@ POSE, ALL = 6, 9
 NOTHING = 1e-12
 # Nobody measures better than this [mm].
 LEAST_NOISE = 1e-4
+# A neighbourhood fixes no more of a direction than this share, where its pull without it is asked for; and residuals
+# move the fit by no less than this share of their weights.
+MOST_LEVERAGE, LEAST_SLOPE = 0.9, 0.3
 
 
 @final
@@ -114,14 +120,22 @@ class _NormalEquations:
     Attributes:
         matrix: (9, 9).
         gradient: (9,).
-        pulled: (9, 9) covariance of the gradient.
+        prior: (9,) what of the diagonal of the matrix is known without a scan.
+        pulls: (k, 9) what each point pulls.
+        inner: (k, 9) weighted rows from which the parts of runs are eliminated.
+        rows: (k, 9) likewise as they are: together with the inner ones they make the matrix.
+        slope: of the residuals' function over their weights, on average.
         noise: standard deviation of a point [mm].
         used: share of the points that count.
     """
 
     matrix: FloatArray
     gradient: FloatArray
-    pulled: FloatArray
+    prior: FloatArray
+    pulls: FloatArray
+    inner: FloatArray
+    rows: FloatArray
+    slope: float
     noise: float
     used: float
 
@@ -148,7 +162,7 @@ def adjusted(points: FloatArray, target: ScanTarget, *, start: FloatArray, steps
             break
     found = _rows(points, target, pose, shares)
     final_ones = _equations(found, shares, scale)
-    covariance = _covariance(final_ones) * scale[:, None] * scale
+    covariance = _covariance(final_ones, found.blocks) * scale[:, None] * scale
     return Adjusted(pose, found.middle, covariance, _step(final_ones)[1], shares, final_ones.noise, final_ones.used)
 
 
@@ -196,27 +210,43 @@ def _equations(found: _PointRows, shares: FloatArray, scale: FloatArray) -> _Nor
     stiff = summed(weights * found.laid**2)
     stiff = stiff + _deviation(summed(weights * found.laid * residuals), stiff) ** -2.0
     taken = np.column_stack([summed(weights * found.laid * row) / stiff for row in rows.T])
-    inner = rows - found.laid[:, None] * taken[found.parts]
-    pulls = inner * (weights * residuals)[:, None]
+    eliminated = rows - found.laid[:, None] * taken[found.parts]
+    pulls = eliminated * (weights * residuals)[:, None]
     known = np.zeros(ALL)
     known[POSE:] = PRIOR**-2.0
     gradient: FloatArray = pulls.sum(axis=0)
     gradient[POSE:] += known[POSE:] * (shares - EXPECTED)
-    matrix = (inner * weights[:, None]).T @ rows
+    inner = eliminated * weights[:, None]
+    matrix = inner.T @ rows
     matrix[np.diag_indices(ALL)] += known
-    pulled = _larger(matrix, _spread_of(pulls, found.blocks) + np.diag(known))
-    return _NormalEquations(matrix, gradient, pulled, noise, float((u < 1.0).sum()) / found.points)
+    # Of r (1 - u^2)^2 with r: (1 - u^2) (1 - 5 u^2).
+    slope = float(((1.0 - u**2) * (1.0 - 5.0 * u**2)).sum()) / max(float(((1.0 - u**2) ** 2).sum()), NOTHING)
+    used = float((u < 1.0).sum()) / found.points
+    return _NormalEquations(matrix, gradient, known, pulls, inner, rows, max(slope, LEAST_SLOPE), noise, used)
 
 
-def _spread_of(pulls: FloatArray, blocks: IntArray) -> FloatArray:
-    """Return the (9, 9) covariance of the sum of (k, 9) pulls that are alike where their blocks are near."""
+def _spread_of(equations: _NormalEquations, blocks: IntArray) -> FloatArray:
+    """Return the (9, 9) covariance of the sum of all pulls, which are alike where their (k, 3) blocks are near."""
     _, firsts, members = np.unique(blocks, axis=0, return_index=True, return_inverse=True)
-    sums: FloatArray = np.column_stack(
-        [np.bincount(members.ravel(), column, minlength=len(firsts)) for column in pulls.T]
-    ).astype(np.float64)
+    members = members.ravel()
+
+    def summed(columns: FloatArray) -> FloatArray:
+        sums = [np.bincount(members, column, minlength=len(firsts)) for column in columns.T]
+        return np.column_stack(sums).astype(np.float64)
+
     places = blocks[firsts].astype(np.float64)
     alike = np.exp(-0.5 * cdist(places, places, "sqeuclidean") / ALIKE_BLOCKS**2)
-    return sums.T @ alike @ sums
+    products = np.stack([summed(equations.inner * row[:, None]) for row in equations.rows.T], axis=2)
+    near = np.einsum("gh,hij->gij", alike, 0.5 * (products + products.transpose(0, 2, 1)))
+    # In units in which all of them together fix each direction to 1.
+    sizes, axes = np.linalg.eigh(0.5 * (equations.matrix + equations.matrix.T))
+    sizes = np.maximum(sizes, NOTHING * sizes[-1])
+    root, to_unit = axes * np.sqrt(sizes), axes / np.sqrt(sizes)
+    fixed, directions = np.linalg.eigh(to_unit.T @ near @ to_unit)
+    own = np.einsum("gji,gj->gi", directions, summed(equations.pulls) @ to_unit)
+    without = own / (1.0 - np.clip(fixed, 0.0, MOST_LEVERAGE))
+    pulls = np.einsum("gij,gj->gi", directions, without) @ root.T
+    return pulls.T @ alike @ pulls
 
 
 def _larger(one: FloatArray, other: FloatArray) -> FloatArray:
@@ -258,9 +288,11 @@ def _step(equations: _NormalEquations) -> tuple[FloatArray, FloatArray]:
     return step, np.asarray(axes[:, ~fixed].T)
 
 
-def _covariance(equations: _NormalEquations) -> FloatArray:
+def _covariance(equations: _NormalEquations, blocks: IntArray) -> FloatArray:
     """Return the (9, 9) covariance; in directions that are not fixed that of `LOOSE`."""
+    spread = _spread_of(equations, blocks) / equations.slope**2 + np.diag(equations.prior)
+    pulled = _larger(equations.matrix, spread)
     sure, axes = np.linalg.eigh(0.5 * (equations.matrix + equations.matrix.T))
     inverse = (axes / np.maximum(sure, LOOSE**-2.0)) @ axes.T
     lost = axes[:, sure <= LOOSE**-2.0]
-    return inverse @ equations.pulled @ inverse + LOOSE**2 * lost @ lost.T
+    return inverse @ pulled @ inverse + LOOSE**2 * lost @ lost.T

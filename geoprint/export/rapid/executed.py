@@ -209,7 +209,7 @@ def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[flo
     if not placement.missing:
         found = moves.tips(made.rows)
     motion = float(np.linalg.norm(found - tips, axis=1).max(initial=0.0))
-    planned, took = np.diff(orders.times), _times(made)
+    planned, took = np.diff(orders.times), move_times(made)
     moving = moves.lengths[made.rows[1:]] > _TURN_ON_THE_SPOT
     off = np.where(moving, took - planned, 0.0)
     same_run = made.runs[1:]
@@ -218,7 +218,7 @@ def deviations(made: Made, orders: Orders, *, placement: Placement) -> tuple[flo
     return motion, float(np.abs(off).max(initial=0.0)), float(shares.max(initial=0.0))
 
 
-def _times(made: Made) -> FloatArray:
+def move_times(made: Made) -> FloatArray:
     """Return how long each move takes to the next target, from corner to corner [s].
 
     The tip keeps its speed where the controller rounds a corner, so that it needs the less time the more that cuts off.

@@ -1,0 +1,251 @@
+"""A print in silico of a bundle: what its program lays as it stands there, or its paths where it has none."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.account import PlanRecord, as_json, read_record
+from geoprint.account.records.rounding import verify_record
+from geoprint.account.records.simulated import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
+from geoprint.account.texts.simulating import simulated_text
+from geoprint.appraisal import Lens
+from geoprint.errors import UsageError
+from geoprint.export import (
+    PLAN,
+    json_bytes,
+    read_orders,
+    read_poses_table,
+    read_setup,
+    read_trajectory_table,
+    write_bundle,
+)
+from geoprint.export.rapid import read_back
+from geoprint.export.rapid.simulated import dispensing_of
+from geoprint.model import Dispensing, FloatArray, IntArray, Surface, freeze_arrays, frozen
+from geoprint.motion.arm import Arm
+from geoprint.motion.timing import tips_at
+from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_plan
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER
+from geoprint.silico import (
+    Dispenser,
+    Faults,
+    LaidBeads,
+    Lighting,
+    Sensor,
+    Viewpoint,
+    dispensed_beads,
+    laid_beads,
+    looking_at,
+    pictured,
+    png,
+    scanned,
+)
+from geoprint.surfaces import mean_normal
+
+# Of the scan [mm, share], and pixels along a side of scan and photograph.
+NOISE, MISSING = 0.05, 0.3
+SCAN_PIXELS, PHOTOGRAPH_PIXELS = 260, 900
+# How far away camera and scanner are, in radii of the part, and how much of the picture it fills.
+AWAY_RADII, FILLED = 10.0, 0.9
+
+
+@final
+@frozen
+class SimulatedPrint:
+    """What a bundle lays in silico.
+
+    Attributes:
+        plan: the bundle.
+        executed: whether its program was executed; else its paths were laid.
+        beads: what lies on the part.
+        faults: what was put in besides.
+        seed: of the noise.
+        runs: (r,) runs of the plan that lay material.
+        wanted: (r,) volume that its paths ask for [mm3].
+        laid: (r,) volume that lies along each [mm3].
+        beside: (r,) of that, what lies farther than half a spacing before the run's beginning, or behind its end
+            [mm3].
+        bare: (r,) longest stretch of each without material [mm].
+    """
+
+    plan: PlannedPrint
+    executed: bool
+    beads: LaidBeads
+    faults: Faults
+    seed: int
+    runs: IntArray
+    wanted: FloatArray
+    laid: FloatArray
+    beside: FloatArray
+    bare: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, runs="int: r", wanted="float: r", laid="float: r", beside="float: r", bare="float: r"
+        )  # fmt: skip
+
+
+def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrint:
+    """Print a bundle in silico.
+
+    Its program is executed as it stands in the folder, whoever has edited it since, and even if `geoprint check` would
+    refuse it: to see what it lays.
+
+    Args:
+        folder: a bundle of one plan.
+        faults: what goes wrong besides.
+        seed: of the noise.
+
+    Raises:
+        InputError: the folder is no bundle, or nothing is laid.
+        UsageError: the bundle has a program for each of several attitudes of a table.
+        VerificationError: a table was changed, or the program does not run or has other targets than its plan.
+    """
+    plan, told = read_plan(folder), read_record(folder / PLAN, PlanRecord)
+    if len(told.robot) > 1:
+        raise UsageError(
+            f"{folder} has a program for each of {len(told.robot)} attitudes of a table, and what several lay is not "
+            "simulated; plan the part without a table, or with `--no-robot` for what its paths ask for."
+        )
+    random = np.random.default_rng(seed)
+    if told.robot:
+        program, dispenser = _program(folder)
+        beads = dispensed_beads(program, plan.surface, dispenser, height=plan.height, faults=faults, random=random)
+    else:
+        beads = laid_beads(plan.poses, plan.surface, height=plan.height, faults=faults, random=random)
+    found = _summed(plan, beads)
+    return SimulatedPrint(plan, bool(told.robot), beads, faults, seed, *found)
+
+
+def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
+    """Return what the program of a bundle commands, and the dispenser that its cell describes."""
+    setup, poses = read_setup(folder / "setup.json"), read_poses_table(folder / "poses.csv")
+    table = read_trajectory_table(folder / "trajectory.csv")
+    orders = read_orders(
+        folder / "targets.csv", poses, start=setup.start, aloft=setup.aloft, extent=setup.extent,
+        duration=float(table.times[-1]),
+    )  # fmt: skip
+    cell, placement = setup.cell, setup.placement
+    paths = sorted(path for path in (folder / RAPID_FOLDER).iterdir() if path.suffix in {".mod", ".pgf"})
+    modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    tips = tips_at(table.times, table.joints, arm, T_base_work=placement.T_base_work)
+    made = read_back(modules, cell=cell, placement=placement)
+    program = dispensing_of(made, orders, signals=cell.signals, placement=placement, tips_at=tips)
+    # The pressure is set for the flow at the set speed.
+    rate, lags = float(poses.flow.max()) * cell.process.speed, cell.signals
+    return program, Dispenser(rate, opens=lags.valve_open, shuts=lags.valve_close, follows=lags.flow_lag)
+
+
+def _summed(plan: PlannedPrint, beads: LaidBeads) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return run, wanted, laid, beside and bare of a simulated print."""
+    poses, margin = plan.poses, 0.5 * plan.spacing
+    runs = np.unique(poses.runs[poses.deposit])
+    steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.laid
+    flows = (poses.flow[1:] + poses.flow[:-1]) / 2.0
+    sums = np.zeros((4, runs.size))
+    for row, run in enumerate(runs.tolist()):
+        own, there = poses.runs[1:] == run, beads.runs == run
+        length, arcs, volumes = float(steps[own].sum()), beads.arcs[there], beads.volumes[there]
+        within = (arcs >= 0.0) & (arcs <= length)
+        filled = arcs[within & (beads.widths[there] > 0.0)]
+        off = (arcs < -margin) | (arcs > length + margin)
+        bare = np.diff(np.concatenate([[0.0], filled, [length]])).max()
+        sums[:, row] = float((steps * flows)[own].sum()), float(volumes.sum()), float(volumes[off].sum()), bare
+    return runs, sums[0], sums[1], sums[2], sums[3]
+
+
+def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
+    """Return what simulated.json says of a print in silico: the source of its text."""
+    faults = found.faults
+    return SimulatedRecord(
+        schema=SIMULATED_SCHEMA,
+        version=version("geoprint"),
+        plan=found.plan.name,
+        laid_by="program" if found.executed else "paths",
+        viscosity=faults.viscosity,
+        flow=faults.flow,
+        spread=faults.width_scale,
+        width_noise=faults.width_noise,
+        offset_mm=faults.offset,
+        seed=found.seed,
+        wanted_mm3=float(found.wanted.sum()),
+        laid_mm3=float(found.beads.volumes.sum()),
+        runs=tuple(
+            SimulatedRunRecord(run=run, wanted_mm3=wanted, laid_mm3=laid, beside_mm3=beside, longest_bare_mm=bare)
+            for run, wanted, laid, beside, bare in zip(
+                found.runs.tolist(), found.wanted.tolist(), found.laid.tolist(), found.beside.tolist(),
+                found.bare.tolist(), strict=True,
+            )
+        ),
+    )  # fmt: skip
+
+
+def save_simulated(found: SimulatedPrint, directory: Path | str, *, overwrite: bool = False) -> SimulatedRecord:
+    """Write simulated.json, and a scan and a photograph to be appraised, with fiducials and lens: all or nothing.
+
+    The scan has 0.05 mm noise and 30 % missing, in the part's coordinates; both are taken from above the part.
+
+    Args:
+        found: what was printed in silico.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What simulated.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        InputError: the part is not seen from above.
+        VerificationError: what was written reads back otherwise.
+    """
+    told, surface = record_simulated(found), found.plan.surface
+    random = np.random.default_rng([found.seed, 1])
+    up = mean_normal(surface)
+    scan = scanned(
+        surface, found.beads, Sensor(_above(surface, up, SCAN_PIXELS), NOISE, MISSING), T_work_scan=np.eye(4),
+        random=random,
+    )  # fmt: skip
+    view = _above(surface, up, PHOTOGRAPH_PIXELS)
+    grey = pictured(surface, found.beads, view, Lighting(up), random=random)
+    files = {
+        "simulated.json": json_bytes(as_json(told)),
+        "simulated.txt": f"{simulated_text(told)}\n".encode(),
+        "scan.xyz": "".join(f"{x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in scan.points.tolist()).encode(),
+        "print.png": png(grey),
+        "marks.csv": _marks(scan.feet, view),
+        "lens.toml": lens_text(Lens(view.size, np.full(2, view.focal), view.middle, np.zeros(2))).encode(),
+    }
+
+    def verify(written: Path) -> None:
+        verify_record(written / "simulated.json", told)
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def _above(surface: Surface, up: FloatArray, pixels: int) -> Viewpoint:
+    """Return a camera far above the middle of a part, which fills most of a square picture."""
+    middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
+    radius = float(np.linalg.norm(surface.vertices - middle, axis=1).max())
+    away = AWAY_RADII * radius
+    focal = FILLED * 0.5 * pixels * away / radius
+    return looking_at(middle, place=middle + away * up, focal=focal, size=(pixels, pixels))
+
+
+def _marks(feet: FloatArray, view: Viewpoint) -> bytes:
+    """Return a table of fiducials: the places seen that are outermost in eight directions, and the middle one."""
+    seen = view.pixels(feet) - view.middle
+    angles = np.pi * np.arange(8) / 4.0
+    rows = [int((seen @ np.array([np.cos(angle), np.sin(angle)])).argmax()) for angle in angles]
+    places = feet[sorted({*rows, int(np.linalg.norm(seen, axis=1).argmin())})]
+    lines = [
+        f"m{number},{u:.3f},{v:.3f},{x:.4f},{y:.4f},{z:.4f}"
+        for number, ((u, v), (x, y, z)) in enumerate(zip(view.pixels(places), places, strict=True), start=1)
+    ]
+    return "\n".join(["name,u,v,x,y,z", *lines, ""]).encode()
