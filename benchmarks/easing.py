@@ -41,7 +41,10 @@ from geoprint.motion.reach.easing import (
     _windows,  # pyright: ignore[reportPrivateUsage]
 )
 from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE
-from geoprint.pipeline.planning import _easing  # pyright: ignore[reportPrivateUsage]
+from geoprint.pipeline.planning import (
+    _easing,  # pyright: ignore[reportPrivateUsage]
+    clearance_check,
+)
 from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream
 
 DATA = Path(__file__).parents[1] / "data"
@@ -121,7 +124,7 @@ def stretches(part: Path, *, spacing: float) -> Iterator[Stretch]:
     placement, arm = planned.robot[0].placement, arm_of(planned.workpiece)
     poses = pose_stream(planned.toolpath, planned.workpiece, max_tilt_deg=planned.job.max_tilt, travel="low")
     path = reach(poses, arm, T_base_work=placement.T_base_work, weights=planned.workpiece.cell.search)
-    easing = _easing(planned, leaning_of(planned, placement))
+    easing = _easing(planned, leaning_of(planned, placement), clearance_check(planned.workpiece, placement))
     for window in sorted(_windows(path, arm, easing=easing), key=lambda window: float(window.arcs[-1])):
         yield Stretch(path.between(window.rows.start, window.rows.stop), window, arm, easing)
 

@@ -232,7 +232,7 @@ class ArmCheck:
 
 
 def still_motion(joints: FloatArray, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
-    """Return links and tool at (k, 6) joints [rad], as if the controller rounded nothing on the way between them."""
+    """Return links and tool at (k, 6) joints [rad], as if the controller rounded nothing between them."""
     nothing = np.zeros(len(joints), dtype=np.int64)
     path = ControllerPath(joints, nothing, nothing.astype(np.bool_), np.zeros_like(joints), step=0.0)
     return _motion(path, arm, T_work_base=T_work_base)
