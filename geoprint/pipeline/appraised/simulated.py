@@ -13,7 +13,7 @@ from geoprint.account.records.rounding import verify_record
 from geoprint.account.records.simulated import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
 from geoprint.account.texts.simulating import simulated_text
 from geoprint.appraisal import Lens
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, VerificationError
 from geoprint.export import (
     PLAN,
     json_bytes,
@@ -130,8 +130,13 @@ def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
         duration=float(table.times[-1]),
     )  # fmt: skip
     cell, placement = setup.cell, setup.placement
-    paths = sorted(path for path in (folder / RAPID_FOLDER).iterdir() if path.suffix in {".mod", ".pgf"})
-    modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
+    paths = sorted((folder / RAPID_FOLDER).glob("*.mod"))
+    if not paths:
+        raise VerificationError(f"{folder / RAPID_FOLDER} holds no module; restore the program, or plan again.")
+    try:
+        modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
+    except OSError as error:
+        raise VerificationError(f"{folder / RAPID_FOLDER} cannot be read ({error.strerror}).") from error
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     tips = tips_at(table.times, table.joints, arm, T_base_work=placement.T_base_work)
     made = read_back(modules, cell=cell, placement=placement)
