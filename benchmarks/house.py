@@ -25,7 +25,8 @@ MOST_FILES, LONGEST_MODULE, LONGEST_FUNCTION = 20, 350, 50
 # 30 000 until refusals proved themselves, which takes 800; 31 000 until rows followed curves and layers lay on layers,
 # which takes 900; 32 000 until a stack of them was printed by one program, which takes 500; 36 000 until tables tilted
 # the part, which takes 1 000, and overhang was measured; 37 500 until fibres were of more than one width and programs
-# printed over such a table, which takes 1 900; 39 700 until layers were printed and places sought over it.
+# printed over such a table, which takes 1 900; 39 700 until layers were printed and places sought
+# over it, and programs were laid in silico.
 LARGEST_CORE = 40_000
 CORE = ("plan", "compare", "compare_parts", "save_plan", "save_comparisons")
 HEADINGS = ("room", "files", "lines", "code", "longest module", "longest function", "public names", "may import")
