@@ -164,9 +164,13 @@ def _check_placement(joint_path: JointPath, placement: Placement) -> None:
 
 
 def _mean_flow(poses: PoseStream, chosen: IntArray) -> FloatArray:
-    """Return (t,) the volume from each target to the next over the length of path between them."""
-    steps = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    volume = np.append(0.0, np.cumsum(steps * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
+    """Return (t,) the volume from each target to the next over the length that the tip moves between them.
+
+    What is to be laid is planned by the length on the surface, and the controller sets it by the speed of the tip,
+    which moves farther where it stands over a surface that bulges.
+    """
+    steps, laid = (np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (poses.tips, poses.surface_points))
+    volume = np.append(0.0, np.cumsum(laid * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
     lengths = np.diff(np.append(0.0, np.cumsum(steps))[chosen])
     return np.append(np.where(lengths > 0.0, np.diff(volume) / np.where(lengths > 0.0, lengths, 1.0), 0.0), 0.0)
 
