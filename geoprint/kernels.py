@@ -30,9 +30,12 @@ _WHY = "because neither geoprint's folder nor a home can be written; NUMBA_CACHE
 def njit(**options: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile a function as `numba.njit` does, wherever what it compiles can be kept; every kernel is made here.
 
+    Where Python calls it, the interpreter's lock is left to other threads until it returns.
+
     Args:
         **options: as `numba.njit` takes them.
     """
+    options["nogil"] = True
 
     def compiled(function: Callable[P, R]) -> Callable[P, R]:
         try:

@@ -38,6 +38,7 @@ from geoprint.motion.collision.scene import CheckedWorld
 from geoprint.motion.collision.sweep import ALLOWANCE, Hits, Placements, find_hits
 from geoprint.motion.collision.tool_solids import tool_solids
 from geoprint.surfaces import in_words, triple
+from geoprint.threads import both
 
 # What no check looks at. Of a layer the ones below it are the part; what it has laid itself is not looked at either.
 LAID, LAID_BY_LAYER = "material already laid", "material that this layer itself has already laid"
@@ -162,10 +163,12 @@ class ClearanceCheck:
         over = poses.standoff + self._below if poses.deposit.any() else None
         check_rigid(motion.tool.poses)
         world = self.scene.world(motion.tool)
-        room = _refuse_tool(motion.tool, world, self.scene, tool=self._tool, standoff=over)
-        arm_found = self.of_arm(motion)
-        # Last, because nobody is told how far away the rest is where something is too close.
-        found = _finding(motion.tool, world, self.scene, tool=self._tool, process=self._process, room=room)
+
+        def of_tool() -> Clearance:
+            room = _refuse_tool(motion.tool, world, self.scene, tool=self._tool, standoff=over)
+            return _finding(motion.tool, world, self.scene, tool=self._tool, process=self._process, room=room)
+
+        found, arm_found = both(of_tool, lambda: self.of_arm(motion))
         return _with_arm(found if self._below == 0.0 else _of_a_layer(found), arm_found)
 
     def arm_touches(self, joints: FloatArray) -> BoolArray:

@@ -8,6 +8,7 @@ are known. All happens in the frame of the targets: the work frame, or that of t
 from __future__ import annotations
 
 from itertools import count
+from threading import Lock
 from typing import final
 
 import fcl
@@ -55,14 +56,15 @@ class InflatedSolids:
         solids: as given.
         kept: as given.
         reaches: (r,) as given.
-        objects: [s][r] for FCL.
+        objects: [s][r] for FCL, which are moved to where they are asked about.
+        asking: held by whoever moves them, until the answer is there.
         radii: (s, r) no point of an inflated solid is farther from the axis, along it neither [mm].
 
     Raises:
         VerificationError: a control fails; nothing that FCL says can be trusted then.
     """
 
-    __slots__ = ("kept", "objects", "radii", "reaches", "solids")
+    __slots__ = ("asking", "kept", "objects", "radii", "reaches", "solids")
 
     def __init__(
         self,
@@ -75,6 +77,7 @@ class InflatedSolids:
         self.solids = solids
         self.kept = kept
         self.reaches = np.array(reaches)
+        self.asking = Lock() if known is None else known.asking
         self.objects: list[list[fcl.CollisionObject]] = []
         self.radii = np.zeros((len(solids), len(reaches)))
         ready = {} if known is None else dict(zip(zip(known.solids, known.kept, strict=True), count()))
@@ -163,11 +166,12 @@ class CollisionWorld:
         near = self._near(poses[rows], classes=classes) & (reaches[rows] > NOT_TESTED)[:, :, None]
         places = {row: fcl_transform(poses[rows[row]]) for row in np.flatnonzero(near.any(axis=(1, 2))).tolist()}
         request = fcl.CollisionRequest()
-        for row, solid, target in np.argwhere(near).tolist():
-            inflated = self.inflated.objects[solid][int(classes[row, solid])]
-            inflated.setTransform(places[row])
-            result = fcl.CollisionResult()
-            found[rows[row], solid, target] = fcl.collide(inflated, self.targets[target].model, request, result) > 0
+        with self.inflated.asking:
+            for row, solid, target in np.argwhere(near).tolist():
+                inflated = self.inflated.objects[solid][int(classes[row, solid])]
+                inflated.setTransform(places[row])
+                result = fcl.CollisionResult()
+                found[rows[row], solid, target] = fcl.collide(inflated, self.targets[target].model, request, result) > 0
         return found
 
     def _near(self, poses: FloatArray, *, classes: IntArray) -> BoolArray:

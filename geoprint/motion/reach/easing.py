@@ -24,6 +24,7 @@ from geoprint.motion.reach.following import LARGEST_JUMP
 from geoprint.motion.reach.lean_room import CONE_MARGIN, NozzleRoom
 from geoprint.motion.reach.pose_samples import tool_poses
 from geoprint.surfaces import arc_lengths
+from geoprint.threads import each_of
 
 # Joints that use up more than this share of a limit are eased ...
 BUSY_SHARE = 0.98
@@ -96,11 +97,11 @@ def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: flo
         The same poses, turned where that helps; stretches in which it does not, or in which the nozzle would lack room
         that it had, are as they were.
     """
-    parts = [
-        (window, part)
-        for window in _windows(path, arm, easing=easing)
-        if (part := _eased_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle)) is not None
-    ]
+    windows = _windows(path, arm, easing=easing)
+    found = each_of(
+        lambda window: _eased_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle), windows
+    )
+    parts = [(window, part) for window, part in zip(windows, found, strict=True) if part is not None]
     parts = _clear(parts, path, easing=easing)
     return _joined(path, parts, arm, speed=easing.speed) if parts else path
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from math import inf
 from typing import final
 
@@ -14,11 +16,15 @@ from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, empty_
 from geoprint.quality.oracle.tracing import SurfacePath
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places
 from geoprint.quality.oracle.unfolding import search
+from geoprint.threads import each_of
 
 # Windows of one search: they suffice to see about 40 triangles far.
 WINDOWS_PER_POINT = 200_000
 # Windows of all searches of one question, about 20 s of work.
 WINDOWS_IN_ALL = 50_000_000
+# Two threads share the work of so many points, and the budget: whether or not there are two processors, so that what is
+# found where the budget ends is the same everywhere.
+SHARED_POINTS = 1_000
 # Nowhere to look first.
 NO_AIMS = np.zeros((0, 3))
 
@@ -43,6 +49,17 @@ class Nearest:
     arcs: FloatArray
     complete: BoolArray
     windows: int
+
+    @staticmethod
+    def joined(parts: Sequence[Nearest]) -> Nearest:
+        """Return what was found of all points of some parts in their order."""
+        return Nearest(
+            *(
+                np.concatenate([getattr(part, name) for part in parts])
+                for name in ("distances", "bounds", "runs", "arcs", "complete")
+            ),
+            windows=sum(part.windows for part in parts),
+        )
 
 
 @final
@@ -83,6 +100,12 @@ class Ask:
         """Ask for the nearest run of a level that is another one, or farther along the same one than `clear` [mm]."""
         return Ask(labels, runs, arcs, clear, limits, NO_AIMS)
 
+    def some(self, part: slice) -> Ask:
+        """Return what is asked of some of the points."""
+        return Ask(
+            self.labels[part], self.runs[part], self.arcs[part], self.clear, self.limits[part], self.aims[part]
+        )
+
 
 @final
 class GeodesicDistance:
@@ -116,16 +139,23 @@ class GeodesicDistance:
 
     def __call__(self, places: Places, ask: Ask) -> Nearest:
         """Return what is nearest to each of k places."""
-        room = min(WINDOWS_PER_POINT, self._windows)
-        horizon = empty_horizon(self._mesh, windows=room)
-        distances, bounds, found, shares, windows = search_all(
+        count = int(places.faces.size)
+        ends = [0, count // 2, count] if count >= SHARED_POINTS else [0, count]
+        parts = [slice(first, last) for first, last in pairwise(ends)]
+        windows = self._windows // len(parts)
+        return Nearest.joined(each_of(lambda part: self._nearest(places.some(part), ask.some(part), windows), parts))
+
+    def _nearest(self, places: Places, ask: Ask, windows: int) -> Nearest:
+        """Return what is nearest to each of k places as far as so many windows suffice."""
+        horizon = empty_horizon(self._mesh, windows=min(WINDOWS_PER_POINT, windows))
+        distances, bounds, found, shares, spent = search_all(
             self._mesh, horizon, self._segments, places.faces, places.flat,
-            ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, ask.aims, self._windows,
+            ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, ask.aims, windows,
         )  # fmt: skip
         arcs = np.where(found < 0, np.nan, self._segments.arcs[found] + (shares - 0.5) * self._lengths[found])
         runs = np.where(found < 0, -1, self._segments.runs[found])
         complete = bounds >= np.minimum(distances, ask.limits)
-        return Nearest(distances, bounds, runs, arcs, complete, windows)
+        return Nearest(distances, bounds, runs, arcs, complete, spent)
 
     def straight(self, points: FloatArray) -> FloatArray:
         """Return a lower bound of the straight distance from (k, 3) points to the path [mm]."""

@@ -61,6 +61,10 @@ class Places(NamedTuple):
     faces: IntArray
     flat: ComplexArray
 
+    def some(self, part: slice) -> Places:
+        """Return some of them."""
+        return Places(self.faces[part], self.flat[part])
+
 
 def flat_mesh(surface: Surface) -> FlatMesh:
     """Lay every triangle of a surface flat.
