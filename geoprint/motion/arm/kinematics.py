@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot
+from geoprint.motion.arm.chain import chain_frames
 from geoprint.motion.arm.closed_form import BRANCHES, JOINTS
 from geoprint.motion.arm.nozzle import is_axial
 from geoprint.motion.arm.numeric_inverse import NumericInverse
@@ -38,6 +39,8 @@ ASIDE = 0.05
 BENT = 0.2
 # From this far off [rad] iteration must lead back to a probe.
 OFF_PROBE = 0.02
+# Poses of the tool that are found at a time.
+BLOCK = 8192
 
 
 class Inverse(Protocol):
@@ -204,13 +207,10 @@ class Arm:
         Returns:
             (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
         """
-        poses = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
-        for joint in range(JOINTS):
-            turns = Rotation.from_rotvec(joints[:, joint, None] * self._axes[joint]).as_matrix()
-            before = poses[:, joint] @ self._origins[joint]
-            poses[:, joint + 1] = transforms.rigid(before[:, :3, :3] @ turns, before[:, :3, 3])
-        poses[:, -1] = poses[:, -2] @ self._T_link_flange @ self.T_flange_tool
-        return poses
+        frames = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
+        angles = np.ascontiguousarray(joints, dtype=np.float64)
+        chain_frames(angles, self._origins, self._axes, self._T_link_flange @ self.T_flange_tool, frames)
+        return frames
 
     def tool_poses(self, joints: FloatArray) -> FloatArray:
         """Return where the tool is.
@@ -221,7 +221,9 @@ class Arm:
         Returns:
             (k, 4, 4) T_base_tool [mm].
         """
-        return self.flange_poses(joints) @ self.T_flange_tool
+        # In blocks, because of each pose there are the frames of all links too.
+        first = range(0, max(len(joints), 1), BLOCK)
+        return np.concatenate([self.link_poses(joints[row : row + BLOCK])[:, -1] for row in first])
 
     def jacobians(self, joints: FloatArray) -> FloatArray:
         """Return how the tool moves as each joint turns.

@@ -10,7 +10,7 @@ what ends below its foot, and link 1 turns above it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import final
 
 import numpy as np
@@ -58,14 +58,17 @@ class ArmMotion:
         Ts_work_link: (k, 7, 4, 4) of the base and the links 1 to 6 [mm].
         corners: (k, 7, 4, 4) where they are if the controller rounds nothing [mm].
         tool: where the tool is [mm].
+        Ts_link_work: (k, 7, 4, 4) of the work frame as they see it [mm].
     """
 
     Ts_work_link: FloatArray
     corners: FloatArray
     tool: Placements
+    Ts_link_work: FloatArray = field(init=False)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, Ts_work_link="float: k 7 4 4", corners="float: k 7 4 4")
+        object.__setattr__(self, "Ts_link_work", transforms.inverse(self.Ts_work_link))
 
     def link_placements(self, link: Link) -> Placements:
         """Where a link is in the work frame; of the base, which does not move, one step stands for all."""
@@ -88,7 +91,7 @@ class ArmMotion:
 
     def _seen(self, link: Link, poses: FloatArray, corners: FloatArray) -> Placements:
         Ts_work_link, at_corners = self.Ts_work_link[:, link.joint], self.corners[:, link.joint]
-        seen = transforms.inverse(Ts_work_link) @ poses
+        seen = self.Ts_link_work[:, link.joint] @ poses
         seen_corners = seen.copy()
         rounded = ((corners != poses) | (at_corners != Ts_work_link)).any(axis=(1, 2))
         seen_corners[rounded] = transforms.inverse(at_corners[rounded]) @ corners[rounded]

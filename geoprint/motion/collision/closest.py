@@ -35,6 +35,9 @@ MEASURED_HITS = 40
 # Placements that are ranked, spread over the whole motion, and the best ones of a target that are measured.
 RANKED_PLACEMENTS = 600
 MEASURED_PLACEMENTS = 8
+# Every so manyth of the ranked ones tells how low the ranks of those are that are measured, but for rounding [mm].
+RANKED_FIRST = 12
+RANK_ROUNDING = 1e-6
 # Distance of the points of the axis by which placements are ranked, as a share of the radius, and least and most [mm].
 AXIS_STEP_SHARE = 0.3
 AXIS_STEPS = (1.0, 25.0)
@@ -153,8 +156,8 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     best: list[Closest] = []
     least = inf
     for target in world.targets:
-        ranks = [_ranks(placements.poses[rows], solid, trees[target], within=RANKED_DISTANCE) for solid in solids]
-        if min(_lowest(*each, target) for each in zip(ranks, solids, strict=True)) > least:
+        ranks, beyond = _lowest_ranks(placements.poses[rows], solids, trees[target])
+        if min(_lowest(*each, target, beyond=beyond) for each in zip(ranks, solids, strict=True)) > least:
             continue
         order = np.argsort(np.min(ranks, axis=0), kind="stable")
         for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
@@ -284,6 +287,23 @@ def _cut(triangles: FloatArray) -> FloatArray:
     return np.concatenate([quarter(triangles[~long]), *halves])
 
 
+def _lowest_ranks(poses: FloatArray, solids: list[Solid], tree: KDTree) -> tuple[list[FloatArray], float]:
+    """Return `_ranks` of solids, infinite where they are above a bound, and that bound [mm].
+
+    It is the one of a few placements up to which there are as many as are measured: no other can be among the lowest.
+    """
+    few = [_ranks(poses[::RANKED_FIRST], solid, tree, within=RANKED_DISTANCE) for solid in solids]
+    lowest = np.sort(np.min(few, axis=0))
+    bound = float(lowest[MEASURED_PLACEMENTS - 1]) if lowest.size >= MEASURED_PLACEMENTS else inf
+    # The tree leaves out what is exactly as far as its bound.
+    reaches = [bound + RANK_ROUNDING + max(solid.start_radius, solid.end_radius) for solid in solids]
+    ranks = [
+        _ranks(poses, solid, tree, within=float(np.clip(reach, 0.0, RANKED_DISTANCE)))
+        for solid, reach in zip(solids, reaches, strict=True)
+    ]
+    return ranks, bound
+
+
 def _ranks(poses: FloatArray, solid: Solid, tree: KDTree, *, within: float) -> FloatArray:
     """Return the (k,) distance of each placement from a target as far as points of the axis tell [mm]."""
     shares = np.linspace(0.0, 1.0, _axis_steps(solid) + 1)
@@ -301,8 +321,8 @@ def _axis_steps(solid: Solid) -> int:
     return max(int(solid.length / step), 1)
 
 
-def _lowest(ranks: FloatArray, solid: Solid, target: Target) -> float:
-    """Bound how near a solid of the tool is to a target at placements of these ranks [mm].
+def _lowest(ranks: FloatArray, solid: Solid, target: Target, *, beyond: float) -> float:
+    """Bound how near a solid of the tool is to a target at placements of these ranks, infinite above a bound [mm].
 
     Its nearest point lies on a circle about a place of the axis that is half a step from the next point of that at
     most, and the target's within a fragment.
@@ -310,7 +330,7 @@ def _lowest(ranks: FloatArray, solid: Solid, target: Target) -> float:
     half = solid.length / _axis_steps(solid) / 2.0
     wider = half * abs(solid.end_radius - solid.start_radius) / solid.length
     unseen = RANKED_DISTANCE - max(solid.start_radius, solid.end_radius)
-    return min(float(ranks.min()), unseen) - half - wider - _fragment_radius(target)
+    return min(float(ranks.min()), beyond, unseen) - half - wider - _fragment_radius(target)
 
 
 def _spread(first: int, stop: int, count: int) -> IntArray:

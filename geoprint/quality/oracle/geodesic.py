@@ -102,9 +102,7 @@ class Ask:
 
     def some(self, part: slice) -> Ask:
         """Return what is asked of some of the points."""
-        return Ask(
-            self.labels[part], self.runs[part], self.arcs[part], self.clear, self.limits[part], self.aims[part]
-        )
+        return Ask(self.labels[part], self.runs[part], self.arcs[part], self.clear, self.limits[part], self.aims[part])
 
 
 @final

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import time
+
 import fcl
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from geoprint.motion.collision.tool_distance import RESOLUTION, nearest, revolut
 from geoprint.motion.collision.tool_solids import EXCESS, tool_solids
 from geoprint.surfaces import vertex_normals
 from geoprint.surfaces.files import load
+from geoprint.threads import both
 from tests.meshes import plate, sphere, spherical_cap
 from tests.motion.cells import straight_cell
 from tests.motion.placements import always, block, pointing_down
@@ -45,6 +48,23 @@ def touched_share(patch: Surface, *, body: Surface | None) -> float:
     reaches = np.zeros((len(poses), len(SOLIDS)))
     reaches[:, 0] = NOT_TESTED
     return float(world_of(*targets).touches(poses, reaches=reaches).any(axis=(1, 2)).mean())
+
+
+def test_threads_that_ask_the_same_models_do_not_move_them_under_each_other(monkeypatch: pytest.MonkeyPatch):
+    world = world_of(mesh_target(sphere(radius=10.0), role="part"))
+    # One asker's needle is in the ball, the other's beside it within its box: whoever is moved in between is wrong.
+    inside, beside = (np.repeat(standing(tip), 50, axis=0) for tip in ((0.0, 0.0, 8.0), (9.0, 9.0, 5.0)))
+    reaches = np.zeros((50, len(SOLIDS)))
+    collide = fcl.collide
+
+    def asked_late(*objects: object) -> object:
+        time.sleep(1e-4)
+        return collide(*objects)
+
+    monkeypatch.setattr(fcl, "collide", asked_late)
+    found, none = both(lambda: world.touches(inside, reaches=reaches), lambda: world.touches(beside, reaches=reaches))
+    assert found[:, 1].all()
+    assert not none.any()
 
 
 def test_control_says_what_it_found():
