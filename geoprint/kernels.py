@@ -17,9 +17,14 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from geoprint.kernel_cache import SharedCache
 
 P = ParamSpec("P")
 R = TypeVar("R")
+S = TypeVar("S", bound=np.generic)
 
 _LOG = logging.getLogger(__name__)
 # What numba says where it can keep nothing.
@@ -39,14 +44,22 @@ def njit(**options: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
     def compiled(function: Callable[P, R]) -> Callable[P, R]:
         try:
-            return numba.njit(**options)(function)
+            return _shared(numba.njit(**options)(function), function)
         except RuntimeError as error:
             if _NOWHERE not in str(error):
                 raise
         kept: dict[str, Any] = options | {"cache": _may_keep()}
-        return numba.njit(**kept)(function)
+        return _shared(numba.njit(**kept)(function), function)
 
     return compiled
+
+
+def _shared(kernel: Callable[P, R], function: Callable[P, R]) -> Callable[P, R]:
+    """Let a kernel that is kept be compiled by one process at a time."""
+    if keeps(kernel):
+        dispatcher: Any = kernel
+        dispatcher._cache = SharedCache(function)  # noqa: SLF001  (numba has no other place for it)
+    return kernel
 
 
 def uncounted(function: Callable[P, R]) -> Callable[P, R]:
@@ -65,6 +78,14 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     which makes loops take several times as long to compile and no less to run.
     """
     return njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)(function)
+
+
+def writable(array: NDArray[S]) -> NDArray[S]:
+    """Return a copy of an array that may be written, for a loop that is asked about arrays of either kind.
+
+    numba compiles a loop once for arrays that may be written, and once more for those that may not.
+    """
+    return np.array(array, order="C")
 
 
 def is_kept(kernel: object) -> bool:

@@ -65,3 +65,40 @@ def test_a_folder_that_others_may_write_is_not_trusted(locked: Path, tmp_path: P
     assert stdout == "0 2 2 False\n"
     assert "note: compiled loops cannot be kept, so that each run compiles them anew" in stderr
     assert len(stderr.splitlines()) == 1
+
+
+# Compiles one kernel when it is told to, and says how often it found it kept and how often it did not.
+COUNTING = """
+import sys
+from counted_kernel import work
+print("ready", flush=True)
+sys.stdin.readline()
+work(3.0)
+print(sum(work.stats.cache_hits.values()), sum(work.stats.cache_misses.values()))
+"""
+COUNTED_KERNEL = """
+import numpy as np
+from geoprint.kernels import njit
+
+@njit(cache=True)
+def work(x):
+    return np.sort(np.full(9, x)).sum()
+"""
+
+
+def test_of_processes_that_come_to_a_kernel_together_one_compiles_it(tmp_path: Path) -> None:
+    (tmp_path / "counted_kernel.py").write_text(COUNTED_KERNEL)
+    kept = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    paths = os.pathsep.join([str(Path(geoprint.__file__).parents[1]), str(tmp_path)])
+    runs = [
+        subprocess.Popen(
+            [sys.executable, "-P", "-c", COUNTING], env=kept | {"PYTHONPATH": paths}, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )
+        for _ in range(3)
+    ]  # fmt: skip
+    for run in runs:
+        assert run.stdout is not None
+        assert run.stdout.readline() == "ready\n"
+    told = [run.communicate("\n", timeout=120)[0] for run in runs]
+    assert sorted(told) == ["0 1\n", "1 0\n", "1 0\n"]

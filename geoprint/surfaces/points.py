@@ -92,10 +92,11 @@ def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArra
     """
     if xyz.ndim != 2 or xyz.shape[1] != 3 or not np.isfinite(xyz).all():
         raise InputError(f"closest points need finite positions of shape (k, 3), found shape {xyz.shape}.")
+    from geoprint.kernels import writable
     from geoprint.surfaces.box_tree import nearest_triangles
 
     corners, tree = _sorted_triangles(surface)
-    faces = nearest_triangles(xyz, corners, tree)
+    faces = nearest_triangles(writable(xyz), corners, tree)
     weights, squares = closest_in_triangles(xyz, corners[faces])
     weights = np.clip(weights, 0.0, 1.0)
     weights /= weights.sum(axis=1, keepdims=True)

@@ -264,9 +264,10 @@ def kind_of(euler: int, *, loops: int) -> str:
 
 def _matched(faces: IntArray) -> IntArray:
     """Return the (3 m,) twins of half-edges, -1 on the border and -2 where an edge has more than two faces."""
-    from geoprint.surfaces.halfedges import matched  # here, because Numba takes half a second to load
+    from geoprint.kernels import writable  # here, because Numba takes half a second to load
+    from geoprint.surfaces.halfedges import matched
 
-    return matched(faces.ravel(), int(faces.max(initial=-1)) + 1)
+    return matched(writable(faces.ravel()), int(faces.max(initial=-1)) + 1)
 
 
 def _crowded(counts: IntArray) -> MeshError:

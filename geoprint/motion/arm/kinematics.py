@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import UsageError
+from geoprint.kernels import writable
 from geoprint.model import FloatArray, Robot
 from geoprint.motion.arm.chain import chain_frames
 from geoprint.motion.arm.closed_form import BRANCHES, JOINTS
@@ -208,7 +209,7 @@ class Arm:
             (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
         """
         frames = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
-        angles = np.ascontiguousarray(joints, dtype=np.float64)
+        angles = writable(np.asarray(joints, dtype=np.float64))
         chain_frames(angles, self._origins, self._axes, self._T_link_flange @ self.T_flange_tool, frames)
         return frames
 

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import MeshError
+from geoprint.kernels import writable
 from geoprint.model import FloatArray, IntArray, Surface, comparable, frozen
 from geoprint.surfaces.halfedges import next_halves
 from geoprint.surfaces.operators import face_areas
@@ -207,7 +208,7 @@ def _flips(surface: Surface) -> Defect:
 
 def _slivers(surface: Surface) -> FloatArray:
     """Return the (k, 3) middles of very thin faces, the thinnest first."""
-    doubled, squares = thinness(surface.vertices, surface.faces)
+    doubled, squares = thinness(writable(surface.vertices), writable(surface.faces))
     heights = doubled / squares
     thin = np.flatnonzero(heights < SLIVER_SHARE)
     return surface.vertices[surface.faces[thin[np.argsort(heights[thin], kind="stable")]]].mean(axis=1)

@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple, final
 import numpy as np
 
 from geoprint.errors import MeshError
+from geoprint.kernels import writable
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, comparable, frozen
 from geoprint.surfaces.halfedges import counted
 from geoprint.surfaces.operators import face_areas, signed_volume
@@ -224,7 +225,7 @@ def _check_crossings(surface: Surface, *, depth: float) -> bool:
 
 def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
     """Return (m,) whether a face has no area: a corner twice, or a height lost in rounding."""
-    doubled, squares = thinness(vertices, faces)
+    doubled, squares = thinness(writable(vertices), writable(faces))
     return doubled <= DEGENERATE_SHARE * squares
 
 

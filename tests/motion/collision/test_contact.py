@@ -57,9 +57,11 @@ def test_threads_that_ask_the_same_models_do_not_move_them_under_each_other(monk
     reaches = np.zeros((50, len(SOLIDS)))
     collide = fcl.collide
 
-    def asked_late(*objects: object) -> object:
+    def asked_late(
+        o1: fcl.CollisionObject, o2: fcl.CollisionObject, request: fcl.CollisionRequest, result: fcl.CollisionResult
+    ) -> int:
         time.sleep(1e-4)
-        return collide(*objects)
+        return collide(o1, o2, request, result)
 
     monkeypatch.setattr(fcl, "collide", asked_late)
     found, none = both(lambda: world.touches(inside, reaches=reaches), lambda: world.touches(beside, reaches=reaches))
