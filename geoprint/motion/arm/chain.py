@@ -19,10 +19,15 @@ def chain_frames(
         origins: (6, 4, 4) frame of each joint at zero in the one before [mm].
         axes: (6, 3) unit axis of each in its own frame.
         T_end_tool: (4, 4) the tool in the frame of the last link [mm].
-        frames: (k, 8, 4, 4) identities, which become the base, the links and the tool in the base frame [mm].
+        frames: (k, 8, 4, 4) where the base, the links and the tool are written, in the base frame [mm].
     """
     count = joints.shape[0]
     for k in range(count):
+        for j in range(8):
+            frames[k, j, 3, 0], frames[k, j, 3, 1], frames[k, j, 3, 2], frames[k, j, 3, 3] = 0.0, 0.0, 0.0, 1.0
+        for a in range(3):
+            for b in range(4):
+                frames[k, 0, a, b] = 1.0 if a == b else 0.0
         for j in range(6):
             _multiply(frames[k, j], origins[j], frames[k, j + 1])
             _turn(frames[k, j + 1], axes[j], joints[k, j])

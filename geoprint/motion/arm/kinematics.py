@@ -208,7 +208,7 @@ class Arm:
         Returns:
             (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
         """
-        frames = np.tile(np.eye(4), (len(joints), JOINTS + 2, 1, 1))
+        frames = np.empty((len(joints), JOINTS + 2, 4, 4))
         angles = writable(np.asarray(joints, dtype=np.float64))
         chain_frames(angles, self._origins, self._axes, self._T_link_flange @ self.T_flange_tool, frames)
         return frames

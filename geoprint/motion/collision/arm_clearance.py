@@ -9,7 +9,6 @@ what ends below its foot, and link 1 turns above it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import final
 
@@ -30,6 +29,7 @@ from geoprint.motion.collision.sweep import (
     LARGEST_STEP,
     Hits,
     Placements,
+    differing,
     find_hits,
     refined,
     step_parts,
@@ -59,16 +59,20 @@ class ArmMotion:
         corners: (k, 7, 4, 4) where they are if the controller rounds nothing [mm].
         tool: where the tool is [mm].
         Ts_link_work: (k, 7, 4, 4) of the work frame as they see it [mm].
+        rounded: (k,) whether the controller rounds something there.
     """
 
     Ts_work_link: FloatArray
     corners: FloatArray
     tool: Placements
     Ts_link_work: FloatArray = field(init=False)
+    rounded: BoolArray = field(init=False)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, Ts_work_link="float: k 7 4 4", corners="float: k 7 4 4")
         object.__setattr__(self, "Ts_link_work", transforms.inverse(self.Ts_work_link))
+        rounded = differing(self.Ts_work_link, self.corners) | differing(self.tool.poses, self.tool.corners)
+        object.__setattr__(self, "rounded", rounded)
 
     def link_placements(self, link: Link) -> Placements:
         """Where a link is in the work frame; of the base, which does not move, one step stands for all."""
@@ -90,11 +94,10 @@ class ArmMotion:
         return self._seen(first, self.Ts_work_link[:, second.joint], self.corners[:, second.joint])
 
     def _seen(self, link: Link, poses: FloatArray, corners: FloatArray) -> Placements:
-        Ts_work_link, at_corners = self.Ts_work_link[:, link.joint], self.corners[:, link.joint]
         seen = self.Ts_link_work[:, link.joint] @ poses
         seen_corners = seen.copy()
-        rounded = ((corners != poses) | (at_corners != Ts_work_link)).any(axis=(1, 2))
-        seen_corners[rounded] = transforms.inverse(at_corners[rounded]) @ corners[rounded]
+        at_corners = self.corners[self.rounded, link.joint]
+        seen_corners[self.rounded] = transforms.inverse(at_corners) @ corners[self.rounded]
         return replace(self.tool, poses=seen, corners=seen_corners)
 
 
@@ -204,8 +207,11 @@ class ArmCheck:
         in_work = [(world, motion.link_placements(link)) for link, world in self.in_work]
         seen = self._seen(motion)
         refuse_links_inside(in_work)
+        farthest = 0.0
         for world, moving in (*in_work, *seen):
-            hits = find_hits(world, moving, largest_step=LARGEST_ARM_STEP)
+            rounding = moving.rounding(world.solids)
+            farthest = max(farthest, float(rounding.max()))
+            hits = find_hits(world, moving, largest_step=LARGEST_ARM_STEP, rounding=rounding)
             if hits is not None:
                 raise _too_close(hits, world, placements, kept=self._kept, every_pose=moving.count < placements.count)
         closest = smallest_arm_distance(in_work, self._trees)
@@ -214,7 +220,7 @@ class ArmCheck:
             smallest=closest.distance,
             at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
             f"{closest.solid} to {closest.target}",
-            checked=(*checked, _rounded([*in_work, *seen])),
+            checked=(*checked, f"arm where the controller rounds targets, at most {farthest:.3f} mm off its way"),
         )
 
     def touching(self, motion: ArmMotion) -> BoolArray:
@@ -342,8 +348,3 @@ def _checked(
     pairs += [f"arm's links outside the closed {target.name}" for target in targets if target.closed]
     pairs += ["arm's links, as cylinders, against those three joints on or more, but for link 1"]
     return (*pairs, f"{carried} against the arm's base and links 1 to {LINKS_APART_FROM_TOOL - 1}")
-
-
-def _rounded(moving: Sequence[tuple[CollisionWorld, Placements]]) -> str:
-    largest = max(float(moved.rounding(world.solids).max()) for world, moved in moving)
-    return f"arm where the controller rounds targets, at most {largest:.3f} mm off its way"

@@ -165,8 +165,10 @@ class ClearanceCheck:
         world = self.scene.world(motion.tool)
 
         def of_tool() -> Clearance:
-            room = _refuse_tool(motion.tool, world, self.scene, tool=self._tool, standoff=over)
-            return _finding(motion.tool, world, self.scene, tool=self._tool, process=self._process, room=room)
+            room, rounding = _refuse_tool(motion.tool, world, self.scene, tool=self._tool, standoff=over)
+            return _finding(
+                motion.tool, world, self.scene, tool=self._tool, process=self._process, room=room, rounding=rounding
+            )
 
         found, arm_found = both(of_tool, lambda: self.of_arm(motion))
         return _with_arm(found if self._below == 0.0 else _of_a_layer(found), arm_found)
@@ -213,25 +215,38 @@ def check_placements(
     scene = CheckedWorld(tool, process=process, part=part, body=body, obstacles=obstacles, T_work_base=T_work_base)
     check_rigid(placements.poses)
     world = scene.world(placements)
-    room = _refuse_tool(placements, world, scene, tool=tool, standoff=standoff)
-    return _finding(placements, world, scene, tool=tool, process=process, room=room)
+    room, rounding = _refuse_tool(placements, world, scene, tool=tool, standoff=standoff)
+    return _finding(placements, world, scene, tool=tool, process=process, room=room, rounding=rounding)
 
 
 def _refuse_tool(
     placements: Placements, world: CollisionWorld, scene: CheckedWorld, *, tool: Tool, standoff: float | None
-) -> float:
-    """Refuse a tool that comes too close; return the room of its rim [mm], infinite without a stand-off."""
+) -> tuple[float, float]:
+    """Refuse a tool that comes too close.
+
+    Returns:
+        The room of its rim [mm], infinite without a stand-off, and how far off its way it is at most [mm].
+    """
     refuse_tool_inside(placements, world)
-    hits = find_hits(world, placements)
+    rounding = placements.rounding(world.solids)
+    largest = float(rounding.max())
+    hits = find_hits(world, placements, rounding=rounding)
     if hits is not None:
         raise _too_close(hits, world, placements, kept=scene.kept)
     if standoff is None:
-        return np.inf
-    return refuse_rim(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff)
+        return np.inf, largest
+    return refuse_rim(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff), largest
 
 
 def _finding(
-    placements: Placements, world: CollisionWorld, scene: CheckedWorld, *, tool: Tool, process: Process, room: float
+    placements: Placements,
+    world: CollisionWorld,
+    scene: CheckedWorld,
+    *,
+    tool: Tool,
+    process: Process,
+    room: float,
+    rounding: float,
 ) -> Clearance:
     """Return how clear a tool keeps that comes nowhere too close."""
     closest = smallest_distance(placements, world, scene.trees)
@@ -245,7 +260,7 @@ def _finding(
         kept=process.clearance,
         tip_margin=room,
         checks=placements.count,
-        checked=_checked(world, rounding=float(placements.rounding(world.solids).max())),
+        checked=_checked(world, rounding=rounding),
         not_checked=(WITHOUT_ARM, *lamp, *NOT_CHECKED, *surroundings),
     )
 

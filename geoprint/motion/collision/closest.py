@@ -157,7 +157,8 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
     least = inf
     for target in world.targets:
         ranks, beyond = _lowest_ranks(placements.poses[rows], solids, trees[target])
-        if min(_lowest(*each, target, beyond=beyond) for each in zip(ranks, solids, strict=True)) > least:
+        lowest = min(_lowest(*each, beyond=beyond) for each in zip(ranks, solids, strict=True))
+        if lowest - _fragment_radius(target) > least:
             continue
         order = np.argsort(np.min(ranks, axis=0), kind="stable")
         for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
@@ -321,16 +322,16 @@ def _axis_steps(solid: Solid) -> int:
     return max(int(solid.length / step), 1)
 
 
-def _lowest(ranks: FloatArray, solid: Solid, target: Target, *, beyond: float) -> float:
-    """Bound how near a solid of the tool is to a target at placements of these ranks, infinite above a bound [mm].
+def _lowest(ranks: FloatArray, solid: Solid, *, beyond: float) -> float:
+    """Bound how near a solid of the tool is to a fragment at placements of these ranks, infinite above a bound [mm].
 
     Its nearest point lies on a circle about a place of the axis that is half a step from the next point of that at
-    most, and the target's within a fragment.
+    most.
     """
     half = solid.length / _axis_steps(solid) / 2.0
     wider = half * abs(solid.end_radius - solid.start_radius) / solid.length
     unseen = RANKED_DISTANCE - max(solid.start_radius, solid.end_radius)
-    return min(float(ranks.min()), beyond, unseen) - half - wider - _fragment_radius(target)
+    return min(float(ranks.min()), beyond, unseen) - half - wider
 
 
 def _spread(first: int, stop: int, count: int) -> IntArray:
