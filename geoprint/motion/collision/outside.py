@@ -41,13 +41,18 @@ def refuse_tool_inside(placements: Placements, world: CollisionWorld) -> None:
 
 def refuse_links_inside(moving: Sequence[tuple[CollisionWorld, Placements]]) -> None:
     """Refuse links inside a closed surface at the first placement: to get in later they had to pass through it."""
-    for world, moved in moving:
-        centres = transforms.apply(moved.poses[0], np.array([solid.centre for solid in world.solids]))
-        for target in world.targets:
-            if target.closed and inside(centres, target.triangles).any():
-                raise ClearanceError(
-                    f"the {world.solids[0].name} is inside the closed {target.name} where the path begins; correct "
-                    "where the part stands.",
-                    solid=world.solids[0].name,
-                    against=target.name,
-                )
+    centres = [
+        transforms.apply(moved.poses[0], np.array([solid.centre for solid in world.solids])) for world, moved in moving
+    ]
+    worlds = [world for world, _ in moving]
+    for target in dict.fromkeys(target for world in worlds for target in world.targets if target.closed):
+        against = [link for link, world in enumerate(worlds) if target in world.targets]
+        within = inside(np.concatenate([centres[link] for link in against]), target.triangles)
+        if within.any():
+            owners = [link for link in against for _ in centres[link]]
+            name = worlds[owners[int(np.argmax(within))]].solids[0].name
+            raise ClearanceError(
+                f"the {name} is inside the closed {target.name} where the path begins; correct where the part stands.",
+                solid=name,
+                against=target.name,
+            )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import field
 from typing import final
 
 import fcl
@@ -34,6 +35,7 @@ class Target:
         closed: whether the surface has an inside that FCL does not know of.
         balls: (m, 3) middles of the triangles and (m,) radii of the balls about them that hold them [mm].
         axes: (3, 3) directions along which its bounding box is taken, in the columns; a box's are its own.
+        bounds: (3,) lowest and (3,) highest coordinates along its axes [mm].
     """
 
     name: str
@@ -42,12 +44,11 @@ class Target:
     closed: bool
     balls: tuple[FloatArray, FloatArray]
     axes: FloatArray
+    bounds: tuple[FloatArray, FloatArray] = field(init=False)
 
-    @property
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """(3,) lowest and (3,) highest coordinates along its axes [mm]."""
+    def __post_init__(self) -> None:
         along = self.triangles @ self.axes
-        return along.min(axis=(0, 1)), along.max(axis=(0, 1))
+        object.__setattr__(self, "bounds", (along.min(axis=(0, 1)), along.max(axis=(0, 1))))
 
 
 def mesh_target(surface: Surface, *, role: str) -> Target:
