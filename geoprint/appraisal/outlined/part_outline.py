@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from geoprint.appraisal.camera import Camera
-from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces import face_normals
 from geoprint.surfaces.rays import RayTree
 from geoprint.surfaces.topology import numbered_edges
@@ -65,10 +65,11 @@ class OutlinedPart:
         edge = np.flatnonzero(self._border | (toward[self._one] != toward[self._other]))
         starts, ends = (self.surface.vertices[self._edges[edge, side]] for side in (0, 1))
         first, last = camera.seen(starts), camera.seen(ends)
-        lengths = np.linalg.norm(last - first, axis=1)
+        lengths: FloatArray = np.linalg.norm(last - first, axis=1)
         reached: FloatArray = np.concatenate([[0.0], np.cumsum(lengths)])
         at = (np.arange(places) + 0.5) * reached[-1] / places
-        owner = np.minimum(np.searchsorted(reached, at, side="right") - 1, len(edge) - 1)
+        behind: IntArray = np.asarray(np.searchsorted(reached, at, side="right"), dtype=np.int64)
+        owner = np.minimum(behind - 1, len(edge) - 1)
         share = ((at - reached[owner]) / np.maximum(lengths[owner], 1e-12))[:, None]
         points = starts[owner] + share * (ends - starts)[owner]
         pixels = camera.seen(points)
