@@ -80,14 +80,14 @@ class OutlinePlacing:
 
     Attributes:
         pixels: (k, 2) the part's outline as the camera sees it, in no order [pixels].
-        deviation: standard deviation of where a place of the part is seen, the largest of all places [pixels].
+        within: places of the part are seen within this of where they are, all of them in 95 of 100 poses [pixels].
         alike: from how many places of the camera the outline looks alike.
         clearer: how many times nearer to the plan the printed lines lie than from the next of these; None where there
             was nothing to decide.
     """
 
     pixels: FloatArray
-    deviation: float
+    within: float
     alike: int
     clearer: float | None
 

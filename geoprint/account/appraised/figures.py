@@ -108,8 +108,8 @@ def _outline(camera: Camera, *, scale: float) -> OutlineRecord | None:
     if placing is None:
         return None
     return OutlineRecord(
-        deviation_px=placing.deviation,
-        deviation_mm=placing.deviation * scale,
+        within_px=placing.within,
+        within_mm=placing.within * scale,
         alike=placing.alike,
         clearer=placing.clearer,
     )

@@ -47,10 +47,10 @@ class LineRecord(Record):
 class OutlineRecord(Record):
     """How the outline of the part placed the camera."""
 
-    deviation_px: Rounded = Field(
-        description="standard deviation of where a place of the part is seen, the largest of all places [pixels]"
+    within_px: Rounded = Field(
+        description="places of the part are seen within this of where they are, with 95 % confidence [pixels]"
     )
-    deviation_mm: Rounded = Field(description="of that on the part, by what a pixel covers [mm]")
+    within_mm: Rounded = Field(description="that on the part, by what a pixel covers [mm]")
     alike: Count = Field(description="from how many places of the camera the outline looks alike")
     clearer: Rounded | None = Field(
         description="how many times nearer to the plan the lines lie than from the next of these; null for one"

@@ -21,8 +21,6 @@ _NONE = "-"
 MOST_NAMED = 3
 # Offsets in the mean beyond this share of a bead's width are worth a word.
 NOTABLE_OFFSET = 0.25
-# Standard deviations within which 95 of 100 lie.
-WITHIN_95 = 1.96
 COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
 RUN_COLUMNS = ("run", "length mm", "judged", "missing mm", "width mm", "CV", "offset mm", "rms", "gaps at mm")
 
@@ -100,8 +98,8 @@ def _placed(each: PhotographRecord, camera: CameraRecord) -> list[str]:
         return [f"{covers}; {off}"]
     placed = (
         f"{covers}; the part's outline, not fiducials, placed the camera: it is {camera.residual_px:.2g} pixels "
-        f"off, and places of the part are seen within {WITHIN_95 * outline.deviation_px:.2g} pixels, "
-        f"{WITHIN_95 * outline.deviation_mm:.2g} mm, of where they are (95 %)"
+        f"off, and places of the part are seen within {outline.within_px:.2g} pixels, "
+        f"{outline.within_mm:.2g} mm, of where they are (95 %)"
     )
     if outline.clearer is None:
         return [placed]

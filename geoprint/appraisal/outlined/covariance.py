@@ -9,6 +9,7 @@ it [Bell2002], and residuals that count less move the fit more than their weight
 from __future__ import annotations
 
 import numpy as np
+from scipy.stats import t as student
 
 from geoprint.model import FloatArray, IntArray
 
@@ -21,9 +22,13 @@ BLOCKS, ALIKE_BLOCKS = 72, 2.0
 MOST_LEVERAGE, LEAST_SLOPE = 0.9, 0.3
 # The steepest place of an edge is off where the edge is by this (standard deviation) [coarse pixels]: all along an
 # outline by one amount, and by another on each of so many stretches.
-EDGE_BIAS, STRETCHES = 0.03, 12
+EDGE_BIAS, STRETCHES = 0.05, 12
 # Directions are fixed by no less than this share of the best fixed one; what nothing fixes becomes very uncertain.
 LEAST_FIXED = 1e-10
+# A covariance from so few blocks that are on their own is no better known than its degrees of freedom: 95 of 100 lie
+# within so many standard deviations, of Student's t.
+FITTED = 6
+WITHIN_95 = float(student.ppf(0.975, BLOCKS / (float(np.sqrt(2.0 * np.pi)) * ALIKE_BLOCKS) - FITTED))
 
 
 def robust_weights(off: FloatArray) -> FloatArray:

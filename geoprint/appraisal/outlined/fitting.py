@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from geoprint.appraisal.camera import Camera, Lens
-from geoprint.appraisal.outlined.covariance import covariance_of, robust_weights
+from geoprint.appraisal.outlined.covariance import WITHIN_95, covariance_of, robust_weights
 from geoprint.appraisal.outlined.part_outline import OutlinedPart, PartOutline
 from geoprint.appraisal.outlined.picture_outline import PictureOutline
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
@@ -117,8 +117,8 @@ class OutlineFit:
         matched = self._matched(pose, places=places)
         return None if matched is None else FittedPose(pose, matched.both_ways)
 
-    def deviation(self, pose: FittedPose, *, places: int) -> float:
-        """Return the standard deviation of where a place of the part is seen, the largest of all places [pixels].
+    def within(self, pose: FittedPose, *, places: int) -> float:
+        """Return within what a place of the part is seen with 95 % confidence, the largest of all places [pixels].
 
         Args:
             pose: that was fitted.
@@ -132,7 +132,7 @@ class OutlineFit:
         )
         slopes = _slopes(apply(T, self.places), matched.middle, self.lens)
         spreads = np.linalg.eigvalsh(slopes @ covariance @ slopes.transpose(0, 2, 1))[:, -1]
-        return float(np.sqrt(spreads.max()))
+        return WITHIN_95 * float(np.sqrt(spreads.max()))
 
     def apart(self, one: FittedPose, other: FittedPose) -> float:
         """Return how far apart two poses see a place of the part, the largest of all places [pixels]."""

@@ -30,8 +30,9 @@ COARSE_PLACES, FINE_PLACES = 200, 900
 COARSE_STEPS, FINE_STEPS = 12, 40
 # Poses are one that see all places of the part within this share of what counts as another edge.
 SAME_COARSELY, SAME_FINELY = 4.0, 0.25
-# An outline fits where it is off by no more of what counts as another edge.
-WORST_SHARE = 0.5
+# An outline fits where it is off by no more of what counts as another edge, and tells enough where places of the part
+# are seen within so much of that, with 95 % confidence.
+WORST_SHARE, MOST_WITHIN = 0.5, 2.0
 # Another pose fits as well where residuals of so many stretches that err on their own are no more likely under the best
 # one than by this factor of their squares (a factor of 20,000 in likelihood).
 STRETCHES, LEAST_WORSE = 40.0, 20.0
@@ -69,17 +70,18 @@ def camera_by_outline(
             lines_off=off,
         )
     spread = max((fit.apart(best, each) for each in alike if fit.apart(best, each) <= fit.most_off), default=0.0)
-    deviation = float(np.hypot(fit.deviation(best, places=FINE_PLACES), spread))
-    if not deviation <= fit.most_off:
+    within = float(np.hypot(fit.within(best, places=FINE_PLACES), spread))
+    allowed = MOST_WITHIN * fit.most_off
+    if not within <= allowed:
         raise InputError(
             f"the outline of {printed.name} leaves open where the camera stood: places of the part are seen within "
-            f"{deviation:.3g} pixels only (standard deviation), allowed are {fit.most_off:.3g}; give `--fiducials`, "
-            "four places of the part or more.",
-            deviation=deviation,
+            f"{within:.3g} pixels only (95 %), allowed are {allowed:.3g}; give `--fiducials`, four places of the part "
+            "or more.",
+            within=within,
         )
     camera = Camera(lens, best.T_camera_work, best.off, 0)
     pixels = fit.outlined.under(camera, places=FINE_PLACES).pixels
-    placing = OutlinePlacing(pixels, deviation, 1 + len(others), clearer)
+    placing = OutlinePlacing(pixels, within, 1 + len(others), clearer)
     return Camera(lens, best.T_camera_work, best.off, 0, placing)
 
 
