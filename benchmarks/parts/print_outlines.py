@@ -41,8 +41,8 @@ SPACING, HEIGHT = 4.0, 0.5
 # Of a row on a plate: its ends and how far the first one is from the middle [mm].
 ROW_ENDS, FIRST_ROW, ROW_COUNT, ROW_FLOW = (-16.0, 16.0), -11.0, 6, 0.8
 SIZE = (900, 760)
-# Of the camera: how steeply it looks [rad], and how far away it is [radii of all that is seen].
-TILTS, AWAY = np.radians((5.0, 45.0)), (5.0, 9.0)
+# Of the camera: how far aslant it looks [degrees], and how far away it is [radii of all that is seen].
+TILTS_DEG, AWAY = (5.0, 45.0), (5.0, 9.0)
 FILLED = 0.75
 # Of what is printed: width over what the flow asks for, its noise, and an offset [mm].
 FAULTS = Faults(width_scale=0.5, width_noise=0.03, offset=0.1)
@@ -122,7 +122,7 @@ def photographed(part: str, *, seed: int) -> tuple[OutlinedPrint, Viewpoint, Flo
     up = up / np.linalg.norm(up)
     across = random.standard_normal(3)
     across -= (across @ up) * up
-    tilt = random.uniform(*TILTS)
+    tilt = np.radians(random.uniform(*TILTS_DEG))
     toward = np.cos(tilt) * up + np.sin(tilt) * across / np.linalg.norm(across)
     away = radius * random.uniform(*AWAY)
     view = looking_at(

@@ -23,8 +23,13 @@ LEAST_PART, MOST_OTHER = 0.01, 0.3
 # Places along an outline, at most, and at least this far apart [pixels].
 MOST_PLACES, LEAST_STEP = 3000, 1.0
 # Edges are looked for so far to either side, in steps of this, and the grey value outside is that beyond half as far.
-# The steepest place lies so far in at most from where the part first stands out, and so far out [coarse pixels].
-REACH, STEP, INWARD, OUTWARD = 7.0, 0.25, 1.5, 0.25
+# The steepest place lies no farther in from where the part first stands out than the first of these that so much of the
+# outline has it within, since what is printed lies farther in; and no farther out than the last [coarse pixels].
+REACH, STEP, INWARD, OUTWARD = 7.0, 0.25, (1.5, 2.5, 4.0), 0.25
+# An edge is one where a pixel's step takes so much of the difference between inside and outside.
+LEAST_STEEP = 1.0 / 8.0
+# What is so near to the ends of what is looked at is no place of an edge [coarse pixels].
+ENDS = 2.0
 # Noise is calmed over so much along the outline [places] and across it [steps].
 CALM_NOISE = (1.0, 2.0)
 # So much of an outline is a sharp edge.
@@ -69,7 +74,11 @@ def picture_outline(grey: FloatArray) -> PictureOutline:
     line = _even(line, step=max(LEAST_STEP, length / MOST_PLACES))
     outward = _outward(line)
     least = max(RIM_SPREADS * spread, LEAST_CONTRAST)
-    shifts, there = _edges(_across(grey, line, outward, unit=step), least=least)
+    values = _across(grey, line, outward, unit=step)
+    shifts, there = _edges(values, least=least, inward=INWARD[0])
+    for inward in INWARD[1:]:
+        if there.mean() < LEAST_SHARP:
+            shifts, there = _edges(values, least=least, inward=inward)
     if there.mean() < LEAST_SHARP:
         raise InputError(
             f"only {there.mean():.0%} of the outline of what stands out from the rim of the picture is a sharp edge, "
@@ -146,7 +155,7 @@ def _across(grey: FloatArray, line: FloatArray, outward: FloatArray, *, unit: in
     return np.asarray(ndimage.gaussian_filter(values, CALM_NOISE, mode=("wrap", "nearest")), dtype=np.float64)
 
 
-def _edges(values: FloatArray, *, least: float) -> tuple[FloatArray, BoolArray]:
+def _edges(values: FloatArray, *, least: float, inward: float) -> tuple[FloatArray, BoolArray]:
     """Return (k,) how far out the grey value rises most steeply, and whether there is such a place.
 
     It is that of the outermost rise: what is printed near the rim of a part rises again farther in.
@@ -154,21 +163,23 @@ def _edges(values: FloatArray, *, least: float) -> tuple[FloatArray, BoolArray]:
     Args:
         values: (k, s) across the outline.
         least: by which grey values of the part differ from those outside.
+        inward: how far in from where it first stands out it is looked for [coarse pixels].
     """
     offsets = _offsets()
-    outside = np.median(values[:, offsets > 0.5 * REACH], axis=1)
+    outside, inside = (np.median(values[:, side * offsets > 0.5 * REACH], axis=1) for side in (1.0, -1.0))
     stands = np.abs(values - outside[:, None]) > least
     outermost = stands.shape[1] - 1 - np.argmax(stands[:, ::-1], axis=1)
     rise = np.abs(np.diff(values, axis=1))
-    window = np.arange(-round(INWARD / STEP), round(OUTWARD / STEP) + 1)
-    looked = np.clip(outermost[:, None] + window, 1, rise.shape[1] - 2)
+    window = np.arange(-round(inward / STEP), round(OUTWARD / STEP) + 1)
+    looked = np.clip(outermost[:, None] + window, round(ENDS / STEP), rise.shape[1] - 1 - round(ENDS / STEP))
     rows = np.arange(len(values))
     peak = looked[rows, np.argmax(rise[rows[:, None], looked], axis=1)]
     # A parabola through the steepest step and its neighbours.
     low, mid, high = (rise[rows, peak + k] for k in (-1, 0, 1))
     curved = low - 2.0 * mid + high
     fine = np.divide(0.5 * (low - high), curved, out=np.zeros_like(mid), where=curved < 0.0)
-    there = stands.any(axis=1) & (np.abs(fine) <= 1.0) & (mid > low) & (mid >= high)
+    steep = mid > STEP * LEAST_STEEP * np.abs(inside - outside)
+    there = stands.any(axis=1) & steep & (np.abs(fine) <= 1.0) & (mid > low) & (mid >= high)
     return offsets[peak] + STEP * (0.5 + fine), np.asarray(there)
 
 
