@@ -59,19 +59,19 @@ def camera_by_outline(
     """
     fit = OutlineFit(seen, OutlinedPart(united([printed, *beside])), lens, printed=printed)
     alike = _alike(_fitted(fit, facing=mean_normal(printed)), fit)
-    # What is seen alike is measured alike: it makes the best pose less certain, and is no other.
-    others = [each for each in alike[1:] if fit.apart(alike[0], each) > fit.most_off]
+    allowed = MOST_WITHIN * fit.most_off
+    # What is seen within what is allowed is no other place of the camera: it makes the best one less certain.
+    others = [each for each in alike[1:] if fit.apart(alike[0], each) > allowed]
     best, off, clearer = _decided([alike[0], *others], fit, lines)
     if off > MOST_LINES_OFF:
         raise InputError(
             f"seen as the outline of {printed.name} has it, the printed lines lie {off:.0%} of the spacing beside the "
-            f"runs in the mean, allowed are {MOST_LINES_OFF:.1%}: it may be another plan, another part, or a print far "
-            "off its path; give `--fiducials`, four places of the part or more.",
+            f"runs in the mean, allowed are {MOST_LINES_OFF:.1%}: it may be another plan or part, lines found with a "
+            "wrong `--width`, or a print far off its path; give `--fiducials`, four places of the part or more.",
             lines_off=off,
         )
-    spread = max((fit.apart(best, each) for each in alike if fit.apart(best, each) <= fit.most_off), default=0.0)
+    spread = max(apart for each in alike if (apart := fit.apart(best, each)) <= allowed)
     within = float(np.hypot(fit.within(best, places=FINE_PLACES), spread))
-    allowed = MOST_WITHIN * fit.most_off
     if not within <= allowed:
         raise InputError(
             f"the outline of {printed.name} leaves open where the camera stood: places of the part are seen within "
