@@ -63,14 +63,14 @@ class _Matched:
         slopes: (k, 6) by how much more for a turn [rad] about the middle and a shift [mm], in the camera's coordinates.
         order: (k,) that the edges have in the picture's outline.
         middle: (3,) of the part, in the camera's coordinates [mm].
-        both_ways: root mean square distance of both outlines from each other [pixels].
+        mutual: root mean square distance of both outlines from each other [pixels].
     """
 
     off: FloatArray
     slopes: FloatArray
     order: IntArray
     middle: FloatArray
-    both_ways: float
+    mutual: float
 
     def __post_init__(self) -> None:
         freeze_arrays(self, off="float: k", slopes="float: k 6", order="int: k", middle="float: 3")
@@ -115,7 +115,7 @@ class OutlineFit:
             if float(np.sqrt(((matched.slopes @ step) ** 2).mean())) < SETTLED:
                 break
         matched = self._matched(pose, places=places)
-        return None if matched is None else FittedPose(pose, matched.both_ways)
+        return None if matched is None else FittedPose(pose, matched.mutual)
 
     def within(self, pose: FittedPose, *, places: int) -> float:
         """Return within what a place of the part is seen with 95 % confidence, the largest of all places [pixels].
@@ -158,8 +158,8 @@ class OutlineFit:
         off = ((own.pixels - self.seen.pixels[nearest]) * normals).sum(axis=1)
         middle = T[:3, :3] @ self._middle + T[:3, 3]
         across = np.einsum("ki,kij->kj", normals[used], _slopes(apply(T, own.places[used]), middle, self.lens))
-        both_ways = _both_ways(own, self.seen, away=away, off=off, most=self.most_off)
-        return _Matched(off[used], across, nearest[used], middle, both_ways)
+        mutual = _mutual(own, self.seen, away=away, off=off, most=self.most_off)
+        return _Matched(off[used], across, nearest[used], middle, mutual)
 
 
 def _step(matched: _Matched) -> FloatArray:
@@ -172,7 +172,7 @@ def _step(matched: _Matched) -> FloatArray:
     return step * min(1.0, LONGEST_SHIFT * float(matched.middle[2]) / max(float(np.linalg.norm(step[3:])), 1e-12))
 
 
-def _both_ways(own: PartOutline, seen: PictureOutline, *, away: FloatArray, off: FloatArray, most: float) -> float:
+def _mutual(own: PartOutline, seen: PictureOutline, *, away: FloatArray, off: FloatArray, most: float) -> float:
     """Return the root mean square distance of two outlines, across them where places are opposite each other."""
     tree = KDTree(own.pixels)
     back, nearest = (np.asarray(each) for each in tree.query(seen.pixels))
