@@ -75,20 +75,44 @@ class Lens:
 
 @final
 @frozen
+class OutlinePlacing:
+    """How the outline of a part placed a camera.
+
+    Attributes:
+        pixels: (k, 2) the part's outline as the camera sees it, in no order [pixels].
+        within: places of the part are seen within this of where they are, all of them in 95 of 100 poses [pixels].
+        alike: from how many places of the camera the outline looks alike.
+        clearer: how many times nearer to the plan the printed lines lie than from the next of these; None where there
+            was nothing to decide.
+    """
+
+    pixels: FloatArray
+    within: float
+    alike: int
+    clearer: float | None
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, pixels="float: k 2")
+
+
+@final
+@frozen
 class Camera:
     """A lens, and where it stood.
 
     Attributes:
         lens: its own.
         T_camera_work: (4, 4) turns coordinates of the part into those of the camera [mm].
-        residual: root mean square distance of the fiducials from where it sees them [pixels].
-        fiducials: how many it was placed by.
+        residual: root mean square distance of the fiducials, or the outline, from where it sees them [pixels].
+        fiducials: how many it was placed by; 0 where it was placed by the outline.
+        outline: how it was placed by the part's outline; None where by fiducials.
     """
 
     lens: Lens
     T_camera_work: FloatArray
     residual: float
     fiducials: int
+    outline: OutlinePlacing | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_camera_work="float: 4 4")

@@ -37,7 +37,7 @@ FiducialTables = Annotated[
         "--fiducials",
         metavar="FILE",
         help="Table of places that the photograph shows: name,u,v,x,y,z in pixels and mm; for all, or once for each.",
-        show_default=False,
+        show_default="the part's outline places the camera",
     ),
 ]
 Lenses = Annotated[

@@ -18,8 +18,13 @@ MOST_SHOWN = 1600
 # Grey values are pressed together, so that lines of colour stand out on white as on black.
 DARKEST, LIGHTEST = 10.0, 175.0
 # Of Okabe and Ito, safe for colour-blind readers.
-COLOURS = {"middles": "#D55E00", "edges": "#56B4E9", "breaks": "#F0E442", "missing": "#CC79A7"}
-MEANINGS = {"middles": "middle", "edges": "edge", "breaks": "break of a line", "missing": "planned, not there"}
+COLOURS = {
+    "middles": "#D55E00", "edges": "#56B4E9", "breaks": "#F0E442", "missing": "#CC79A7", "outline": "#009E73",
+}  # fmt: skip
+MEANINGS = {
+    "middles": "middle", "edges": "edge", "breaks": "break of a line", "missing": "planned, not there",
+    "outline": "outline of the part",
+}  # fmt: skip
 # Lines are wider in larger pictures: one pixel for so many.
 PIXELS_A_WIDTH = 700
 # Letters, over the longer side, within what can be read.
@@ -36,12 +41,14 @@ class Overlay:
         edges: of beads.
         breaks: where a line has no material.
         missing: of the plan, where there is no material.
+        outline: of the part, where the camera that it placed sees it.
     """
 
     middles: tuple[FloatArray, ...]
     edges: tuple[FloatArray, ...]
     breaks: tuple[FloatArray, ...]
     missing: tuple[FloatArray, ...]
+    outline: tuple[FloatArray, ...]
 
 
 def shown_scale(grey: FloatArray) -> float:
@@ -64,7 +71,7 @@ def overlay_picture(grey: FloatArray, overlay: Overlay, *, title: str) -> bytes:
     shown = pressed.resize([max(1, round(scale * side)) for side in pressed.size]).convert("RGB")
     draw = ImageDraw.Draw(shown)
     wide = max(1, round(max(shown.size) / PIXELS_A_WIDTH))
-    for name, thicker in (("edges", 0), ("middles", 0), ("breaks", 1), ("missing", 2)):
+    for name, thicker in (("edges", 0), ("middles", 0), ("breaks", 1), ("missing", 2), ("outline", 0)):
         lines: Sequence[FloatArray] = getattr(overlay, name)
         for line in lines:
             points = [(float(u), float(v)) for u, v in (line + 0.5) * scale - 0.5]

@@ -35,6 +35,34 @@ class RayHits:
         freeze_arrays(self, met="bool: k", distances="float: j")
 
 
+@final
+class RayTree:
+    """A surface that many bundles of rays are sent to: its boxes are sorted once."""
+
+    def __init__(self, surface: Surface) -> None:
+        self._corners = surface.vertices[surface.faces]
+        self._tree = box_tree(self._corners)
+
+    def first_hits(self, starts: FloatArray, directions: FloatArray) -> RayHits:
+        """Return where rays first meet the surface, as `first_hits` does.
+
+        Args:
+            starts: (k, 3) places where rays start [mm].
+            directions: (k, 3) where they go; not zero.
+
+        Raises:
+            InputError: starts or directions are not finite, or not as many.
+        """
+        if starts.shape != directions.shape or starts.ndim != 2 or starts.shape[1] != 3:
+            raise InputError(f"rays need (k, 3) starts and directions, found {starts.shape} and {directions.shape}.")
+        if not (np.isfinite(starts).all() and np.isfinite(directions).all()):
+            raise InputError("rays need finite starts and directions.")
+        faces, weights, distances = _first_triangles(starts, directions, self._corners, self._tree)
+        met = faces >= 0
+        points = np.clip(weights[met], 0.0, 1.0)
+        return RayHits(met, SurfacePoints(faces[met], points / points.sum(axis=1, keepdims=True)), distances[met])
+
+
 def first_hits(surface: Surface, starts: FloatArray, directions: FloatArray) -> RayHits:
     """Return where rays first meet a surface, from whichever side [Moeller1997].
 
@@ -46,15 +74,7 @@ def first_hits(surface: Surface, starts: FloatArray, directions: FloatArray) -> 
     Raises:
         InputError: starts or directions are not finite, or not as many.
     """
-    if starts.shape != directions.shape or starts.ndim != 2 or starts.shape[1] != 3:
-        raise InputError(f"rays need (k, 3) starts and directions, found {starts.shape} and {directions.shape}.")
-    if not (np.isfinite(starts).all() and np.isfinite(directions).all()):
-        raise InputError("rays need finite starts and directions.")
-    corners = surface.vertices[surface.faces]
-    faces, weights, distances = _first_triangles(starts, directions, corners, box_tree(corners))
-    met = faces >= 0
-    points = np.clip(weights[met], 0.0, 1.0)
-    return RayHits(met, SurfacePoints(faces[met], points / points.sum(axis=1, keepdims=True)), distances[met])
+    return RayTree(surface).first_hits(starts, directions)
 
 
 @njit(cache=True)

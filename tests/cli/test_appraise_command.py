@@ -16,9 +16,10 @@ from geoprint.account import read_record
 from geoprint.account.records.appraisal import AppraisalRecord
 from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
 from geoprint.config import job_of
+from geoprint.errors import VerificationError
 from geoprint.model import FloatArray
 from geoprint.pipeline import plan, save_plan
-from geoprint.pipeline.appraised.given import read_plan
+from geoprint.pipeline.appraised.given import read_beside, read_plan
 from geoprint.silico import (
     Break,
     Faults,
@@ -31,11 +32,13 @@ from geoprint.silico import (
     png,
     scanned,
 )
+from geoprint.surfaces import mean_normal
 from geoprint.surfaces.files import load, save_ply
 from tests.appraisal.drawn import drawn, straight
 from tests.appraisal.scanned.prints import needs_open3d
 from tests.meshes import plate
 
+DATA = Path(__file__).parents[2] / "data"
 Run = Callable[..., tuple[int, str, str]]
 LENS = "width = 480\nheight = 400\nfx = 1150\nfy = 1150\ncx = 239.5\ncy = 199.5\nk1 = -0.1\nk2 = 0.02\n"
 VIEW = looking_at(
@@ -167,6 +170,78 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     assert {path.name: path.read_bytes() for path in written.iterdir()} == before
 
 
+@pytest.mark.dear
+def test_without_fiducials_the_outline_places_the_camera_and_that_is_said(run: Run, folder: Path) -> None:
+    job = job_of(surface=DATA / "heart_flat_patch.ply", unit="mm", spacing=4.0, backend="fast-marching", robot=False)
+    planned = plan(job)
+    save_plan(planned, folder / "patch-plan")
+    surface, random = planned.workpiece.surface, np.random.default_rng(4)
+    up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
+    seen = looking_at(middle, place=middle + 200.0 * up + [30.0, 20.0, 0.0], focal=1700.0, size=(600, 600), turn=0.7)
+    beads = laid_beads(planned.poses, surface, height=0.5, faults=Faults(offset=0.2, width_scale=0.5), random=random)
+    grey = pictured(surface, beads, seen, Lighting(up), random=random)
+    (folder / "patch.png").write_bytes(png(grey))
+    (folder / "patch.toml").write_text(
+        "width = 600\nheight = 600\nfx = 1700\nfy = 1700\ncx = 299.5\ncy = 299.5\n", encoding="utf-8"
+    )
+    asked = "patch.png --plan patch-plan --lens patch.toml"
+    status, stdout, stderr = run(f"{asked} --out patch-told --json")
+    assert status == 0, stderr
+    assert "the part's outline, not fiducials, placed the camera" in stderr
+    written = folder / "patch-told"
+    told = read_record(written / "appraisal.json", AppraisalRecord)
+    assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
+    found = told.photographs[0].on_plan
+    assert found is not None
+    outline = found.camera.outline
+    assert outline is not None
+    assert (found.camera.fiducials, outline.alike, outline.clearer) == (0, 1, None)
+    assert outline.within_mm == pytest.approx(outline.within_px * found.camera.mm_per_px, rel=0.01)
+    assert np.abs(np.array(found.camera.place_mm) - seen.place).max() < 1.5
+    assert found.offset_mean_mm == pytest.approx(0.2, abs=0.06)
+    page = (written / "report.html").read_text(encoding="utf-8")
+    assert "outline, not fiducials, placed the camera" in page
+    assert "the outline that placed the camera green" in page
+    with Image.open(written / "overlay-1.png") as overlay:
+        green = (np.asarray(overlay.convert("RGB"))[:600] == (0, 158, 115)).all(axis=2)
+    rim = np.argwhere(green)
+    outermost = seen.pixels(surface.vertices)
+    assert np.abs(rim.min(axis=0) - outermost.min(axis=0)[::-1]).max() < 3.0
+    assert np.abs(rim.max(axis=0) - outermost.max(axis=0)[::-1]).max() < 3.0
+    before = {path.name: path.read_bytes() for path in written.iterdir()}
+    assert run(f"{asked} --out patch-told --overwrite")[0] == 0
+    assert {path.name: path.read_bytes() for path in written.iterdir()} == before
+
+
+@pytest.mark.dear
+def test_a_plate_that_looks_alike_from_two_sides_asks_for_fiducials(run: Run, printed: Path) -> None:
+    shown = np.asarray(Image.open(printed / "print.png").resize((240, 200)))
+    small = np.pad(shown, ((100, 100), (120, 120)), mode="edge")
+    Image.fromarray(small).save(printed / "away.png")
+    (printed / "away.toml").write_text(LENS.replace("1150", "575"), encoding="utf-8")
+    status, stdout, stderr = run("away.png --plan plan --lens away.toml")
+    assert (status, stdout) == (3, "")
+    assert "away.png: the outline of plate.ply looks alike from 2 places of the camera" in stderr
+    assert "give `--fiducials`" in stderr
+
+
+@pytest.mark.dear
+def test_the_body_of_a_bundle_is_read_where_its_outline_is_needed(folder: Path) -> None:
+    for name, asked in (("on-body", {"body": DATA / "heart.ply"}), ("cut", {})):
+        surface = DATA / ("heart_flat_patch.ply" if asked else "heart.ply")
+        where = {} if asked else {"patches": [{"at": [38.3, 4.1, -6.2], "radius": 20.0}]}
+        job = job_of(surface=surface, unit="mm", spacing=6.0, backend="fast-marching", robot=False, **asked, **where)
+        save_plan(plan(job), folder / name)
+        (body,) = read_beside(folder / name)
+        whole = load(DATA / "heart.ply", unit="mm")
+        assert len(body.faces) == len(whole.faces)
+        assert np.abs(np.ptp(body.vertices, axis=0) - np.ptp(whole.vertices, axis=0)).max() < 1e-3
+    file = folder / "on-body" / "body.ply"
+    file.write_bytes(file.read_bytes()[:-1] + b"x")
+    with pytest.raises(VerificationError, match=r"body.ply: the file was changed"):
+        read_beside(folder / "on-body")
+
+
 @pytest.mark.parametrize(
     ("line", "status", "complaint"),
     [
@@ -184,7 +259,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
         ("a.png --width 100", 3, "a.png: beads of 100 pixels cannot be looked for"),
         ("a.png --threshold 9", 3, "a.png: nothing looks like a bead lighter"),
         ("a.png --lens lens.toml", 2, "`--lens` needs `--plan`"),
-        ("a.png --plan plan", 2, "a plan needs `--fiducials`"),
+        ("a.png --plan plan", 2, "a plan needs `--lens`"),
         ("a.png --plan plan --fiducials marks.csv --lens lens.toml", 3, "the lens is of photographs of 480 x 400"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png", 2, "need its inner corners"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png --lens lens.toml", 2, "`--lens` takes one lens"),

@@ -13,12 +13,13 @@ from geoprint.account.records.appraisal import (
     DirectedRecord,
     LineRecord,
     OnPlanRecord,
+    OutlineRecord,
     PairRecord,
     PhotographRecord,
     RunRecord,
 )
 from geoprint.account.records.rounding import place_of
-from geoprint.appraisal import Appraisal, AppraisedPhotograph, BeadLine, Directed, Held, OnPlan, SetDistances
+from geoprint.appraisal import Appraisal, AppraisedPhotograph, BeadLine, Camera, Directed, Held, OnPlan, SetDistances
 from geoprint.model import FloatArray
 
 # Version of the layout of appraisal.json; a change that breaks a reader raises it.
@@ -84,6 +85,7 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
         camera=CameraRecord(
             place_mm=place_of(camera.place),
             fiducials=camera.fiducials,
+            outline=_outline(camera, scale=found.placed.scale),
             residual_px=camera.residual,
             lens_residual_px=camera.lens.residual,
             mm_per_px=found.placed.scale,
@@ -98,6 +100,18 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
         strays=strays / len(found.placed.middles),
         apart_mm=_apart(held.apart),
         runs=tuple(_run(held, number) for number in np.unique(plan.runs).tolist()),
+    )
+
+
+def _outline(camera: Camera, *, scale: float) -> OutlineRecord | None:
+    placing = camera.outline
+    if placing is None:
+        return None
+    return OutlineRecord(
+        within_px=placing.within,
+        within_mm=placing.within * scale,
+        alike=placing.alike,
+        clearer=placing.clearer,
     )
 
 

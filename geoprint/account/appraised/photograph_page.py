@@ -30,7 +30,7 @@ from geoprint.report.photographed import PhotographsReport, PhotographView, Rows
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "scikit-image")
 OVERLAY = "{}: middles of the lines orange, their edges light blue, breaks of lines yellow{}."
-OF_PLAN = ", what is planned and has no material purple"
+OF_PLAN, OF_OUTLINE = ", what is planned and has no material purple", ", the outline that placed the camera green"
 EDGES = "{}: white where |dI/dx| + |dI/dy| in even light is above its threshold, the edges as the paper takes them."
 
 
@@ -87,7 +87,8 @@ def _is_caution(said: str) -> bool:
 
 
 def _pictures(record: PhotographRecord, pictures: Mapping[str, bytes], number: int) -> tuple[Picture, ...]:
-    of_plan = "" if record.on_plan is None else OF_PLAN
+    on_plan = record.on_plan
+    of_plan = "" if on_plan is None else OF_PLAN if on_plan.camera.outline is None else f"{OF_PLAN}{OF_OUTLINE}"
     return (
         Picture(OVERLAY.format(record.file, of_plan), "png", pictures[f"overlay-{number}.png"]),
         Picture(EDGES.format(record.file), "png", pictures[f"edges-{number}.png"]),

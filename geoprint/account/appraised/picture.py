@@ -11,6 +11,9 @@ from geoprint.appraisal import Appraisal, AppraisedPhotograph, BeadLine, edges
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.report.overlay import Overlay, overlay_picture, shown_scale
 
+# Each place of an outline is drawn as a short line [pixels].
+DASH = np.array([[-1.5, 0.0], [1.5, 0.0]])
+
 
 def appraisal_pictures(found: Appraisal) -> dict[str, bytes]:
     """Return name and PNG of two pictures a photograph, by their numbers from 1."""
@@ -24,11 +27,14 @@ def appraisal_pictures(found: Appraisal) -> dict[str, bytes]:
 def photograph_overlay(each: AppraisedPhotograph) -> bytes:
     """Return a PNG: the photograph with edges, middles and breaks of its beads, and what is missing of the plan."""
     missing: list[FloatArray] = []
+    outline: FloatArray = np.zeros((0, 2), dtype=np.float64)
     if each.on_plan is not None:
         held = each.on_plan.held
         bare = held.judged & ~held.seen
         pixels = each.on_plan.camera.seen(held.plan.places)
         missing = [pixels[rows] for rows in _stretches(bare, held.plan.runs)]
+        placing = each.on_plan.camera.outline
+        outline = outline if placing is None else placing.pixels
     return overlay_picture(
         each.photograph.grey,
         Overlay(
@@ -40,6 +46,7 @@ def photograph_overlay(each: AppraisedPhotograph) -> bytes:
                 bead.middles[max(first - 1, 0) : last + 2] for bead in each.beads for first, last in bead.breaks
             ),
             missing=tuple(missing),
+            outline=tuple(place + DASH for place in outline),
         ),
         title=each.photograph.name,
     )

@@ -44,12 +44,28 @@ class LineRecord(Record):
     breaks_px: tuple[Stretch, ...] = Field(description="stretches without material, by arc length along it [pixels]")
 
 
+class OutlineRecord(Record):
+    """How the outline of the part placed the camera."""
+
+    within_px: Rounded = Field(
+        description="places of the part are seen within this of where they are, with 95 % confidence [pixels]"
+    )
+    within_mm: Rounded = Field(description="that on the part, by what a pixel covers [mm]")
+    alike: Count = Field(description="from how many places of the camera the outline looks alike")
+    clearer: Rounded | None = Field(
+        description="how many times nearer to the plan the lines lie than from the next of these; null for one"
+    )
+
+
 class CameraRecord(Record):
     """The camera that took a photograph."""
 
     place_mm: Place = Field(description="of the pinhole, in the part's coordinates [mm]")
-    fiducials: Count = Field(description="that it was placed by")
-    residual_px: Rounded = Field(description="root mean square distance of these from where they are seen [pixels]")
+    fiducials: Count = Field(description="that it was placed by; 0 where the part's outline placed it")
+    outline: OutlineRecord | None = Field(default=None, description="left out where fiducials placed it")
+    residual_px: Rounded = Field(
+        description="root mean square distance of fiducials, or the outline, from where they are seen [pixels]"
+    )
     lens_residual_px: Rounded = Field(description="of the checkerboard's corners; 0 where the lens was given [pixels]")
     mm_per_px: Rounded = Field(description="that a pixel covers on the beads, in the mean [mm]")
 

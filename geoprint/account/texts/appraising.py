@@ -8,6 +8,7 @@ from itertools import combinations
 from geoprint.account.records.appraisal import (
     ApartRecord,
     AppraisalRecord,
+    CameraRecord,
     OnPlanRecord,
     PhotographRecord,
     RunRecord,
@@ -69,17 +70,13 @@ def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
 
 def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     """Return how a photograph shows its plan in sentences, then notes and warnings."""
-    camera = found.camera
     covered = (
         f"{each.file}: of the plan {found.judged:.1%} is in sight and judged, of that {found.missing:.2%} has no "
         f"material; beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}) and lie "
         f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm:.3f} root mean square)"
     )
-    placed = (
-        f"{each.file}: a pixel covers {camera.mm_per_px:.3f} mm; the {camera.fiducials} fiducials are "
-        f"{camera.residual_px:.2g} pixels off where the camera sees them"
-    )
-    lines = [covered, f"{each.file}: plan to print and back: {_said(found.apart_mm)} mm", placed]
+    apart = f"{each.file}: plan to print and back: {_said(found.apart_mm)} mm"
+    lines = [covered, apart, *_placed(each, found.camera)]
     if abs(found.offset_mean_mm) > NOTABLE_OFFSET * found.width_mean_mm:
         lines.append(
             f"warning: {each.file}: all beads lie to one side in the mean; check fixture and tool with "
@@ -91,6 +88,27 @@ def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
             "every run"
         )
     return lines
+
+
+def _placed(each: PhotographRecord, camera: CameraRecord) -> list[str]:
+    """Return what a pixel covers, what placed the camera, and how well."""
+    covers, outline = f"{each.file}: a pixel covers {camera.mm_per_px:.3f} mm", camera.outline
+    if outline is None:
+        off = f"the {camera.fiducials} fiducials are {camera.residual_px:.2g} pixels off where the camera sees them"
+        return [f"{covers}; {off}"]
+    placed = (
+        f"{covers}; the part's outline, not fiducials, placed the camera: it is {camera.residual_px:.2g} pixels "
+        f"off, and places of the part are seen within {outline.within_px:.2g} pixels, "
+        f"{outline.within_mm:.2g} mm, of where they are (95 %)"
+    )
+    if outline.clearer is None:
+        return [placed]
+    decided = (
+        f"note: {each.file}: the outline looks alike from {outline.alike} places of the camera; that one was taken "
+        f"from which the lines lie nearest to the plan, {outline.clearer:.2g} times nearer than from the next: give "
+        "`--fiducials` if the print may lie far off its paths"
+    )
+    return [placed, decided]
 
 
 def verdict_on_photographs(told: AppraisalRecord) -> str:

@@ -19,9 +19,11 @@ from geoprint.config.strict import Table, describe, line_of, parsed_toml, text_o
 from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export import FEEDBACK_TABLE, PLAN, read_wanted_flow
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
+from geoprint.pipeline.bundles.again import BODY, PART
 from geoprint.pipeline.bundles.contents import changes, listed_bundle
 from geoprint.pipeline.bundles.paths import stream_of
-from geoprint.surfaces.files import load
+from geoprint.surfaces.files import load, load_file
+from geoprint.surfaces.repair import join
 
 COLUMNS = ("name", "u", "v", "x", "y", "z")
 # What a print is held against, of a bundle.
@@ -120,6 +122,24 @@ def read_plan(folder: Path) -> PlannedPrint:
         spacing=settings.spacing_mm,
         height=settings.layer_height_mm,
     )
+
+
+def read_beside(folder: Path) -> tuple[Surface, ...]:
+    """Read what stands beside the surface of a bundle, as far as its plan knows: the body that it lies on.
+
+    Raises:
+        InputError: the folder is no bundle.
+        VerificationError: the body was changed, or cannot be read.
+    """
+    hashes, told = listed_bundle(folder), read_record(folder / PLAN, PlanRecord)
+    units = {BODY: told.input.body.unit} if told.input.body is not None else {}
+    if told.settings.patches:
+        # Where patches are cut, the part's file is the body that they are cut from.
+        units[PART] = told.input.unit
+    for name, reason in changes(folder, {name: hashes.get(name, "") for name in units}):
+        if name in units:
+            raise VerificationError(f"{folder / name}: {reason}; restore it, or plan again.")
+    return tuple(join(load_file(folder / name, unit=unit).surface).surface for name, unit in units.items())
 
 
 def read_fiducials(path: Path) -> Fiducials:

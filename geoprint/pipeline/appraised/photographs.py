@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import final
@@ -36,9 +36,11 @@ from geoprint.appraisal import (
     planned_runs,
     read_photograph,
 )
+from geoprint.appraisal.outlined import PrintedLines, camera_by_outline, picture_outline
 from geoprint.errors import InputError, UsageError, naming
 from geoprint.export import json_bytes, write_bundle
-from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_fiducials, read_lens, read_plan
+from geoprint.model import Surface
+from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_beside, read_fiducials, read_lens, read_plan
 
 RECORD = "appraisal.json"
 # More are no comparison any more.
@@ -52,7 +54,8 @@ class PlanAsked:
 
     Attributes:
         bundle: folder of the plan.
-        fiducials: a table for all photographs, or one for each.
+        fiducials: a table for all photographs, or one for each; where none is given the part's outline places the
+            camera.
         lens: a file that states it, or photographs of a checkerboard.
         corners: inner corners of the board, as 9x6.
         reach: how far from a run its material may lie [mm]; half the spacing of the plan if not given.
@@ -68,11 +71,12 @@ class PlanAsked:
 @final
 @dataclass(frozen=True, slots=True)
 class _Against:
-    """A plan as read, with a camera's lens and where each photograph shows fiducials."""
+    """A plan as read, a lens, and where each photograph shows fiducials, or else what stands beside the part."""
 
     plan: PlannedPrint
     lens: Lens
     fiducials: tuple[Fiducials, ...]
+    beside: tuple[Surface, ...]
     reach: float | None
 
 
@@ -113,7 +117,7 @@ def appraise_photographs(
             paired = paired_edges(photograph.grey, width=wide, shade=shade, threshold=threshold)
             beads = beads_of(photograph.grey, paired, shade=shade)
             one = AppraisedPhotograph(photograph, wide, paired.threshold, beads, None)
-            on_plan = None if held is None else _on_plan(one, held, held.fiducials[number % len(held.fiducials)])
+            on_plan = None if held is None else _on_plan(one, held, number)
         found.append(AppraisedPhotograph(photograph, wide, paired.threshold, beads, on_plan))
     pairs = tuple(
         (one, other, apart(middles_of(found[one].beads), middles_of(found[other].beads)))
@@ -164,12 +168,21 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     return told
 
 
-def _on_plan(one: AppraisedPhotograph, against: _Against, fiducials: Fiducials) -> OnPlan:
-    """Hold a photograph against the plan."""
-    plan = against.plan
-    camera = camera_by(fiducials, against.lens)
-    placed = place_beads(one.beads, camera, plan.surface)
+def _on_plan(one: AppraisedPhotograph, against: _Against, number: int) -> OnPlan:
+    """Hold a photograph, of this number, against the plan."""
+    plan, fiducials = against.plan, against.fiducials
     runs = planned_runs(plan.poses, spacing=plan.spacing)
+    if fiducials:
+        camera = camera_by(fiducials[number % len(fiducials)], against.lens)
+    else:
+        camera = camera_by_outline(
+            picture_outline(one.photograph.grey),
+            replace(plan.surface, name=plan.part),
+            against.lens,
+            lines=PrintedLines(one.beads, plan.surface, runs),
+            beside=against.beside,
+        )
+    placed = place_beads(one.beads, camera, plan.surface)
     visible = in_sight(camera, plan.surface, runs.places, size=one.photograph.size, margin=one.width)
     return OnPlan(camera, placed, held_against(runs, placed, visible=visible, reach=against.reach))
 
@@ -181,12 +194,13 @@ def _read(asked: PlanAsked, photographs: Sequence[Photograph]) -> _Against:
         UsageError: something is missing, or there are too many tables of fiducials.
         InputError: the lens is of photographs of another size.
     """
-    if not asked.fiducials or not asked.lens:
+    if not asked.lens:
         raise UsageError(
-            "a plan needs `--fiducials`, a table of four places or more that the photograph shows, and `--lens`, a "
-            "file or photographs of a checkerboard: without them nobody knows where the camera stood."
+            "a plan needs `--lens`, a file or photographs of a checkerboard, and the whole outline of the part in the "
+            "photograph, or `--fiducials`, a table of four places or more that it shows: else nobody knows where the "
+            "camera stood."
         )
-    if len(asked.fiducials) not in {1, len(photographs)}:
+    if len(asked.fiducials) not in {0, 1, len(photographs)}:
         raise UsageError(
             f"give `--fiducials` once for all photographs, or once for each of the {len(photographs)}; found "
             f"{len(asked.fiducials)}."
@@ -200,7 +214,8 @@ def _read(asked: PlanAsked, photographs: Sequence[Photograph]) -> _Against:
                 f"`{each.name}` has {each.size[0]} x {each.size[1]} pixels, the lens is of photographs of "
                 f"{lens.size[0]} x {lens.size[1]}; give photographs as the camera wrote them, and their lens."
             )
-    return _Against(read_plan(asked.bundle), lens, tuple(read_fiducials(path) for path in asked.fiducials), asked.reach)
+    plan, fiducials = read_plan(asked.bundle), tuple(read_fiducials(path) for path in asked.fiducials)
+    return _Against(plan, lens, fiducials, () if fiducials else read_beside(asked.bundle), asked.reach)
 
 
 def _check(paths: Sequence[Path | str], *, width: float | None, threshold: float | None) -> None:

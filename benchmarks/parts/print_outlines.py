@@ -1,0 +1,210 @@
+"""Photographs in silico of prints on parts that stand free, and cameras placed by the outline of the part in them."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.appraisal import (
+    Camera,
+    Fiducials,
+    Held,
+    Lens,
+    PlannedRuns,
+    bead_width,
+    beads_of,
+    camera_by,
+    held_against,
+    in_sight,
+    paired_edges,
+    place_beads,
+    planned_runs,
+)
+from geoprint.appraisal.outlined import PrintedLines, camera_by_outline, picture_outline
+from geoprint.config import job_of
+from geoprint.model import FloatArray, PoseStream, Surface, frozen
+from geoprint.pipeline import plan
+from geoprint.silico import Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
+from geoprint.surfaces import mean_normal, united
+from geoprint.surfaces.files import load
+from geoprint.transforms import rigid
+
+DATA = Path(__file__).parents[2] / "data"
+# Parts. Contours of a plate look alike from two sides; rows that lie nearer to one of its sides do not.
+FLAT, APEX, ON_HEART, ROWS, PLATE = "flat patch", "apex patch", "flat patch on the heart", "rows on a plate", "plate"
+FILES = {FLAT: "heart_flat_patch", APEX: "heart_apex_patch", ON_HEART: "heart_flat_patch", PLATE: "plate"}
+# Of every plan [mm].
+SPACING, HEIGHT = 4.0, 0.5
+# Of a row on a plate: its ends and how far the first one is from the middle [mm].
+ROW_ENDS, FIRST_ROW, ROW_COUNT, ROW_FLOW = (-16.0, 16.0), -11.0, 6, 0.8
+SIZE = (900, 760)
+# Of the camera: how far aslant it looks [degrees], and how far away it is [radii of all that is seen].
+TILTS_DEG, AWAY = (5.0, 45.0), (5.0, 9.0)
+FILLED = 0.75
+# Of what is printed: width over what the flow asks for, its noise, and an offset [mm].
+FAULTS = Faults(width_scale=0.5, width_noise=0.03, offset=0.1)
+# Fiducials are clicked so exactly (standard deviation) [pixels], so many of them.
+CLICKED, MARKS = 0.5, 8
+
+
+@final
+@frozen
+class OutlinedPrint:
+    """A print that a plan asks for, and all that stands there.
+
+    Attributes:
+        surface: that is printed on.
+        poses: of its plan.
+        plan: what these lay.
+        beside: what stands there besides.
+    """
+
+    surface: Surface
+    poses: PoseStream
+    plan: PlannedRuns
+    beside: tuple[Surface, ...]
+
+
+@final
+@frozen
+class OutlinedPhotograph:
+    """How a camera was placed by an outline, and what was measured with it.
+
+    Attributes:
+        off: largest distance of a place of the part from where the camera sees it [pixels].
+        off_mm: that on the part, across the line of sight [mm].
+        within: what is told of it with 95 % confidence [pixels].
+        clearer: how many times nearer the lines lie than from another place of the camera; None for one.
+        width: mean of the beads, over that with the true camera [mm].
+        offset: likewise, of their middles from the runs [mm].
+        clicked_width: as the width, with fiducials that were clicked [mm].
+        clicked_offset: as the offset, likewise [mm].
+    """
+
+    off: float
+    off_mm: float
+    within: float
+    clearer: float | None
+    width: float
+    offset: float
+    clicked_width: float
+    clicked_offset: float
+
+
+@cache
+def outlined_print(part: str) -> OutlinedPrint:
+    """Return the print of a part, by its name above."""
+    beside = (load(DATA / "heart.ply", unit="mm"),) if part == ON_HEART else ()
+    if part == ROWS:
+        surface, poses = load(DATA / "plate.ply", unit="mm"), _rows()
+    else:
+        path = DATA / f"{FILES[part]}.ply"
+        made = plan(job_of(surface=path, unit="mm", spacing=SPACING, backend="fast-marching", robot=False))
+        surface, poses = made.workpiece.surface, made.poses
+    return OutlinedPrint(surface, poses, planned_runs(poses, spacing=SPACING), beside)
+
+
+def photographed(part: str, *, seed: int) -> tuple[OutlinedPrint, Viewpoint, FloatArray]:
+    """Return a print, a camera that looks at it from somewhere, and the (h, w) photograph that it takes.
+
+    Args:
+        part: its name.
+        seed: of the camera, the light and the noise.
+    """
+    printed, random = outlined_print(part), np.random.default_rng(seed)
+    scene = united([printed.surface, *printed.beside])
+    middle = 0.5 * (scene.vertices.min(axis=0) + scene.vertices.max(axis=0))
+    radius = float(np.linalg.norm(scene.vertices - middle, axis=1).max())
+    up = mean_normal(printed.surface)
+    up = up / np.linalg.norm(up)
+    across = random.standard_normal(3)
+    across -= (across @ up) * up
+    tilt = np.radians(random.uniform(*TILTS_DEG))
+    toward = np.cos(tilt) * up + np.sin(tilt) * across / np.linalg.norm(across)
+    away = radius * random.uniform(*AWAY)
+    view = looking_at(
+        middle + 0.05 * radius * random.standard_normal(3), place=middle + away * toward,
+        focal=FILLED * 0.5 * min(SIZE) * away / radius, size=SIZE, turn=random.uniform(-np.pi, np.pi),
+    )  # fmt: skip
+    beads = laid_beads(printed.poses, printed.surface, height=HEIGHT, faults=FAULTS, random=random)
+    light = Lighting(up + 0.25 * random.standard_normal(3))
+    grey = pictured(scene, beads, view, light, random=random)
+    return printed, view, np.rint(255.0 * grey) / 255.0
+
+
+def true_camera(view: Viewpoint) -> Camera:
+    """Return the camera that a viewpoint is."""
+    lens = Lens(view.size, np.full(2, view.focal), view.middle, np.array(view.radial))
+    return Camera(lens, rigid(view.axes, -view.axes @ view.place), 0.0, 0)
+
+
+def placed_by_outline(part: str, *, seed: int) -> OutlinedPhotograph:
+    """Return how well the outline of a part places a camera, and what is then measured.
+
+    Args:
+        part: its name.
+        seed: of the photograph.
+
+    Raises:
+        InputError: the outline places none.
+    """
+    printed, view, grey = photographed(part, seed=seed)
+    width = bead_width(grey)
+    beads = beads_of(grey, paired_edges(grey, width=width))
+    truth = true_camera(view)
+    lines = PrintedLines(beads, printed.surface, printed.plan)
+    found = camera_by_outline(picture_outline(grey), printed.surface, truth.lens, lines=lines, beside=printed.beside)
+
+    def held(camera: Camera) -> Held:
+        placed = place_beads(beads, camera, printed.surface)
+        visible = in_sight(camera, printed.surface, printed.plan.places, size=view.size, margin=width)
+        return held_against(printed.plan, placed, visible=visible)
+
+    def measured(camera: Camera) -> tuple[float, float]:
+        result = held(camera)
+        return float(result.widths[result.seen].mean()), float(result.offsets[result.seen].mean())
+
+    placing = found.outline
+    assert placing is not None
+    (wide, left), by_outline, clicked = (measured(each) for each in (truth, found, _clicked(printed, view, seed=seed)))
+    places = printed.surface.vertices
+    off = np.linalg.norm(found.seen(places) - truth.seen(places), axis=1)
+    depths = (places - view.place) @ view.axes[2]
+    return OutlinedPhotograph(
+        float(off.max()), float((off * depths / view.focal).max()), placing.within, placing.clearer,
+        by_outline[0] - wide, by_outline[1] - left, clicked[0] - wide, clicked[1] - left,
+    )  # fmt: skip
+
+
+def _clicked(printed: OutlinedPrint, view: Viewpoint, *, seed: int) -> Camera:
+    """Return the camera that fiducials place which somebody clicked."""
+    random = np.random.default_rng([seed, 1])
+    places = printed.surface.vertices[random.choice(len(printed.surface.vertices), MARKS, replace=False)]
+    pixels = view.pixels(places) + CLICKED * random.standard_normal((MARKS, 2))
+    return camera_by(Fiducials(tuple(f"m{k}" for k in range(MARKS)), pixels, places), true_camera(view).lens)
+
+
+def _rows() -> PoseStream:
+    """Return the poses of six rows along a plate, nearer to one of its sides, without travel between them."""
+    along = np.linspace(*ROW_ENDS, 33)
+    across = FIRST_ROW + SPACING * np.repeat(np.arange(ROW_COUNT), along.size)
+    points: FloatArray = np.column_stack([np.tile(along, ROW_COUNT), across, np.full(across.size, HEIGHT)]).astype(
+        np.float64
+    )
+    count, runs = len(points), np.repeat(np.arange(ROW_COUNT), along.size)
+    return PoseStream(
+        tips=points,
+        quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (count, 1)),
+        normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
+        runs=runs,
+        levels=runs,
+        layers=np.zeros(count, dtype=np.int64),
+        deposit=np.ones(count, dtype=np.bool_),
+        stops=np.zeros(count, dtype=np.bool_),
+        arcs=np.tile(along - along[0], ROW_COUNT),
+        flow=np.full(count, ROW_FLOW),
+        standoff=HEIGHT,
+    )
