@@ -129,7 +129,7 @@ def test_part_and_solids_of_a_table_are_moved_from_rest_to_where_they_stand(noun
     np.testing.assert_allclose(
         found.times, [*np.linspace(0.0, 1.0, first), *np.linspace(5.0, 6.0, len(found.times) - first)]
     )
-    for number, pose in enumerate(np.concatenate(on_course)):
+    for number, pose in enumerate(pose for course in on_course for pose in course):
         stands = tilted_placement(table, PLACEMENT, T_table_plate=pose, number=1)
         there = corner @ found.part[number, :, :3].T + found.part[number, :, 3]
         in_base = transforms.apply(PLACEMENT.T_base_work, there)
