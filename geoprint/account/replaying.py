@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint import transforms
-from geoprint.model import Cell, Cylinder, FloatArray, Obstacle, Placement, Robot, Surface
+from geoprint.model import Cell, Cylinder, FloatArray, Obstacle, Placement, Robot, Surface, TiltingTable
 from geoprint.motion.arm import JOINTS, Arm, tilts
 from geoprint.motion.collision import link_solids, obstacle_target, polytope, tool_solids
-from geoprint.motion.machine import table_machine
+from geoprint.motion.machine import straight_course, table_machine, work_poses
 from geoprint.report import (
     MOST_FRAMES,
     Body,
@@ -31,6 +32,8 @@ LINK_FACES = 3_000
 BODY_SUNK = 0.006
 # A table that comes to its attitude sooner is shown moving so long [s]: times of a replay rise.
 SHORTEST_MOVE = 0.1
+# What a table turns between two frames at most [rad]: straight between them what is far out comes in by a thousandth.
+TABLE_STEP = np.radians(5.0)
 
 
 def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -> Machine:
@@ -116,26 +119,42 @@ def replay(plan: Plan) -> Replay:
 
 
 def table_replay(plan: Plan, *, turning: FloatArray) -> TableReplay:
-    """Return how part and table stand at rest and in each attitude of a plan.
+    """Return how part and table stand at rest and on the course to each attitude of a plan.
+
+    The table goes straight, all of its axes in proportion and evenly in time: that is the course which is proven to
+    keep clear of the arm, in the time that the plan counts.
 
     Args:
         plan: with a robot, over a table.
         turning: (a, 2) when the table moves to each attitude [s].
     """
-    cell = plan.workpiece.cell
-    T_base_rest = _at_rest(cell, plan.robot[0].placement)
-    T_rest_base = transforms.inverse(T_base_rest)
-    poses = [np.eye(4), *(one.placement.table.T_table_plate for one in plan.robot if one.placement.table)]
-    works = [T_base_rest, *(one.placement.T_base_work for one in plan.robot)]
-    resting = _solids(cell, np.eye(4))
+    noun = plan.workpiece.cell.table
+    assert noun is not None  # noqa: S101  # The plan is over a table.
+    table, T_base_rest = table_machine(noun), _at_rest(plan.workpiece.cell, plan.robot[0].placement)
+    T_rest_base, resting = transforms.inverse(T_base_rest), table.solids(np.eye(4))
+    knots = [np.eye(4), *(one.placement.table.T_table_plate for one in plan.robot if one.placement.table)]
+    times: list[FloatArray] = []
+    poses: list[FloatArray] = []
+    for ends, (begin, end) in zip(pairwise(knots), turning.tolist(), strict=True):
+        shares = _shares(table, np.stack(ends))
+        times.append(np.append(begin + shares[:-1] * (end - begin), end))
+        poses.append(straight_course(table, np.stack(ends), shares))
     motions = [
         [
             (T_rest_base @ _stretch(rests, stands) @ T_base_rest)[:3]
-            for rests, stands in zip(resting, _solids(cell, pose), strict=True)
+            for rests, stands in zip(resting, table.solids(pose), strict=True)
         ]
-        for pose in poses
+        for pose in np.concatenate(poses)
     ]
-    return TableReplay(turning, np.stack([(T_rest_base @ work)[:3] for work in works]), np.array(motions))
+    works = work_poses(table, Ts_table_plate=np.concatenate(poses), T_base_work=T_base_rest)
+    return TableReplay(turning, np.concatenate(times), (T_rest_base @ works)[:, :3], np.array(motions))
+
+
+def _shares(table: TiltingTable, ends: FloatArray) -> FloatArray:
+    """Return at which shares of a table's course from one of (2, 4, 4) poses to the other its frames are."""
+    turned = float(np.arccos(np.clip((np.trace(ends[0, :3, :3].T @ ends[1, :3, :3]) - 1.0) / 2.0, -1.0, 1.0)))
+    axes = np.abs(np.diff(table.axes(ends), axis=0)) if table.rotary else np.zeros(1)
+    return np.linspace(0.0, 1.0, max(int(np.ceil(max(turned, float(axes.sum())) / TABLE_STEP)), 1) + 1)
 
 
 def _part_replay(cell: Cell, robot: RobotPlan, *, begin: float, frames: int) -> Replay:

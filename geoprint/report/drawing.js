@@ -98,15 +98,16 @@ function boxOf(places, box = { low: [Infinity, Infinity, Infinity], high: [-Infi
   };
 }
 
-// Boxes around the part, around it in all attitudes, around everything that moves, and around all there is; sought once.
+// Boxes around the part, around it however the table holds it, around everything that moves, and around all there is; sought once.
 function boxes(part) {
   if (part.boxes) return part.boxes;
   const { machine } = part, surface = boxOf(part.vertices);
   // Layers stand over the part, and out beyond it.
   const own = part.backends.reduce((box, { layers, path }) => (layers ? boxOf(path, box) : box), surface);
   const replays = part.backends.flatMap(({ replay }) => replay ?? []);
-  const stands = replays.flatMap((replay) => [-1, ...(replay.table?.turning ?? []).map(([, end]) => end)]
-    .map((time) => standing(replay, time)));
+  const frames = replays.flatMap(({ table }) =>
+    (table?.part ?? []).map((motion, frame) => ({ part: motion, solids: table.solids[frame] })));
+  const stands = frames.length ? frames : [AT_REST];
   const inAll = (places, box) => stands.reduce((found, { part: motion }) => boxOf(placed(places, motion), found), box);
   const tilted = inAll(part.vertices, own);
   let robot = tilted, all = tilted;

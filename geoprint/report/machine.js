@@ -3,7 +3,7 @@
 const KINDS = ["body", "cell", "table", "arm", "tool"];
 const STILL = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]];
 // Where nothing tilts the part it stands as it rests.
-const AT_REST = { number: 0, part: STILL, solids: [] };
+const AT_REST = { number: 0, frame: 0, part: STILL, solids: [] };
 
 // Join the bodies of each kind: all vertices as they are with the joints at zero, and which joint moves each.
 function machineOf({ points, directions, bodies }) {
@@ -62,11 +62,21 @@ function placed([x, y, z], motion) {
     Float32Array.from(x, (value, at) => a * value + b * y[at] + c * z[at] + shift));
 }
 
-// How part and table stand at a moment: in the attitude to which the table came last, at rest before the first.
+// A motion so far between two others that what is between goes straight.
+function mixed(one, other, share) {
+  return one.map((row, axis) => row.map((value, at) => (1 - share) * value + share * other[axis][at]));
+}
+
+// How part and table stand at a moment: at rest, on the course to an attitude, or in the one that was come to last; and
+// in which frame that is, a fraction between two.
 function standing({ table }, time) {
   if (!table) return AT_REST;
-  const number = countUpTo(table.turning.map(([, end]) => end), time);
-  return { number, part: table.part[number], solids: table.solids[number] };
+  const { turning, times, part, solids } = table, number = countUpTo(turning.map(([, end]) => end), time);
+  const next = countUpTo(times, time), last = Math.max(next - 1, 0);
+  if (!within(turning, time)) return { number, frame: last, part: part[last], solids: solids[last] };
+  const share = (time - times[last]) / (times[next] - times[last]);
+  return { number, frame: last + share, part: mixed(part[last], part[next], share),
+    solids: solids[last].map((one, at) => mixed(one, solids[next][at], share)) };
 }
 
 // Solids of the table as they stand; the machine numbers them from 1.

@@ -143,7 +143,7 @@ def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray], *, R_vi
 
 
 def _table(table: TableReplay, upright: Callable[[FloatArray], FloatArray], *, R_view_work: FloatArray) -> Json:
-    """Return when the table moves, and the motions of part and solids at rest and in each attitude, in the view."""
+    """Return when the table moves, and the motions of part and solids frame by frame, in the view."""
     # What is shown as x stands at R.T @ x + middle in the work frame.
     middle = -R_view_work.T @ upright(np.zeros((1, 3)))[0]
 
@@ -154,6 +154,7 @@ def _table(table: TableReplay, upright: Callable[[FloatArray], FloatArray], *, R
 
     return {
         "turning": table.turning.round(3).tolist(),
+        "times": table.times.round(3).tolist(),
         "part": viewed(table.part),
         "solids": viewed(table.solids),
     }

@@ -71,26 +71,32 @@ class Machine:
 @final
 @frozen
 class TableReplay:
-    """How a table holds the part at each moment of a replay: as it rests, then in one attitude after the other.
+    """How a table holds the part at each moment of a replay: as it rests, and on its course to each attitude.
 
     Attributes:
-        turning: (a, 2) when the table moves to each attitude [s], rising; the part is drawn there from the end on.
-        part: (a + 1, 3, 4) motion of the part from where it rests, at rest and in each attitude, in the work frame.
-        solids: (a + 1, s, 3, 4) the same of each solid of the table; one that grows longer is stretched.
+        turning: (a, 2) when the table moves to each attitude [s], rising.
+        times: (n,) moments of the frames [s], rising: the first and the last of each motion, and enough within it that
+            what is between two of them goes straight.
+        part: (n, 3, 4) motion of the part from where it rests, in the work frame.
+        solids: (n, s, 3, 4) the same of each solid of the table; one that grows longer is stretched.
     """
 
     turning: FloatArray
+    times: FloatArray
     part: FloatArray
     solids: FloatArray
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
-            self, turning="float: a 2", part="float: n 3 4", solids="float: n s 3 4",
+            self, turning="float: a 2", times="float: n", part="float: n 3 4", solids="float: n s 3 4",
         )  # fmt: skip
-        if sizes["n"] != sizes["a"] + 1 or np.diff(self.turning.ravel()).min(initial=0.0) < 0.0:
+        moves, frames = self.turning.ravel(), self.times
+        if np.diff(moves).min(initial=0.0) < 0.0 or np.diff(frames).min(initial=0.0) < 0.0:
+            raise InputError("the table's motions in a replay, or their frames, go back in time: give them in order.")
+        if not np.isin(moves, frames).all() or not {frames[0], frames[-1]} <= set(moves):
             raise InputError(
-                f"a table moves {sizes['a']} times and stands in {sizes['n']} attitudes, rest included: give one more "
-                "than moves, and the times of these in their order."
+                f"a table moves {sizes['a']} times, and its {sizes['n']} frames lack a motion's first or last moment, "
+                "or lie outside all of them: give a frame at both ends of each motion, and none before or behind."
             )
 
 

@@ -15,15 +15,15 @@ class View {
     return this.scene.part.backends[this.place].replay;
   }
 
-  // Number of the attitude in which the part is drawn.
-  get standing() {
+  // How part and table stand at the moment that is shown.
+  get stand() {
     const { robot, time } = this.scene.state;
-    return robot && this.replay ? standing(this.replay, time).number : 0;
+    return robot && this.replay ? standing(this.replay, time) : AT_REST;
   }
 
   drawn() {
     const { part, state } = this.scene, backend = part.backends[this.place];
-    this.stood = this.standing;
+    this.stood = this.stand.frame;
     this.colouring = COLOURINGS[state.colour](part, backend);
     const { clientWidth: width, clientHeight: height } = this.plot;
     const list = traces(part, backend, this.colouring, state, height);
@@ -57,8 +57,14 @@ class View {
     return this.plot.data[0].intensitymode === "cell" ? this.scene.part.faces[0][number] : number;
   }
 
+  // What waits to be drawn is drawn as it is by then: a table that moves asks for more than can be drawn.
   redraw() {
-    this.queue(() => (this.live && !this.root.hidden ? Plotly.react(...this.drawn()) : null));
+    if (this.waiting) return;
+    this.waiting = true;
+    this.queue(() => {
+      this.waiting = false;
+      return this.live && !this.root.hidden ? Plotly.react(...this.drawn()) : null;
+    });
   }
 
   stop() {
@@ -86,14 +92,15 @@ class View {
   attitude({ turning }) {
     const { table } = this.replay;
     if (!table) return [];
-    return [turning ? "table moves" : `attitude ${this.standing} of ${table.turning.length}`];
+    const { number } = this.stand, count = table.turning.length;
+    return [turning ? `table moves to attitude ${number + 1} of ${count}` : `attitude ${number} of ${count}`];
   }
 
   // Move the robot alone: the surface is not drawn anew.
   move() {
     if (!this.live || !this.replay || !this.scene.state.robot) return;
-    // Another attitude moves everything; what is drawn then counts for all that moves until it is there.
-    if (this.standing !== this.stood) { this.stood = this.standing; this.redraw(); return; }
+    // A table that moves moves everything; what is drawn then counts for all that moves until it is there.
+    if (this.waiting || this.stand.frame !== this.stood) { this.redraw(); return; }
     const points = movingPlaces(this.scene.part, this.replay, this.scene.state.time, theme());
     const inside = this.plot._fullLayout.scene._scene, full = MOVING.map((place) => this.plot._fullData[place]);
     const held = full.map(({ uid }) => inside?.traces?.[uid]);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import cast
 
@@ -15,7 +16,7 @@ from geoprint.account.replaying import machine, motion_shades, table_replay
 from geoprint.config import load_cell
 from geoprint.model import FloatArray, Hexapod, Surface, TiltTurn
 from geoprint.motion.arm import Arm
-from geoprint.motion.machine import table_machine, tilted_placement
+from geoprint.motion.machine import straight_course, table_machine, tilted_placement
 from geoprint.report import Machine
 from geoprint.results import Plan, RobotPlan, Workpiece
 from tests.export.export_cases import PLACEMENT
@@ -115,7 +116,21 @@ def test_part_and_solids_of_a_table_are_moved_from_rest_to_where_they_stand(noun
     solids = [body for body in drawn.bodies if body.kind == "table"]
     assert [body.joint for body in solids] == list(range(1, len(table.solids(np.eye(4))) + 1))
     corner = np.array([[10.0, -20.0, 5.0]])
-    for number, (pose, stands) in enumerate(zip([np.eye(4), *poses], [PLACEMENT, *places], strict=True)):
+    # At rest, on the course to each attitude, and in it: the frames lie evenly in the time of each motion.
+    knots: list[FloatArray] = [np.eye(4), *poses]
+    courses = [np.stack(ends) for ends in pairwise(knots)]
+    first = int(np.searchsorted(found.times, 5.0))
+    assert first > 2
+    assert len(found.times) - first > 2
+    on_course = [
+        straight_course(table, ends, np.linspace(0.0, 1.0, count))
+        for ends, count in zip(courses, (first, len(found.times) - first), strict=True)
+    ]
+    np.testing.assert_allclose(
+        found.times, [*np.linspace(0.0, 1.0, first), *np.linspace(5.0, 6.0, len(found.times) - first)]
+    )
+    for number, pose in enumerate(pose for course in on_course for pose in course):
+        stands = tilted_placement(table, PLACEMENT, T_table_plate=pose, number=1)
         there = corner @ found.part[number, :, :3].T + found.part[number, :, 3]
         in_base = transforms.apply(PLACEMENT.T_base_work, there)
         np.testing.assert_allclose(in_base, transforms.apply(stands.T_base_work, corner), atol=1e-9)

@@ -20,7 +20,7 @@ from geoprint.config import Job, job_of, load_cell, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError, VerificationError
 from geoprint.model import Surface
 from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, record_seen
-from geoprint.pipeline.folders.stack_program import stack_program
+from geoprint.pipeline.folders.stack_program import own_programs, stack_program
 from geoprint.pipeline.stacked.simulating import stacked_layer
 from geoprint.pipeline.stacks import stacking
 from geoprint.results import Plan
@@ -282,10 +282,9 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
         | dict.fromkeys(("spacing_cv", "gap", "overlap", "thickness_cv", "print_s", "clearance_mm", "not_printable"))
         | {"folder": "layer-01", "runs": 1, "warnings": (), "not_checked": ()}
     )
-    assert stack_program(tmp_path, [layer], part_name="cap.ply") == ({}, None)
-    # Nor over a table, where each layer has its own of its attitudes.
-    tilted = layer.model_copy(update={"print_s": 10.0, "attitudes": 3})
-    assert stack_program(tmp_path, [tilted], part_name="cap.ply") == ({}, None)
+    own = own_programs(tmp_path, [layer])
+    assert own == []
+    assert stack_program(own, [layer], (), part_name="cap.ply") == ({}, None)
 
 
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:

@@ -109,12 +109,20 @@ def replay(*, frames: int = 80, seconds: float = 40.0) -> Replay:
 
 
 def tilting_part(*, seconds: float) -> PartReport:
-    """Return the dome on a block that takes two attitudes: a quarter turn about the x axis, then 30 mm up."""
+    """Return the dome on a block that takes two attitudes: a quarter turn about the x axis, then 30 mm up.
+
+    On its course to each it has one frame: an eighth of a turn, then back with the lift half done.
+    """
     one = part(surface=dome(rings=12), names=("only",), seconds=seconds)
     quarter = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0]]
-    motions = np.array([np.eye(4)[:3].tolist(), quarter, [*np.eye(4)[:2].tolist(), [0.0, 0.0, 1.0, 30.0]]])
+    half = np.sqrt(0.5)
+    eighth = [[1.0, 0.0, 0.0, 0.0], [0.0, half, -half, 0.0], [0.0, half, half, 0.0]]
+    rest, up = np.eye(4)[:3].tolist(), np.eye(4)[:2].tolist()
+    lifts = [[*up, [0.0, 0.0, 1.0, height]] for height in (15.0, 30.0)]
+    motions = np.array([rest, eighth, quarter, quarter, *lifts])
     turning = np.array([[0.0, 0.1 * seconds], [0.5 * seconds, 0.6 * seconds]])
-    moving = replace(replay(seconds=seconds), table=TableReplay(turning, motions, motions[:, None]))
+    times = seconds * np.array([0.0, 0.05, 0.1, 0.5, 0.55, 0.6])
+    moving = replace(replay(seconds=seconds), table=TableReplay(turning, times, motions, motions[:, None]))
     assert one.machine is not None
     block = Body("table", 1, box([-15.0, -15.0, -20.0], [15.0, 15.0, -10.0]))
     machine = replace(one.machine, bodies=(*one.machine.bodies, block))

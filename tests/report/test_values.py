@@ -31,13 +31,18 @@ def test_times_of_a_replay_do_not_go_back() -> None:
         replace(moving, bead_times=moving.bead_times[::-1])
 
 
-def test_a_table_stands_at_rest_and_in_as_many_attitudes_as_it_moves_to_in_their_order() -> None:
-    turning, stands = np.array([[0.0, 1.0], [5.0, 6.0]]), np.tile(np.eye(4)[:3], (3, 1, 1))
-    assert TableReplay(turning, stands, stands[:, None]).part.shape == (3, 3, 4)
-    with pytest.raises(InputError, match="moves 2 times and stands in 2 attitudes"):
-        TableReplay(turning, stands[1:], stands[1:, None])
-    with pytest.raises(InputError, match="in their order"):
-        TableReplay(turning[::-1], stands, stands[:, None])
+def test_a_table_has_frames_at_both_ends_of_each_motion_in_their_order() -> None:
+    turning, times = np.array([[0.0, 1.0], [5.0, 6.0]]), np.array([0.0, 0.5, 1.0, 5.0, 6.0])
+    stands = np.tile(np.eye(4)[:3], (5, 1, 1))
+    assert TableReplay(turning, times, stands, stands[:, None]).part.shape == (5, 3, 4)
+    with pytest.raises(InputError, match="moves 2 times, and its 4 frames lack"):
+        TableReplay(turning, times[1:], stands[1:], stands[1:, None])
+    with pytest.raises(InputError, match="lie outside all of them"):
+        TableReplay(turning, np.array([-1.0, 0.0, 1.0, 5.0, 6.0]), stands, stands[:, None])
+    with pytest.raises(InputError, match="go back in time"):
+        TableReplay(turning[::-1], times, stands, stands[:, None])
+    with pytest.raises(InputError, match="go back in time"):
+        TableReplay(turning, times[::-1], stands, stands[:, None])
 
 
 def test_stretches_cover_all_points() -> None:

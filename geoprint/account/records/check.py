@@ -103,7 +103,10 @@ class CheckedComparisonRecord(Record):
         description="part by part, in the order of the verdict; or from the lowest layer up"
     )
     set_to: StackSettingsNow | None = Field(
-        default=None, description="of a stack; left out where its program is not that of its layers"
+        default=None, description="of a stack; left out over a table, and where its program is not that of its layers"
+    )
+    attitudes_set_to: AttitudeSettingsNow | None = Field(
+        default=None, description="of a stack over a table, whose program counts attitudes through; left out likewise"
     )
     executed: tuple[str, ...] = Field(
         default=(), description="of a stack: how its program was run in this check, each layer as by itself"

@@ -104,7 +104,14 @@ class StackProgramRecord(Record):
 
     file: str = Field(description="list of the modules that a person loads; the layers are loaded by the program")
     pause_s: Rounded = Field(description="that the arm waits at home between two layers [s]; 0 for none")
-    print_s: Rounded = Field(description="time of all layers and the pauses between them, loading left out [s]")
+    print_s: Rounded = Field(
+        description="time of all layers, of a table's motions and of the pauses between layers, loading left out [s]"
+    )
+    table_kept_mm: float | None = Field(
+        default=None,
+        description="smallest distance that is proven from the arm at home to what a table moves while it goes from "
+        "one layer to the next; left out where the part stands still [mm]",
+    )
     runs_dry_only: bool = Field(description="because nobody has stated where the part stands")
     scenarios: tuple[str, ...] = Field(
         description="in which it was executed, each layer with the moves and switchings of its own program"
@@ -128,7 +135,7 @@ class StackRecord(Record):
     finished: FinishedFlowsRecord = Field(description="how all layers together come out")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
     program: StackProgramRecord | None = Field(
-        description="of all layers; null without a robot, and over a table, where each layer has its own alone"
+        description="of all layers, over a table of all their attitudes; null without a robot"
     )
     cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
     not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what nobody looked at")

@@ -12,6 +12,7 @@ from scipy.spatial import KDTree
 
 from geoprint.account.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
 from geoprint.account.texts.stack import finished_sentences, stack_sentence, stack_warnings
+from geoprint.account.texts.stack_sheet import attitudes_of
 from geoprint.config import Job
 from geoprint.model import FloatArray
 from geoprint.quality.stacked import Finished
@@ -40,7 +41,7 @@ PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 PLANES = ("across", "along")
 COLUMNS = (
     "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "spacing CV", "missed", "laid twice",
-    "thickness CV", "laid / held", "seams apart [mm]", "time [s]", "clearance [mm]",
+    "thickness CV", "laid / held", "seams apart [mm]", "time [s]", "attitudes", "clearance [mm]",
 )  # fmt: skip
 _NONE = "-"
 
@@ -184,12 +185,15 @@ def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView
 def _table(stack: FinishedStack, told: StackRecord) -> list[tuple[str, tuple[str, ...]]]:
     """Return the heading and the cells of each column of the table of layers, without those that say nothing."""
     moved = _moved(stack)
-    rows = [_row(number, layer, moved[number - 1]) for number, layer in enumerate(told.layers, start=1)]
+    rows = [
+        _row(number, layer, moved[number - 1], attitudes_of(number, told.layers) or _NONE)
+        for number, layer in enumerate(told.layers, start=1)
+    ]
     columns = zip(COLUMNS, zip(*rows, strict=True), strict=True)
     return [(name, cells) for name, cells in columns if any(cell != _NONE for cell in cells)]
 
 
-def _row(number: int, layer: StackedLayerRecord, moved: str) -> tuple[str, ...]:
+def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> tuple[str, ...]:
     return (
         str(number),
         f"{layer.bottom_mm:.3g}",
@@ -204,6 +208,7 @@ def _row(number: int, layer: StackedLayerRecord, moved: str) -> tuple[str, ...]:
         f"{layer.laid_mm3 / layer.wanted_mm3:.2%}",
         moved,
         _NONE if layer.print_s is None else f"{layer.print_s:.0f}",
+        attitudes,
         _NONE if layer.clearance_mm is None else f"{layer.clearance_mm:.2f}",
     )
 

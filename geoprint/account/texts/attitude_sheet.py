@@ -29,7 +29,7 @@ def attitude_rows(checked: Checked, told: PlanRecord) -> list[tuple[str, list[st
     return [
         ("program", _program(joined, told.robot, dry_only=dry_only)),
         ("attitudes", [_attitude(robot, table) for robot in told.robot]),
-        ("table", _table(table)),
+        ("table", table_lines(table.name)),
         ("is set to", [] if now.settings is None else [_settings(now.settings, dry_only=dry_only)]),
         ("to print", _printing(dry_only=dry_only)),
         ("to stop", [_stopping(len(told.robot))]),
@@ -61,9 +61,14 @@ def _attitude(robot: RobotRecord, table: TableRecord) -> str:
     )
 
 
-def _table(table: TableRecord) -> list[str]:
+def table_lines(name: str) -> list[str]:
+    """Return what a person must know who brings a table to its attitudes.
+
+    Args:
+        name: of the table.
+    """
     return [
-        f"the {table.name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
+        f"the {name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
         "nothing but you notices a wrong attitude, or a driven table's wrong zero: the tool would run into the part",
     ]
 

@@ -45,13 +45,15 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
         return as_json(_record(checked, checked.folder.name))
     stack = checked.stack
     settings = None if stack is None else stack.settings
+    tilted = stack is not None and stack.told is not None and stack.told.layers[0].attitudes is not None
     return as_json(
         CheckedComparisonRecord(
             comparison=checked.folder.name,
             agrees=not checked.findings,
             findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
             bundles=tuple(_record(one, name) for name, one in checked.bundles),
-            set_to=None if settings is None else StackSettingsNow(**asdict(settings)),
+            set_to=None if settings is None or tilted else StackSettingsNow(**asdict(settings)),
+            attitudes_set_to=_attitudes_now(settings) if settings is not None and tilted else None,
             executed=() if stack is None else stack.scenarios,
             program_sha256=None if stack is None else stack.program_sha256 or None,
             seen=() if stack is None else stack.seen,

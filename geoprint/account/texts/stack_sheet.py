@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from geoprint.account.checked import CheckedStack
 from geoprint.account.evidence import seen_rows
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
+from geoprint.account.texts.attitude_sheet import table_lines
 from geoprint.account.texts.run_sheet import entry
 from geoprint.export.rapid import StackSettings
 
@@ -14,7 +15,7 @@ _HOME = "the controller's HOME folder"
 
 
 def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
-    """Return the lines of the page; where each layer has its own program, what is done with these, and none without.
+    """Return the lines of the page; none without a program.
 
     Args:
         told: what stack.json says.
@@ -23,58 +24,71 @@ def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None =
     """
     program = told.program
     if program is None:
-        return stack_steps(told)
+        return []
     layers = [_layer(number, layer, told) for number, layer in enumerate(told.layers, start=1)]
     before = [("program", _program(program, told.layers)), ("layers", layers)]
-    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings)])]
+    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings, told.layers)])]
     seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=checked.program_sha256)]
-    proven = (("executed", [_executed(program)]), ("evidence", seen))
-    rows = (*before, *now, *_handling(program, len(told.layers)), *proven)
+    proven = (("executed", [_executed(program, told.layers)]), ("evidence", seen))
+    rows = (*before, *now, *_handling(program, told.layers), *proven)
     return [line for label, texts in rows for line in entry(label, texts, width=width)]
 
 
 def stack_steps(told: StackRecord) -> list[str]:
-    """Return the lines of that page behind those of the layers: what to load, to set and to do; or how each is printed.
+    """Return the lines of that page behind those of the layers: what to load, to set and to do.
 
     Args:
         told: what stack.json says.
     """
     program = told.program
     if program is None:
-        rows = [("programs", _own_programs(told.layers))] if told.layers[0].attitudes is not None else []
-        return [line for label, texts in rows for line in entry(label, texts, width=None)]
-    rows = (("program", _program(program, told.layers)), *_handling(program, len(told.layers)))
+        return []
+    rows = (("program", _program(program, told.layers)), *_handling(program, told.layers))
     return [line for label, texts in rows for line in entry(label, texts, width=None)]
 
 
-def _own_programs(layers: Sequence[StackedLayerRecord]) -> list[str]:
-    """Return what a person does with the programs of layers that are printed over a table."""
-    first, last, moves = layers[0].folder, layers[-1].folder, sum(layer.attitudes or 0 for layer in layers)
-    loading = (
-        f"{len(layers)}, one a layer, in {moves} attitudes of the table; load that of {first}, and so on to {last}, as "
-        "the run sheet of each says (`geoprint check` of its folder prints it)"
-    )
-    return [loading, "nothing but you notices when a layer is left out or comes twice"]
-
-
 def behind_layer(number: int, told: StackRecord) -> str:
-    """Return what comes behind a layer, to stand behind what it takes: nothing, or a pause.
+    """Return what stands behind what a layer takes: its attitudes of a table, and a pause where one comes.
 
     Args:
         number: of the layer, from 1.
         told: what stack.json says.
     """
     pause = 0.0 if told.program is None else told.program.pause_s
-    return f"; then {pause:g} s at home" if pause and number < len(told.layers) else ""
+    waits = f"; then {pause:g} s at home" if pause and number < len(told.layers) else ""
+    attitudes = attitudes_of(number, told.layers)
+    return (f", attitudes {attitudes}" if attitudes else "") + waits
 
 
-def _handling(program: StackProgramRecord, count: int) -> list[tuple[str, list[str]]]:
+def attitudes_of(number: int, layers: Sequence[StackedLayerRecord]) -> str:
+    """Return in which attitudes of a table a layer is printed, counted on from layer to layer; nothing without one.
+
+    Args:
+        number: of the layer, from 1.
+        layers: of the stack, the lowest first.
+    """
+    own = layers[number - 1].attitudes
+    if own is None:
+        return ""
+    first = 1 + sum(layer.attitudes or 0 for layer in layers[: number - 1])
+    return str(first) if own == 1 else f"{first} to {first + own - 1}"
+
+
+def _parts(layers: Sequence[StackedLayerRecord]) -> tuple[str, int]:
+    """Return what the program loads one after another, and how many: layers, or attitudes of a table."""
+    attitudes = sum(layer.attitudes or 0 for layer in layers)
+    return ("attitude", attitudes) if attitudes else ("layer", len(layers))
+
+
+def _handling(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[tuple[str, list[str]]]:
     """Return how it is printed, stopped and begun again."""
-    rows = [("to print", _printing(program))]
+    one, count = _parts(layers)
+    rows = [("table", table_lines("table"))] if one == "attitude" else []
+    rows.append(("to print", _printing(program)))
     if count > 1:
-        rows.append(("to stop", [_stopping(count)]))
+        rows.append(("to stop", [_stopping(one, count)]))
     if not program.runs_dry_only:
-        rows.append(("to resume", _resuming()))
+        rows.append(("to resume", _resuming(one)))
     return rows
 
 
@@ -84,19 +98,21 @@ def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) 
     dry = "; RUNS DRY ONLY" if program.runs_dry_only else ""
     first, last = layers[0].folder, layers[-1].folder
     folders = f"the folder {first}" if count == 1 else f"the folders {first} to {last}"
-    runs = sum(layer.runs for layer in layers)
+    runs, (one, parts) = sum(layer.runs for layer in layers), _parts(layers)
+    tilted = f" and {parts} attitudes of the table" if one == "attitude" else ""
     return [
-        f"{runs} runs in {count} layers, {program.print_s:.0f} s at full speed{pauses}{dry}",
+        f"{runs} runs in {count} layers{tilted}, {program.print_s:.0f} s at full speed{pauses}{dry}",
         f"copy {folders} of rapid/ to {_HOME}, then load {program.file}",
     ]
 
 
-def _settings(program: StackProgramRecord, settings: StackSettings) -> str:
-    layers = f"layers {settings.first_layer} to {settings.last_layer}"
+def _settings(program: StackProgramRecord, settings: StackSettings, layers: Sequence[StackedLayerRecord]) -> str:
+    one, _ = _parts(layers)
+    parts = f"{one}s {settings.first_layer} to {settings.last_layer}"
     if settings.dry_run or program.runs_dry_only:
-        return f"run {layers} dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"
+        return f"run {parts} dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"
     return (
-        f"PRINT {layers} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
+        f"PRINT {parts} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
         "(geoDryRun FALSE)"
     )
 
@@ -114,23 +130,25 @@ def _printing(program: StackProgramRecord) -> list[str]:
     return [*texts, "then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %"]
 
 
-def _stopping(count: int) -> str:
+def _stopping(one: str, count: int) -> str:
     return (
-        f"geoLastLayer, 1 to {count}, ends it behind that layer, at home, with everything shut off; it may be lowered "
-        "while a layer is printed"
+        f"geoLast{one.title()}, 1 to {count}, ends it behind that {one}, at home, with everything shut off; it may be "
+        f"lowered while {'an' if one == 'attitude' else 'a'} {one} is printed"
     )
 
 
-def _resuming() -> list[str]:
+def _resuming(one: str) -> list[str]:
+    first = f"geoFirst{one.title()}"
     begun = (
-        "geoFirstLayer stands at the layer that was begun and not finished: clean the nozzle, set geoFirstRun to the "
+        f"{first} stands at the {one} that was begun and not finished: clean the nozzle, set geoFirstRun to the "
         "run that the pendant names, start from main"
     )
-    return [begun, "behind the last layer geoFirstLayer stands beyond it: set it to 1 for a new part"]
+    return [begun, f"behind the last {one} {first} stands beyond it: set it to 1 for a new part"]
 
 
-def _executed(program: StackProgramRecord) -> str:
+def _executed(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> str:
+    one, _ = _parts(layers)
     return (
-        f"{', '.join(program.scenarios)}; each layer moved and switched as its own program does; refused before "
+        f"{', '.join(program.scenarios)}; each {one} moved and switched as its own program does; refused before "
         f"anything moved: {', '.join(program.refused)}"
     )

@@ -6,6 +6,8 @@ device: which board and bit an output hangs on, only the person at the cell know
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from geoprint.export.rapid import values
 from geoprint.export.rapid.outputs import output_names, output_words
 from geoprint.export.rapid.templates import conditions, filled, unit_words
@@ -22,27 +24,27 @@ _FILES = {
 }
 
 
-def controller_files(cell: Cell, *, placement: Placement, loading: bool, layers: int = 0) -> dict[str, str]:
+def controller_files(cell: Cell, *, placement: Placement, loading: bool, folders: Sequence[str] = ()) -> dict[str, str]:
     """Return name and text of each file.
 
     Args:
         cell: its outputs and arm.
         placement: whether all of it was stated: the page says what to try.
         loading: whether the program loads its modules while it runs.
-        layers: of the stack that the program prints, or attitudes of a table; 0 for a program by itself.
+        folders: of the layers or attitudes that the program loads, in their order; none for a program by itself.
 
     Raises:
         UsageError: an output has no RAPID name or is missing.
     """
-    holding = conditions(cell, placement=placement, loading=loading, stacked=layers > 0)
+    holding = conditions(cell, placement=placement, loading=loading, stacked=bool(folders))
     names = output_names(cell.signals)
     words = output_words(names) | {
         "NAMES": ", ".join(names.values()),
         "ARM": cell.robot.model,
         "LAG": values.significant(cell.signals.flow_lag),
-        "FIRST": "layer-01" if placement.table is None else "part-1",
-        "LAST": f"layer-{layers:02}" if placement.table is None else f"part-{layers}",
-        "COUNT": str(layers),
+        "FIRST": folders[0] if folders else "",
+        "LAST": folders[-1] if folders else "",
+        "COUNT": str(len(folders)),
         **unit_words(placement),
     }
     return {name: filled(template, holding=holding, words=words) for name, template in _FILES.items()}

@@ -46,12 +46,15 @@ MODULE GeoStack
     IF geoStackPrints AND NOT geoDryRun THEN
       geoFirstRun:=1;
       geoFirst<UNIT>:=<LOWER>+1;
-@pause|      IF <LOWER><nGeo<UNIT>s AND <LOWER><geoLast<UNIT> THEN
-@pause|        TPWrite "Pause before the next layer, seconds: "\Num:=nGeoLayerPause;
-@pause|        WaitTime nGeoLayerPause;
-@pause|      ENDIF
     ENDIF
   ENDPROC
+@pause|  ! Stands behind the last <LOWER> of each layer that another one comes upon.
+@pause|  PROC GeoStackPause(num <LOWER>)
+@pause|    IF <LOWER><geoStackFrom OR <LOWER>>=geoLast<UNIT> RETURN;
+@pause|    IF geoDryRun OR NOT geoStackPrints RETURN;
+@pause|    TPWrite "Pause before the next layer, seconds: "\Num:=nGeoLayerPause;
+@pause|    WaitTime nGeoLayerPause;
+@pause|  ENDPROC
 @layers|  ! The name of a layer's routine holds a sum over its modules, so that those of another stack are not taken for it.
 @attitudes|  ! The name of an attitude's routine holds a sum over its modules, so that those of others are not taken for it.
   PROC GeoStackPrint(string entry)

@@ -15,7 +15,6 @@ from itertools import pairwise
 from typing import TypeAlias, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
@@ -24,6 +23,7 @@ from geoprint.motion.arm import Arm
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.tool_distance import circumscribed
 from geoprint.motion.collision.tool_solids import ARC_ALLOWANCE, tool_solids
+from geoprint.motion.machine import straight_course, turned_course
 from geoprint.surfaces import in_words, triple
 
 # Balls about what moves have their centres this far apart, or less [mm].
@@ -158,26 +158,15 @@ def _at_home(arm: Arm, tool: Tool) -> list[_Sausage]:
 
 def _courses(table: TiltingTable, ends: FloatArray) -> list[Course]:
     """Return each straight motion that a table may make from one pose of its plate to another."""
+    courses = [partial(straight_course, table, ends)]
     if not table.rotary:
-        return [partial(_shifted, ends)]
+        return courses
     start, end = table.axes(ends)
-    knots = [np.stack([start, end])]
     for axis in range(len(start)):
         bent = start.copy()
         bent[axis] = end[axis]
-        knots.append(np.stack([start, bent, end]))
-    return [partial(_turned, table, along) for along in knots]
-
-
-def _shifted(ends: FloatArray, shares: FloatArray) -> FloatArray:
-    rotations = Slerp([0.0, 1.0], Rotation.from_matrix(ends[:, :3, :3]))(shares).as_matrix()
-    return transforms.rigid(rotations, ends[0, :3, 3] + shares[:, None] * (ends[1, :3, 3] - ends[0, :3, 3]))
-
-
-def _turned(table: TiltingTable, knots: FloatArray, shares: FloatArray) -> FloatArray:
-    places = np.linspace(0.0, 1.0, len(knots))
-    axes = [np.interp(shares, places, knots[:, axis]) for axis in range(knots.shape[1])]
-    return np.stack([table.plate(np.array(each)) for each in zip(*axes, strict=True)])
+        courses.append(partial(turned_course, table, np.stack([start, bent, end])))
+    return courses
 
 
 def _along(table: TiltingTable, course: Course, held: Sequence[_Carried]) -> Iterator[tuple[_Moving, float]]:

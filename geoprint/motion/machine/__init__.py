@@ -5,8 +5,10 @@ from geoprint.motion.machine.moving import (
     driven_seconds as driven_seconds,
     move_seconds as move_seconds,
     obstacles_at as obstacles_at,
+    straight_course as straight_course,
     table_machine as table_machine,
     tilted_placement as tilted_placement,
+    turned_course as turned_course,
     work_poses as work_poses,
 )
 from geoprint.motion.machine.tilt_turn import TiltTurnMachine as TiltTurnMachine

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
 
 from geoprint import transforms
 from geoprint.model import Cell, FloatArray, Hexapod, Obstacle, Placement, TablePose, TiltingTable, TiltTurn
@@ -56,6 +57,42 @@ def move_seconds(table: TiltingTable, *, Ts_from: FloatArray, Ts_to: FloatArray)
     """
     moved = np.abs(table.axes(Ts_to) - table.axes(Ts_from))
     return (moved / table.speeds).max(axis=1)
+
+
+def straight_course(table: TiltingTable, Ts_table_plate: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return poses of the plate on its straight course from one to another.
+
+    Axes that turn do so in proportion; a plate on legs goes straight and turns evenly about one axis.
+
+    Args:
+        table: that moves.
+        Ts_table_plate: (2, 4, 4) from where to where.
+        shares: (k,) of the course, in [0, 1].
+
+    Returns:
+        (k, 4, 4) poses.
+
+    Raises:
+        ReachError: the table has no such poses.
+    """
+    if table.rotary:
+        return turned_course(table, table.axes(Ts_table_plate), shares)
+    one, other = Ts_table_plate
+    rotations = Slerp([0.0, 1.0], Rotation.from_matrix(Ts_table_plate[:, :3, :3]))(shares).as_matrix()
+    return transforms.rigid(rotations, one[:3, 3] + shares[:, None] * (other[:3, 3] - one[:3, 3]))
+
+
+def turned_course(table: TiltingTable, knots: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return the (k, 4, 4) poses of a plate whose axes go from knot to knot, each stretch in the same share of all.
+
+    Args:
+        table: that moves.
+        knots: (m, a) values of its axes [rad].
+        shares: (k,) of the whole, in [0, 1].
+    """
+    places = np.linspace(0.0, 1.0, len(knots))
+    axes = [np.interp(shares, places, knots[:, axis]) for axis in range(knots.shape[1])]
+    return np.stack([table.plate(np.array(each)) for each in zip(*axes, strict=True)])
 
 
 def driven_seconds(table: TiltTurn, *, share: float) -> float:

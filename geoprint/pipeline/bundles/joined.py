@@ -29,7 +29,7 @@ def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> Checke
     """
     findings: list[Finding] = []
     try:
-        own = [own_program(folder, f"{PART}{number}") for number, _ in enumerate(told.robot, start=1)]
+        own = [own_program(folder, f"{PART}{number}", layer=1) for number, _ in enumerate(told.robot, start=1)]
         findings += resident_findings(folder, own[-1])
         _check_laid(folder, told)
         modules = dict(program_modules(folder, names))
@@ -46,8 +46,13 @@ def _check_laid(folder: Path, told: PlanRecord) -> None:
     check_sum(stream_of(folder, told), parts)
 
 
-def own_program(folder: Path, part: str) -> OwnProgram:
+def own_program(folder: Path, part: str, *, layer: int) -> OwnProgram:
     """Return the program of a layer of a stack, or of an attitude of a table, from the folder of either.
+
+    Args:
+        folder: of the bundle, or of the stack.
+        part: of that folder, with a setup and a program of its own.
+        layer: number of the layer that it prints; those of one bundle print one.
 
     Raises:
         VerificationError: its setup or a module cannot be read.
@@ -58,7 +63,7 @@ def own_program(folder: Path, part: str) -> OwnProgram:
         modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
     except OSError as error:
         raise VerificationError(f"{folder / part / RAPID_FOLDER} cannot be read ({error.strerror}).") from error
-    return OwnProgram(part, modules, setup.cell, setup.placement)
+    return OwnProgram(layer, part, modules, setup.cell, setup.placement)
 
 
 def program_modules(folder: Path, names: Iterable[str]) -> Iterable[tuple[str, str]]:

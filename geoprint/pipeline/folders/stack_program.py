@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from geoprint.account.checked import CheckedStack, Finding
 from geoprint.account.prints.attitudes import JOINED_LIST
@@ -11,7 +11,7 @@ from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.robot_summary import program_digest
 from geoprint.errors import GeoprintError
-from geoprint.export.rapid.stacks import StackProof, judge_stack, together
+from geoprint.export.rapid.stacks import OwnProgram, judge_stack, together
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER, STACK
 from geoprint.pipeline.bundles.joined import (
     own_program,
@@ -19,30 +19,62 @@ from geoprint.pipeline.bundles.joined import (
     program_modules,
     resident_findings,
 )
+from geoprint.pipeline.folders.layer_moves import LayerMove
+from geoprint.pipeline.tilting import part_folder
 
 
-def stack_program(
-    folder: Path, layers: Sequence[StackedLayerRecord], *, part_name: str
-) -> tuple[dict[str, bytes], StackProgramRecord | None]:
-    """Return name and content of the files of a stack's program, and what is told of it.
+def own_programs(folder: Path, layers: Sequence[StackedLayerRecord]) -> list[OwnProgram]:
+    """Return the own programs of all layers, over a table of all attitudes of each, in the order of printing.
 
-    There is nothing without a robot, nor over a table, where every layer has its own program of its own attitudes.
+    There are none without a robot.
 
     Args:
         folder: in which the bundles of the layers stand.
         layers: what is said of them, the lowest first.
+
+    Raises:
+        VerificationError: as `own_program`.
+    """
+    if any(layer.print_s is None for layer in layers):
+        return []
+    return [
+        own_program(folder, str(PurePosixPath(layer.folder, part_folder(attitude, layer.attitudes or 1))), layer=number)
+        for number, layer in enumerate(layers, start=1)
+        for attitude in range(1, (layer.attitudes or 1) + 1)
+    ]
+
+
+def stack_program(
+    own: Sequence[OwnProgram], layers: Sequence[StackedLayerRecord], moves: Sequence[LayerMove], *, part_name: str
+) -> tuple[dict[str, bytes], StackProgramRecord | None]:
+    """Return name and content of the files of a stack's program, and what is told of it; nothing without a robot.
+
+    Args:
+        own: as `own_programs`.
+        layers: what is said of the layers, the lowest first.
+        moves: how a table comes to each but the lowest; none where the part stands still.
         part_name: for the header.
 
     Raises:
         VerificationError: the program, read back and executed, is not what its layers are.
     """
-    if any(layer.print_s is None or layer.attitudes is not None for layer in layers):
+    if not own:
         return {}, None
-    own = [own_program(folder, layer.folder) for layer in layers]
     modules, beside, proof = together(own, part_name=part_name)
     files = {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in (modules | beside).items()}
-    pause, dry = own[0].cell.process.layer_pause, bool(own[0].placement.missing)
-    return files, _record(proof, layers, pause=pause, dry=dry)
+    pause = own[0].cell.process.layer_pause
+    printing = sum(layer.print_s or 0.0 for layer in layers) + sum(move.seconds - move.from_rest for move in moves)
+    return files, StackProgramRecord(
+        file=JOINED_LIST,
+        pause_s=pause,
+        print_s=printing + pause * (len(layers) - 1),
+        table_kept_mm=min((move.kept for move in moves), default=None),
+        runs_dry_only=bool(own[0].placement.missing),
+        scenarios=proof.scenarios,
+        refused=proof.refused,
+        lines_with_statements=proof.statements,
+        lines_executed=proof.executed,
+    )
 
 
 def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[list[Finding], CheckedStack]:
@@ -64,7 +96,7 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
         if not sound:
             reason = "a layer is not as it was planned, so that the program of the stack was not held against it"
             return [Finding(JOINED_LIST, 1, reason)], CheckedStack(told)
-        own = [own_program(folder, layer.folder) for layer in told.layers]
+        own = own_programs(folder, told.layers)
         findings = [*resident_findings(folder, own[0])]
         modules = dict(program_modules(folder, names))
         judged = judge_stack(modules, own)
@@ -74,17 +106,3 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
     executed = () if judged.proof is None else judged.proof.scenarios
     digest = program_digest(modules.items())
     return findings, CheckedStack(told, settings=judged.settings, scenarios=executed, program_sha256=digest)
-
-
-def _record(proof: StackProof, layers: Sequence[StackedLayerRecord], *, pause: float, dry: bool) -> StackProgramRecord:
-    printing = sum(layer.print_s or 0.0 for layer in layers)
-    return StackProgramRecord(
-        file=JOINED_LIST,
-        pause_s=pause,
-        print_s=printing + pause * (len(layers) - 1),
-        runs_dry_only=dry,
-        scenarios=proof.scenarios,
-        refused=proof.refused,
-        lines_with_statements=proof.statements,
-        lines_executed=proof.executed,
-    )

@@ -29,7 +29,8 @@ from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
 from geoprint.pipeline.bundles.contents import STACK
 from geoprint.pipeline.choice import check_options
 from geoprint.pipeline.feeding import check_single
-from geoprint.pipeline.folders.stack_program import stack_program
+from geoprint.pipeline.folders.layer_moves import layer_moves
+from geoprint.pipeline.folders.stack_program import own_programs, stack_program
 from geoprint.pipeline.planning import plan
 from geoprint.pipeline.processes.layer_by_layer import layer_processes
 from geoprint.pipeline.saving import save_plan
@@ -100,7 +101,9 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tup
     """
     found = _planned(job, folder, observe)
     layers = [record for record, _ in _printed(found)]
-    files, program = stack_program(folder, layers, part_name=job.surface.name)
+    observe("program of all layers")
+    own = own_programs(folder, layers)
+    files, program = stack_program(own, layers, layer_moves(job, own), part_name=job.surface.name)
     observe("finished thickness")
     told, finished = _finished(job, read_stack(job), found, program=program)
     page = stack_page(finished, told, job)
@@ -158,17 +161,9 @@ def _finished(
         finished=finished_record(finished, wanted=_wanted(stack, layers)),
         layers=layers,
         program=program,
-        not_checked=_not_checked(layers, pause=load_cell(job.cell).process.layer_pause),
         left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
     )
     return with_cure(untold, load_cell(job.cell)), finished
-
-
-def _not_checked(layers: Sequence[StackedLayerRecord], *, pause: float) -> tuple[str, ...]:
-    """Return what nobody looks at where each layer has a program of its own, over a table."""
-    if not pause or all(layer.attitudes is None for layer in layers):
-        return ()
-    return (f"the pause of {pause:g} s between layers, which no program keeps over a table: load the next one then",)
 
 
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:

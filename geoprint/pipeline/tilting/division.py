@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from geoprint.model import Cell, FloatArray, Hexapod, PoseStream, TiltingTable, TiltTurn
-from geoprint.motion.machine import driven_seconds, move_seconds, table_machine
+from geoprint.model import FloatArray, Hexapod, PoseStream, TiltingTable, TiltTurn
+from geoprint.motion.machine import table_machine
 from geoprint.motion.tilting import Attitude, UpRange, attitudes_of, gathered, tilted
+from geoprint.pipeline.tilting.sweeping import sweep_seconds
 from geoprint.results import Order, Plan, Tilting
 from geoprint.transforms import angles_between
 
@@ -91,19 +92,12 @@ def tilting_of(
         attitudes=attitudes,
         axes=tuple(table.axes(Ts_table_plate)),
         lengths=tuple(np.bincount(own, lengths, minlength=len(attitudes)).tolist()),
-        seconds=_seconds(paths.workpiece.cell, table, Ts_from=before, Ts_to=Ts_table_plate),
+        seconds=sweep_seconds(paths.workpiece.cell, table, Ts_from=before, Ts_to=Ts_table_plate),
         order=order,
         moves=moves,
         overhanging=float(lengths[over].sum()),
         missing=float(np.where(over, angles - critical, 0.0).max()),
     )
-
-
-def _seconds(cell: Cell, table: TiltingTable, *, Ts_from: FloatArray, Ts_to: FloatArray) -> tuple[float, ...]:
-    """Return how long the table takes to each pose, as the program drives it, or else at least."""
-    if isinstance(cell.table, TiltTurn) and cell.table.unit is not None:
-        return (driven_seconds(cell.table, share=cell.process.joint_speed_share),) * len(Ts_to)
-    return tuple(move_seconds(table, Ts_from=Ts_from, Ts_to=Ts_to).tolist())
 
 
 def _lengths(poses: PoseStream) -> FloatArray:

@@ -31,7 +31,7 @@ def own_programs(cell: Cell, robots: Sequence[RobotPlan]) -> list[OwnProgram]:
     count = len(robots)
     return [
         OwnProgram(
-            part_folder(number, count), robot.program.modules, attitude_cell(cell, number=number, count=count),
+            1, part_folder(number, count), robot.program.modules, attitude_cell(cell, number=number, count=count),
             robot.placement,
         )
         for number, robot in enumerate(robots, start=1)

@@ -15,16 +15,16 @@ import numpy as np
 
 from geoprint.errors import ClearanceError, PlanError, ReachError
 from geoprint.model import FloatArray, IntArray, Placement, TiltingTable, frozen
-from geoprint.motion.collision import table_motion_clearance
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.tilting import Attitude, UpRange
 from geoprint.paths import check_sum
 from geoprint.pipeline.refusals import proven
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.standing import Chain, arm_of
+from geoprint.pipeline.standing import Chain
 from geoprint.pipeline.tilting.division import deposited, plate_turn, tilting_of, up_range
 from geoprint.pipeline.tilting.joining import attitude_cell, joined_program
 from geoprint.pipeline.tilting.pieces import Portions, attitude_paths, portions
+from geoprint.pipeline.tilting.sweeping import sweep_clearance
 from geoprint.results import Plan, RobotPlan, Tilting
 
 # Directions that are tried for an attitude at most, the one that was chosen first included.
@@ -163,26 +163,21 @@ def _swept(
     paths: Plan, placement: Placement, table: TiltingTable, printed: list[_Printed], stage: Stages
 ) -> tuple[RobotPlan, ...]:
     """Return the robot's parts with what is kept while the table comes to each attitude, the arm at home."""
-    workpiece, arm = paths.workpiece, arm_of(paths.workpiece)
-    surfaces = [workpiece.base] if workpiece.body is None else [workpiece.base, workpiece.body]
-    # Of a stack the layers below go with the part, and on these lies what is printed: no higher than the layer.
-    surfaces += [] if workpiece.place is None else [workpiece.ground]
-    laid = 0.0 if workpiece.place is None else workpiece.place.height
+    workpiece = paths.workpiece
     robots: list[RobotPlan] = []
     before = np.eye(4)
     with stage("table's motion"):
         for number, one in enumerate(printed, start=1):
-            kept = table_motion_clearance(
-                arm,
-                tool=workpiece.cell.tool,
-                table=table,
+            kept = sweep_clearance(
+                workpiece.cell,
+                table,
                 Ts_table_plate=np.stack([before, one.T_table_plate]),
                 T_base_work=placement.T_base_work,
-                surfaces=surfaces,
-                kept=workpiece.cell.process.clearance + laid,
+                surfaces=(workpiece.base,) if workpiece.body is None else (workpiece.base, workpiece.body),
+                place=workpiece.place,
                 to=f"attitude {number} of {len(printed)}",
             )
-            robots.append(replace(one.robot, table_kept=kept - laid))
+            robots.append(replace(one.robot, table_kept=kept))
             before = one.T_table_plate
     return tuple(robots)
 

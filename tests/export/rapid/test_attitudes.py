@@ -40,23 +40,34 @@ def driven() -> TiltTurn:
 TABLES = {"hexapod": hexapod_noun, "tilt-turn": tilt_turn_noun, "external axes": driven}
 
 
-def own_program(number: int, table: Hexapod | TiltTurn) -> OwnProgram:
+def own_program(number: int, table: Hexapod | TiltTurn, *, pause: float = 0.0) -> OwnProgram:
     """The rings, printed in one attitude of a table."""
     machine, up = table_machine(table), np.array([UPS[number - 1]])
     T_table_plate = machine.plates(up / np.linalg.norm(up))[0]
     placement = tilted_placement(machine, PLACEMENT, T_table_plate=T_table_plate, number=number)
-    cell = replace(CELL, table=table)
+    cell = replace(CELL, table=table, process=replace(CELL.process, layer_pause=pause))
     program, _ = proven_program(
         orders(placement=placement), cell=cell, placement=placement, part_name="rings", surface_within=0.2,
         tips_at=tips_of(stream()), spacing=2.0,
     )  # fmt: skip
-    return OwnProgram(f"part-{number}", program.modules, cell, placement)
+    return OwnProgram(1, f"part-{number}", program.modules, cell, placement)
 
 
 @cache
 def attitudes(kind: str = "tilt-turn") -> tuple[OwnProgram, ...]:
     table = TABLES[kind]()
     return tuple(own_program(number, table) for number in (1, 2, 3))
+
+
+@cache
+def layered(kind: str = "tilt-turn") -> tuple[OwnProgram, ...]:
+    """Two layers: the first in two attitudes, the second in one; half a minute between them."""
+    first, second = (own_program(number, TABLES[kind](), pause=30.0) for number in (1, 2))
+    return (
+        replace(first, folder="layer-01/part-1"),
+        replace(second, folder="layer-01/part-2"),
+        replace(first, layer=2, folder="layer-02"),
+    )
 
 
 def whole(own: tuple[OwnProgram, ...]) -> Execution:
@@ -152,19 +163,23 @@ def test_what_was_changed_is_found(change: str) -> None:
     assert words in said(found)
 
 
-def test_a_forgotten_question_is_found_by_executing_alone() -> None:
-    own = attitudes()
-    files = stacked(own)
-    replaced("part-2/GeoGuard.mod", '    TPWrite "Bring the table to attitude "\\Num:=nGeoTable;\n', "")(files)
+def run_of(files: Files, own: tuple[OwnProgram, ...], *, ends: tuple[int, ...] = ()) -> StackRun:
+    """What executes a program beside those of its attitudes; the text is held to nothing."""
     modules = [parse_module(name, text) for name, text in files.items() if name.endswith(".mod")]
     resident = parse_module(*resident_module(own[0].cell, own[0].placement))
     layers = [
         (one.folder, [*(parse_module(name, text) for name, text in one.modules if name.endswith(".mod")), resident])
         for one in own
     ]
-    run = StackRun([*modules, resident], layers, cell=own[0].cell, placement=own[0].placement)
+    return StackRun([*modules, resident], layers, ends=ends, cell=own[0].cell, placement=own[0].placement)
+
+
+def test_a_forgotten_question_is_found_by_executing_alone() -> None:
+    own = attitudes()
+    files = stacked(own)
+    replaced("part-2/GeoGuard.mod", '    TPWrite "Bring the table to attitude "\\Num:=nGeoTable;\n', "")(files)
     with pytest.raises(VerificationError, match="nobody is asked before the table comes to attitude 2"):
-        run.prove()
+        run_of(files, own).prove()
 
 
 def test_attitudes_in_another_order_or_on_another_plate_are_refused() -> None:
@@ -175,6 +190,67 @@ def test_attitudes_in_another_order_or_on_another_plate_are_refused() -> None:
     moved[0, 3] += 0.01
     shifted = (*own[:2], replace(own[2], placement=replace(own[2].placement, T_base_fixture=moved)))
     assert "stands elsewhere on the plate" in said(judge_stack(stacked(own), shifted))
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_layers_over_a_table_are_one_program_whose_attitudes_are_numbered_through(kind: str) -> None:
+    own = layered(kind)
+    files = stacked(own)
+    proof = verify_stack(files, own)
+    assert len(proof.seconds) == 3
+    texts = [text for _, text in whole(own).texts]
+    said = "The table will drive to attitude" if kind == "external axes" else "Bring the table to attitude"
+    asked = [k for k, text in enumerate(texts) if text.startswith(said)]
+    assert [texts[k] for k in asked] == [f"{said} 1", f"{said} 2", f"{said} 3"]
+    # The third one is the first of its layer: the table comes to the same pose.
+    assert texts[asked[2] + 1 : asked[2] + 3] == texts[asked[0] + 1 : asked[0] + 3]
+    assert "Layer 1: attitudes 1 to 2." in files["GeoStack.mod"]
+    assert "Layer 2: attitude 3." in files["GeoStack.mod"]
+
+
+def test_the_pause_comes_between_layers_and_not_between_attitudes_of_one() -> None:
+    own = layered()
+    assert "GeoStackPause 2;" in stacked(own)["GeoStack.mod"]
+    assert stacked(own)["GeoStack.mod"].count("    GeoStackPause ") == 1
+    paused = [moment for moment, text in whole(own).texts if text.startswith("Pause before the next layer")]
+    asked = [moment for moment, text in whole(own).texts if text == "Attitude 3"]
+    assert len(paused) == 1
+    # What is more is loading.
+    assert asked[0] - paused[0] == pytest.approx(31.5)
+    assert "nGeoLayerPause" not in stacked(attitudes())["GeoStack.mod"]
+
+
+LAYERED_CHANGES: dict[str, tuple[Callable[[Files], object], str]] = {
+    "a pause moved": (
+        replaced("GeoStack.mod", "GeoStackPause 2;", "GeoStackPause 1;"), "it must say 'GeoStackPause 2;' here",
+    ),
+    "a number that begins anew": (
+        replaced("layer-02/GeoCell.mod", "nGeoTable:=3;", "nGeoTable:=1;"),
+        "own program says 'CONST num nGeoTable:=3;' here",
+    ),
+    "calls of two layers changed for one another": (calls_swapped, "GeoStack.mod, line"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", LAYERED_CHANGES)
+def test_what_was_changed_in_a_program_of_layers_over_a_table_is_found(change: str) -> None:
+    how, words = LAYERED_CHANGES[change]
+    assert words in said(judged(how, layered()))
+
+
+def test_a_pause_within_a_layer_is_found_by_executing_alone() -> None:
+    own = layered()
+    files = stacked(own)
+    replaced("GeoStack.mod", "    GeoStackPause 2;\n", "")(files)
+    replaced("GeoStack.mod", "    GeoStackAttitude 2,", "    GeoStackPause 1;\n    GeoStackAttitude 2,")(files)
+    with pytest.raises(VerificationError, match=r"the pause behind attitude 1 is 30.000 s, and should be 0 s"):
+        run_of(files, own, ends=(2,)).prove()
+
+
+def test_layers_whose_attitudes_do_not_begin_with_the_first_are_refused() -> None:
+    own = layered()
+    cut = (own[0], replace(own[1], layer=2, folder="layer-02"))
+    assert "attitude 1 of the table must be printed here, found 2" in said(judge_stack(stacked(cut), cut))
 
 
 def test_switches_of_a_program_of_attitudes_are_known_again() -> None:

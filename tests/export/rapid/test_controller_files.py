@@ -71,9 +71,13 @@ def test_configuration_has_the_form_of_a_controllers_own(name: str) -> None:
             assert not re.search(r"\\\n\s*\n|[ \t]\n", text), "a line goes on into nothing"
 
 
+# Of a stack of twelve layers.
+FOLDERS = [f"layer-{number:02}" for number in range(1, 13)]
+
+
 @pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION], ids=["known", "unknown"])
 def test_a_stack_says_what_to_copy_and_what_to_try(placement: Placement) -> None:
-    brought = controller_files(CELL, placement=placement, loading=True, layers=12)
+    brought = controller_files(CELL, placement=placement, loading=True, folders=FOLDERS)
     page = brought.pop("first_load.md")
     alone = controller_files(CELL, placement=placement, loading=True)
     assert not re.search(r"^@|<[A-Z]+>", page, re.MULTILINE)

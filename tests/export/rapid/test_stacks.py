@@ -48,7 +48,7 @@ def own_program(number: int, *, cell: Cell = CELL, placement: Placement = PLACEM
         replace(planned, tips=planned.tips + higher), cell=cell, placement=placement, part_name="rings",
         surface_within=0.2 if placement.calibrated else None, tips_at=lambda times: tips(times) + higher, spacing=2.0,
     )  # fmt: skip
-    return OwnProgram(f"layer-{number:02}", program.modules, cell, placement)
+    return OwnProgram(number, f"layer-{number:02}", program.modules, cell, placement)
 
 
 @cache
@@ -59,7 +59,9 @@ def layers(cell: Cell = CELL, placement: Placement = PLACEMENT) -> tuple[OwnProg
 def stacked(own: tuple[OwnProgram, ...]) -> Files:
     first = own[0]
     made = [
-        stacked_layer(one.modules, number=number, folder=one.folder, cell=one.cell, placement=one.placement)
+        stacked_layer(
+            one.modules, number=number, layer=one.layer, folder=one.folder, cell=one.cell, placement=one.placement
+        )
         for number, one in enumerate(own, start=1)
     ]
     return dict(stack_files(made, cell=first.cell, placement=first.placement, part_name="rings"))
@@ -107,7 +109,8 @@ def test_a_stack_is_its_layers_one_after_another(cell: Cell, placement: Placemen
 
 def test_what_is_written_is_told_in_its_names() -> None:
     text = stacked(layers(PAUSING))["GeoStack.mod"]
-    assert re.search(r'GeoStackLayer 2,"layer-02","GeoLayer2_\d+";\n    GeoStackLayer 3', text)
+    assert re.search(r'GeoStackLayer 2,"layer-02","GeoLayer2_\d+";\n    GeoStackPause 2;\n    GeoStackLayer 3', text)
+    assert "GeoStackPause 3" not in text
     assert "  CONST num nGeoLayerPause:=30;" in text
     assert "PERS num geoLastLayer:=3;" in text
     inner = stacked(layers())["layer-02/GeoCell.mod"]
@@ -324,7 +327,11 @@ WRONGS: dict[str, tuple[Callable[[Files], object], str]] = {
     ),
     "a pause": (
         replaced("GeoStack.mod", "nGeoLayerPause:=30", "nGeoLayerPause:=3"),
-        "the pause behind layer 1 is 3.000 s, the cell asks for 30 s",
+        "the pause behind layer 1 is 3.000 s, and should be 30 s",
+    ),
+    "a pause left out": (
+        replaced("GeoStack.mod", "    GeoStackPause 2;\n", ""),
+        "the pause behind layer 2 is 0.000 s, and should be 30 s",
     ),
     "no step": (
         replaced("GeoStack.mod", "      geoFirstLayer:=layer+1;\n", ""),
@@ -361,7 +368,7 @@ def test_what_the_program_does_otherwise_is_found_by_running_it(name: str) -> No
         (one.folder, [*(parse_module(name, text) for name, text in one.modules if name.endswith(".mod")), resident])
         for one in own
     ]
-    run = StackRun([*modules, resident], beside, cell=PAUSING, placement=PLACEMENT)
+    run = StackRun([*modules, resident], beside, ends=(1, 2), cell=PAUSING, placement=PLACEMENT)
     with pytest.raises(VerificationError, match=words):
         run.prove()
 

@@ -12,6 +12,7 @@ from geoprint.motion.machine import (
     TiltTurnMachine,
     driven_seconds,
     move_seconds,
+    straight_course,
     table_machine,
     work_poses,
 )
@@ -83,3 +84,20 @@ def test_a_driven_table_has_the_time_of_its_whole_range_at_the_share_of_motions_
     noun = tilt_turn_noun(control='"external axes"', mechanical_unit='"STN1"', turn_speed_deg_s="45")
     # 360 degrees at 45 a second, a quarter as fast; tilting takes 2 s at its largest speed.
     assert driven_seconds(noun, share=0.25) == pytest.approx(32.0)
+
+
+def test_axes_that_turn_go_in_proportion_on_a_straight_course() -> None:
+    table = tilt_turn()
+    ends = np.stack([table.plate(np.radians(axes)) for axes in ([10.0, -40.0], [30.0, 80.0])])
+    found = np.degrees(table.axes(straight_course(table, ends, np.array([0.0, 0.25, 1.0]))))
+    np.testing.assert_allclose(found, [[10.0, -40.0], [15.0, -10.0], [30.0, 80.0]], atol=1e-9)
+
+
+def test_a_plate_on_legs_goes_straight_and_turns_evenly() -> None:
+    table, ends = hexapod(), np.stack([np.eye(4), np.eye(4)])
+    turn = np.radians(12.0)
+    ends[1, :3, :3] = [[1.0, 0.0, 0.0], [0.0, np.cos(turn), -np.sin(turn)], [0.0, np.sin(turn), np.cos(turn)]]
+    ends[1, :3, 3] = [2.0, -4.0, 6.0]
+    (found,) = straight_course(table, ends, np.array([0.25]))
+    np.testing.assert_allclose(found[:3, 3], [0.5, -1.0, 1.5], atol=1e-12)
+    assert np.degrees(np.arctan2(found[2, 1], found[1, 1])) == pytest.approx(3.0)

@@ -1,4 +1,7 @@
-"""Few directions that admit everything: nothing is lost, nothing needless is kept, and small cases are the fewest."""
+"""Few directions that admit everything: nothing is lost, nothing needless is kept; a heuristic, held to the fewest.
+
+With the order of runs fixed moves are the fewest in every small case: `test_tilts`.
+"""
 
 from __future__ import annotations
 
@@ -71,9 +74,9 @@ def test_everything_is_admitted_and_without_any_one_something_is_not(seed: int, 
     assert (angles_between(found, Z) <= np.radians(80.0) + 1e-6).all()
 
 
-def test_of_small_cases_nearly_all_are_the_fewest() -> None:
+def test_where_pieces_are_reordered_nearly_all_small_cases_are_the_fewest_but_not_all() -> None:
     cases = [scattered(seed, count=9) for seed in range(40)]
     exact = [fewest(normals) for normals in cases]
     found = [len(covered(normals)) for normals in cases]
     assert all(one >= least for one, least in zip(found, exact, strict=True))
-    assert sum(one > least for one, least in zip(found, exact, strict=True)) <= 4
+    assert 0 < sum(one > least for one, least in zip(found, exact, strict=True)) <= 4

@@ -1,29 +1,39 @@
-"""Layers over a tilting table: each is divided among attitudes in its turn, and has its own verified program."""
+"""Layers over a tilting table: each is divided among attitudes in its turn, and one program prints all of them."""
 
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from geoprint.account import StackRecord, check_text, stack_text
+from geoprint.account import StackRecord, check_summary, check_text, stack_text
 from geoprint.config import job_of
+from geoprint.errors import ClearanceError
 from geoprint.model import Surface
 from geoprint.motion.arm import Arm
 from geoprint.pipeline import check_folder, plan, plan_stack
-from geoprint.pipeline.tilting import printing
+from geoprint.pipeline.bundles.again import job_from
+from geoprint.pipeline.folders.layer_moves import layer_moves
+from geoprint.pipeline.folders.stack_program import own_programs
+from geoprint.pipeline.tilting import sweeping
 from tests.pipeline.tilting.test_printing import cell, part
+
+PAUSE = 20.0
 
 
 @pytest.fixture(scope="module", params=["heat", "lscm"])
 def device(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]:
     folder = tmp_path_factory.mktemp("layers")
+    path = cell(folder)
+    path.write_text(path.read_text().replace("# layer_pause_s = 60", f"layer_pause_s = {PAUSE:g}"))
     job = job_of(
-        surface=part(folder), unit="mm", spacing=3.0, backend=request.param, place="demo", cell=cell(folder),
-        thickness=1.0,
+        surface=part(folder), unit="mm", spacing=3.0, backend=request.param, place="demo", cell=path, thickness=1.0,
     )  # fmt: skip
     return folder / "device", plan_stack(job, folder / "device")
 
@@ -33,7 +43,6 @@ def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhang
     device: tuple[Path, StackRecord],
 ) -> None:
     folder, told = device
-    assert told.program is None
     assert len(told.layers) == 2
     for layer in told.layers:
         own = json.loads((folder / layer.folder / "plan.json").read_text())
@@ -48,27 +57,99 @@ def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhang
 
 
 @pytest.mark.dear
-def test_the_folder_checks_and_says_how_its_programs_are_loaded(device: tuple[Path, StackRecord]) -> None:
+def test_one_program_prints_the_attitudes_of_all_layers_with_a_pause_between_layers(
+    device: tuple[Path, StackRecord],
+) -> None:
+    folder, told = device
+    program, counts = told.program, [layer.attitudes or 0 for layer in told.layers]
+    assert program is not None
+    assert program.pause_s == PAUSE
+    assert f"printing up to attitude {sum(counts) - 1}" in program.scenarios
+    calls = re.findall(r"    (GeoStack(?:Attitude|Pause) \d+)(?:,\"([\w/-]+)\")?", (folder / program.file).with_suffix(
+        ".mod").read_text())  # fmt: skip
+    loaded = [folder for call, folder in calls if "Attitude" in call]
+    assert loaded == [
+        f"layer-{layer:02}/part-{number}" for layer, count in enumerate(counts, 1) for number in range(1, count + 1)
+    ]
+    assert [call for call, _ in calls if "Pause" in call] == [f"GeoStackPause {counts[0]}"]
+    # The table goes from layer to layer without a rest, which is proven, and the sooner for it.
+    assert program.table_kept_mm is not None
+    assert program.table_kept_mm > 2.0
+    printed = sum(layer.print_s or 0.0 for layer in told.layers)
+    assert printed + PAUSE - 20.0 < program.print_s < printed + PAUSE + 20.0
+
+
+@pytest.mark.dear
+def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path, StackRecord]) -> None:
     folder, told = device
     found = check_folder(folder)
     assert found.findings == ()
-    moves = sum(layer.attitudes or 0 for layer in told.layers)
+    first, second = (layer.attitudes or 0 for layer in told.layers)
+    said_to = check_summary(found)
+    assert "set_to" not in said_to
+    assert said_to["attitudes_set_to"] == {
+        "dry_run": True, "speed_pct": 25.0, "first_attitude": 1, "first_run": 1, "last_attitude": first + second,
+    }  # fmt: skip
     for text in (stack_text(told), check_text(found)):
         said = " ".join(text.split())
-        assert f"2, one a layer, in {moves} attitudes of the table; load that of layer-01" in said
-    assert not list(folder.glob("rapid/*"))
+        assert f"in 2 layers and {first + second} attitudes of the table" in said
+        assert f", attitudes 1 to {first}; then 20 s at home" in said
+        assert f", attitudes {first + 1} to {first + second}" in said
+        assert "copy the folders layer-01 to layer-02 of rapid/" in said
+        assert "nothing but you notices a wrong attitude" in said
+        assert f"geoLastAttitude, 1 to {first + second}, ends it behind that attitude" in said
+
+
+@pytest.mark.dear
+def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, StackRecord]) -> None:
+    folder, told = device
+    first, second = (layer.attitudes or 0 for layer in told.layers)
+    page = (folder / "report.html").read_text()
+    assert '<th scope="col">attitudes</th>' in page
+    assert f"<td>1 to {first}</td>" in page
+    assert f"<td>{first + 1} to {first + second}</td>" in page
+
+
+@pytest.mark.dear
+def test_what_was_changed_in_the_program_of_all_layers_is_found(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    path = folder / "rapid" / "layer-02" / "part-1" / "GeoCell.mod"
+    number = 1 + (device[1].layers[0].attitudes or 0)
+    written = path.read_text()
+    assert f"nGeoTable:={number};" in written
+    path.write_text(written.replace(f"nGeoTable:={number};", "nGeoTable:=1;"))
+    text, run = check_folder(folder).findings
+    assert text.file == "rapid/layer-02/part-1/GeoCell.mod"
+    assert f"nGeoTable:={number};' here" in text.reason
+    assert f"nobody is asked before the table comes to attitude {number}" in run.reason
+
+
+@pytest.mark.dear
+def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
+    device: tuple[Path, StackRecord],
+) -> None:
+    folder, told = device
+    job, own = job_from(folder / "layer-01", layer=None), own_programs(folder, told.layers)
+    (move,) = layer_moves(job, own)
+    assert move.kept == pytest.approx(told.program.table_kept_mm if told.program else 0.0, abs=0.01)
+    # Nothing in the cell is half a metre away from all else.
+    near = [replace(one, cell=replace(one.cell, process=replace(one.cell.process, clearance=500.0))) for one in own]
+    with pytest.raises(ClearanceError, match="layer 2, which comes upon layer 1 without a rest of the table"):
+        layer_moves(job, near)
 
 
 @pytest.mark.dear
 def test_the_table_moves_with_the_layers_below_on_the_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[list[str], float]] = []
-    proof = printing.table_motion_clearance
+    proof = sweeping.table_motion_clearance
 
     def noted(arm: Arm, *, surfaces: Sequence[Surface], kept: float, **others: Any) -> float:
         asked.append(([surface.name for surface in surfaces], kept))
         return proof(arm, surfaces=surfaces, kept=kept, **others)
 
-    monkeypatch.setattr(printing, "table_motion_clearance", noted)
+    monkeypatch.setattr(sweeping, "table_motion_clearance", noted)
     job = job_of(
         surface=part(tmp_path), unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell(tmp_path),
         thickness=1.0, layer=2,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.export import write_bundle
 from geoprint.model import FloatArray, Surface
 from geoprint.motion.arm import Arm
+from geoprint.motion.machine import table_machine
 from geoprint.paths import check_sum
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.saving import save_plan
@@ -106,13 +108,39 @@ def test_the_replay_lays_every_bead_under_the_tip_where_the_part_stands_then(pla
     axes: list[FloatArray] = [np.interp(shown.bead_times, shown.times, each) for each in shown.joints.T]
     joints = np.column_stack(axes)
     tips = arm.tool_poses(joints)[:, :3, 3]
-    numbers = np.searchsorted(shown.table.turning[:, 1], shown.bead_times, side="right")
-    motions = shown.table.part[numbers]
+    frames = np.searchsorted(shown.table.times, shown.bead_times, side="right") - 1
+    motions = shown.table.part[frames]
     placed = np.einsum("kij,kj->ki", motions[:, :, :3], shown.bead) + motions[:, :, 3]
     apart = np.linalg.norm(transforms.apply(T_base_rest, placed) - tips, axis=1)
     # The page's frames are 0.1 s apart, over which joints go straight.
     assert np.median(apart) < 0.1
     assert apart.max() < 1.0
+
+
+@pytest.mark.dear
+def test_the_replay_moves_part_and_table_on_the_course_that_is_proven_and_in_its_time(planned: Plan) -> None:
+    shown, tilting, noun = replay(planned).table, planned.tilting, planned.workpiece.cell.table
+    assert shown is not None
+    assert tilting is not None
+    assert noun is not None
+    assert planned.workpiece.placement is not None
+    durations = np.diff(shown.turning, axis=1)[:, 0]
+    np.testing.assert_allclose(durations, np.maximum(tilting.seconds, 0.1), atol=1e-9)
+    table, T_base_rest = table_machine(noun), planned.workpiece.placement.T_base_work
+    # Where the plate is in each frame, and the axes of the table there: even in time from attitude to attitude.
+    works = T_base_rest @ transforms.rigid(shown.part[:, :, :3], shown.part[:, :, 3])
+    T_work_plate = transforms.inverse(T_base_rest) @ table.T_base_table
+    axes = table.axes(transforms.inverse(table.T_base_table) @ works @ T_work_plate)
+    knots = np.array([np.zeros(2), *tilting.axes])
+    times = np.concatenate([shown.turning[:1, 0], *shown.turning])[1:]
+    course = np.concatenate([np.stack([one, other]) for one, other in pairwise(knots)])
+    for axis in range(2):
+        np.testing.assert_allclose(axes[:, axis], np.interp(shown.times, times, course[:, axis]), atol=1e-6)
+    within = np.abs(np.diff(axes, axis=0)).sum(axis=1)
+    assert within.max() < np.radians(5.01)
+    # The beam of the table stands still, and its plate goes with the part.
+    np.testing.assert_allclose(shown.solids[:, 2], shown.solids[:1, 2].repeat(len(axes), axis=0), atol=1e-6)
+    assert np.abs(np.diff(shown.solids[:, 0], axis=0)).max() > 0.0
 
 
 def test_an_attitude_without_its_files_is_found_wrong(tmp_path: Path) -> None:

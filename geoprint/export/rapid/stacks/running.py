@@ -7,7 +7,7 @@ the layer's own program, executed alone, has there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TypeAlias, final
@@ -84,15 +84,17 @@ class StackRun:
 
     Args:
         modules: GeoStack, what stays on the controller, and the modules of all layers, in their folders.
-        layers: folder and modules of each layer's own program, with what stays on the controller.
+        layers: folder and modules of the own program of each layer or attitude, with what stays on the controller.
+        ends: numbers of those behind which another layer begins.
         cell: outputs, home and pause.
         placement: whether it is known where the part stands.
     """
 
     def __init__(
-        self, modules: Sequence[Module], layers: Sequence[tuple[str, Sequence[Module]]], *, cell: Cell,
-        placement: Placement,
+        self, modules: Sequence[Module], layers: Sequence[tuple[str, Sequence[Module]]], *, ends: Collection[int],
+        cell: Cell, placement: Placement,
     ) -> None:  # fmt: skip
+        self._ends = frozenset(ends)
         self._cell, self._placement, self._unit = cell, placement, unit_of(placement)
         self._arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
         at_once = [module.file for module in modules if "/" not in module.file]
@@ -231,12 +233,12 @@ class StackRun:
                 refuse(part.place(0), f"{course.name}: nobody is asked before the table comes to attitude {number}")
 
     def _check_pauses(self, found: Sequence[float], dry_gaps: Sequence[float]) -> None:
-        pause = self._cell.process.layer_pause if self._placement.table is None else 0.0
         for number, (gap, none) in enumerate(zip(found, dry_gaps, strict=True), start=1):
+            pause = self._cell.process.layer_pause if number in self._ends else 0.0
             if abs(gap - none - pause) > _TIME_TOLERANCE:
                 refuse(
                     _ENTRY,
-                    f"the pause behind {self._one} {number} is {gap - none:.3f} s, the cell asks for {pause:g} s",
+                    f"the pause behind {self._one} {number} is {gap - none:.3f} s, and should be {pause:g} s",
                 )
 
     def _refusals(self) -> list[_Ran]:

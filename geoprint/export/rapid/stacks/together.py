@@ -1,4 +1,4 @@
-"""Several verified programs made into one that loads each in its turn: layers of a stack, attitudes of a table."""
+"""Several verified programs made into one that loads each in its turn: layers, attitudes of a table, or both."""
 
 from __future__ import annotations
 
@@ -28,11 +28,14 @@ def together(own: Sequence[OwnProgram], *, part_name: str) -> tuple[dict[str, st
     # The last cell has all that is done: only behind that one the part is exposed as a whole.
     cell, placement = own[-1].cell, own[0].placement
     made = [
-        stacked_layer(one.modules, number=number, folder=one.folder, cell=one.cell, placement=placement)
+        stacked_layer(
+            one.modules, number=number, layer=one.layer, folder=one.folder, cell=one.cell, placement=placement
+        )
         for number, one in enumerate(own, start=1)
     ]
     modules = dict(stack_files(made, cell=cell, placement=placement, part_name=part_name))
     proof = verify_stack(modules, own)
     loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)
-    kept = controller_files(cell, placement=placement, loading=loading, layers=len(own))
+    folders = [one.folder for one in own]
+    kept = controller_files(cell, placement=placement, loading=loading, folders=folders)
     return modules, {f"{CONTROLLER_FOLDER}/{name}": text for name, text in kept.items()}, proof

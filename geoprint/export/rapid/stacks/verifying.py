@@ -36,6 +36,8 @@ _LIST, _PRINT = "GeoStack.pgf", "GeoPrint.mod"
 _ENTRY = re.compile(r"  PROC (Geo(?:Layer|Attitude)\d+_(\d+))\(\)")
 # Places of one part on the plate of a table differ by roundings only [mm].
 _STANDING = 1e-6
+# The number that the pendant shows of an attitude: it counts on from layer to layer.
+_TABLE = re.compile(r"  CONST num nGeoTable:=\d+;")
 # What GeoStack declares in place of a layer.
 _SWITCH = re.compile(r"  PERS (?:bool geoDryRun|num geoSpeedPct|num geoFirstRun):=")
 
@@ -43,15 +45,17 @@ _SWITCH = re.compile(r"  PERS (?:bool geoDryRun|num geoSpeedPct|num geoFirstRun)
 @final
 @frozen
 class OwnProgram:
-    """The program of a layer by itself, which was verified.
+    """The program of a layer by itself, or of one of its attitudes, which was verified.
 
     Attributes:
+        layer: number of the layer.
         folder: of its modules in the program of all.
         modules: file and text of each.
         cell: that it is for.
         placement: where the part stands.
     """
 
+    layer: int
     folder: str
     modules: tuple[tuple[str, str], ...]
     cell: Cell
@@ -140,16 +144,19 @@ def _prove(modules: Sequence[Module], layers: Sequence[OwnProgram], resident: Mo
     ]
     _check_standing(layers)
     # Of the last one: only behind that the part is exposed as a whole.
-    return StackRun(modules, own, cell=layers[-1].cell, placement=layers[0].placement).prove()
+    ends = [number for number, layer in enumerate(layers[:-1], start=1) if layers[number].layer != layer.layer]
+    return StackRun(modules, own, ends=ends, cell=layers[-1].cell, placement=layers[0].placement).prove()
 
 
 def _check_standing(layers: Sequence[OwnProgram]) -> None:
-    """Check that attitudes follow one another by their numbers, and that the part stands on the plate alike in all."""
+    """Check that the attitudes of each layer follow one another, and that the part stands on the plate alike in all."""
     if layers[0].placement.table is None or layers[0].cell.table is None:
         return
     T_base_table = layers[0].cell.table.T_base_table
     at_rest: list[FloatArray] = []
-    for number, layer in enumerate(layers, start=1):
+    number, before = 0, layers[0].layer
+    for layer in layers:
+        number, before = number + 1 if layer.layer == before else 1, layer.layer
         pose, place = layer.placement.table, Place(f"{layer.folder}/{CELL_MODULE}", 1)
         if pose is None or pose.number != number:
             refuse(place, f"attitude {number} of the table must be printed here, found {pose and pose.number}")
@@ -214,7 +221,10 @@ def _layer_findings(files: Mapping[str, str], layer: OwnProgram, *, number: int,
         elif name == GUARD:
             findings += _failing(lambda path=path, text=text: _check_guard(path, text, layer, loading=loading))
         else:
-            findings += _failing(lambda path=path, text=text, own=own: _check_lines(path, text, own, layer, entry))
+            wanted = _wanted_lines(name, own, number=number)
+            findings += _failing(
+                lambda path=path, text=text, wanted=wanted: _check_lines(path, text, wanted, layer, entry)
+            )
         bare.append((text or "").replace(f"  PROC {entry}()\n", "  PROC main()\n", 1) if name == _PRINT else text or "")
     sum_of = zlib.crc32("".join(bare).encode("latin-1")) % 1_000_000
     wanted = f"Geo{unit_of(layer.placement)}{number}_{sum_of}"
@@ -234,10 +244,18 @@ def _check_guard(path: str, text: str, layer: OwnProgram, *, loading: bool) -> N
         refuse(Place(path, line if isinstance(line, int) else 1), str(reason))
 
 
-def _check_lines(path: str, text: str, own: str, layer: OwnProgram, entry: str) -> None:
-    """Check that the lines of a module are those of the layer's own program, but for what a stack holds once."""
+def _wanted_lines(name: str, own: str, *, number: int) -> list[str]:
+    """Return the lines of a module of a layer's own program, but for what a stack holds once and numbers through."""
+    lines = own.split("\n")
+    if name != CELL_MODULE:
+        return lines
+    shown = f"  CONST num nGeoTable:={number};"
+    return [shown if _TABLE.fullmatch(line) else line for line in lines if not _SWITCH.match(line)]
+
+
+def _check_lines(path: str, text: str, wanted: Sequence[str], layer: OwnProgram, entry: str) -> None:
+    """Check that the lines of a module are those that the layer's own program asks for."""
     name = path.rpartition("/")[2]
-    wanted = [line for line in own.split("\n") if name != CELL_MODULE or not _SWITCH.match(line)]
     found = text.split("\n")
     for number, line in enumerate(found, start=1):
         place = Place(path, number)
@@ -281,7 +299,7 @@ def _expected(layers: Sequence[OwnProgram], entries: Sequence[str]) -> Iterator[
     unit = unit_of(layers[0].placement)
     tilted = unit == "Attitude"
     holds = {
-        "known": not missing, "unknown": missing, "pause": pause > 0.0 and not tilted,
+        "known": not missing, "unknown": missing, "pause": pause > 0.0 and layers[0].layer != layers[-1].layer,
         "attitudes": tilted, "layers": not tilted,
     }  # fmt: skip
     words = {"<UNIT>": unit, "<LOWER>": unit.lower(), "<WHOLE>": "program" if tilted else "stack"}
@@ -299,6 +317,8 @@ def _expected(layers: Sequence[OwnProgram], entries: Sequence[str]) -> Iterator[
         elif bare == "<PRINTING>":
             for number, (layer, entry) in enumerate(zip(layers, entries, strict=True), start=1):
                 yield f'    GeoStack{unit} {number},"{layer.folder}","{entry}";'
+                if holds["pause"] and number < len(layers) and layers[number].layer != layer.layer:
+                    yield f"    GeoStackPause {number};"
         elif bare != "<HEADER>":
             yield re.sub("<[A-Z]+>", lambda match: words[match[0]], bare)
 
