@@ -124,7 +124,8 @@ def stretches(part: Path, *, spacing: float) -> Iterator[Stretch]:
     placement, arm = planned.robot[0].placement, arm_of(planned.workpiece)
     poses = pose_stream(planned.toolpath, planned.workpiece, max_tilt_deg=planned.job.max_tilt, travel="low")
     path = reach(poses, arm, T_base_work=placement.T_base_work, weights=planned.workpiece.cell.search)
-    easing = _easing(planned, leaning_of(planned, placement), clearance_check(planned.workpiece, placement))
+    check = clearance_check(planned.workpiece, placement)
+    easing = _easing(planned, leaning_of(planned, placement, check.scene), check)
     for window in sorted(_windows(path, arm, easing=easing), key=lambda window: float(window.arcs[-1])):
         yield Stretch(path.between(window.rows.start, window.rows.stop), window, arm, easing)
 

@@ -9,7 +9,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager
+from functools import cache
 from typing import TypeVar
+
+from threadpoolctl import ThreadpoolController
 
 _Asked = TypeVar("_Asked")
 _Found = TypeVar("_Found")
@@ -43,3 +47,19 @@ def both(first: Callable[[], _First], second: Callable[[], _Second]) -> tuple[_F
     with ThreadPoolExecutor(1) as pool:
         waiting = pool.submit(second)
         return first(), waiting.result()
+
+
+def single_threaded_blas() -> AbstractContextManager[object]:
+    """Return a context in which BLAS uses one thread; who factorises in several threads enters it around all of them.
+
+    SuperLU calls BLAS on many tiny blocks: waking its threads for each costs up to 80 times the work itself where
+    another process holds a core.
+    """
+    limited: AbstractContextManager[object] = _blas().limit(limits=1, user_api="blas")  # pyright: ignore[reportUnknownMemberType]
+    return limited
+
+
+@cache
+def _blas() -> ThreadpoolController:
+    """Return the libraries of this process; to look for them takes longer than to factorise 1,000 unknowns."""
+    return ThreadpoolController()

@@ -8,19 +8,17 @@ eliminates the cut last; on coordinates the cut is a median and needs no graph p
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
-from functools import cache
 from typing import Protocol, TypeAlias, TypeVar, final, overload
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
-from threadpoolctl import ThreadpoolController
 
 from geoprint.errors import FieldError
 from geoprint.kernels import njit
 from geoprint.model import FloatArray, IntArray
+from geoprint.threads import single_threaded_blas
 
 # Blocks of this many unknowns are no longer cut: nothing is left to save.
 LEAF_SIZE = 8
@@ -101,22 +99,6 @@ def superlu(matrix: csc_array) -> Factor:
         if "singular" not in str(error):
             raise MemoryError(str(error)) from error
         raise _singular(matrix, error) from error
-
-
-def single_threaded_blas() -> AbstractContextManager[object]:
-    """Return a context in which BLAS uses one thread; who factorises in several threads enters it around all of them.
-
-    SuperLU calls BLAS on many tiny blocks: waking its threads for each costs up to 80 times the work itself where
-    another process holds a core.
-    """
-    limited: AbstractContextManager[object] = _blas().limit(limits=1, user_api="blas")  # pyright: ignore[reportUnknownMemberType]
-    return limited
-
-
-@cache
-def _blas() -> ThreadpoolController:
-    """Return the libraries of this process; to look for them takes longer than to factorise 1,000 unknowns."""
-    return ThreadpoolController()
 
 
 def picked(matrix: csc_array, chosen: IntArray) -> csc_array:

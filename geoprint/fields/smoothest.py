@@ -19,13 +19,14 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection, single_threaded_blas
+from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
 from geoprint.errors import FieldError
 from geoprint.fields.connection import Connection, connection
 from geoprint.fields.direction_field import DirectionField, check_symmetry, nearest_field
 from geoprint.fields.preferences import Preference, Wishes, all_wishes
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.surfaces import diagonal_matrix, face_areas, pieces
+from geoprint.threads import single_threaded_blas
 
 # What is added to the matrix so that it has an inverse, over the inverse of the area: far below the second eigenvalue
 # of any part, which is of the order of the inverse of its longest extent squared.

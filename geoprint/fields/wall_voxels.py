@@ -15,10 +15,10 @@ from scipy import ndimage
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import cg
 
-from geoprint.backends.sparse_solver import single_threaded_blas
 from geoprint.errors import FieldError, InputError
 from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.surfaces import diagonal_matrix
+from geoprint.threads import single_threaded_blas
 
 # Standard deviation of the smoothing [finest side of a voxel]: it takes away terraces, and moves a wall of ten voxels
 # by a few hundredths of one.

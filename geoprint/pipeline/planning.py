@@ -163,7 +163,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: Clear
     if paths.job.max_tilt == 0.0:
         return _low_or_high(paths, placement, stage, check=check)
     with stage("room to lean"):
-        leaning = leaning_of(paths, placement)
+        leaning = leaning_of(paths, placement, check.scene)
         easing = _easing(paths, leaning, check)
     with suppress(ReachError):
         try:

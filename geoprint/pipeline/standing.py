@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull
 from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
 from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
-from geoprint.motion.collision import ClearanceCheck, obstacle_target, tool_solids
+from geoprint.motion.collision import CheckedWorld, ClearanceCheck, obstacle_target, tool_solids
 from geoprint.motion.machine import obstacles_at
 from geoprint.motion.placing import (
     LEAST_MEAN_NORMAL,
@@ -216,16 +216,26 @@ def clearance_check(
     )
 
 
-def leaning_of(paths: Plan, placement: Placement) -> Leaning:
-    """Return how far the nozzle may lean, and what it must not touch."""
+def scene_at(workpiece: Workpiece, placement: Placement) -> CheckedWorld:
+    """Return what the tool must not touch where a workpiece stands, as its `clearance_check` has it."""
+    return CheckedWorld(
+        workpiece.cell.tool,
+        process=workpiece.cell.process,
+        part=workpiece.ground,
+        body=workpiece.body,
+        obstacles=obstacles_at(workpiece.cell, placement),
+        T_work_base=inverse(placement.T_base_work),
+    )
+
+
+def leaning_of(paths: Plan, placement: Placement, scene: CheckedWorld) -> Leaning:
+    """Return how far the nozzle may lean, and what it must not touch where the part stands."""
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     room = NozzleRoom(
         cell.tool,
         process=cell.process,
         standoff=paths.poses.standoff + workpiece.below,
-        part=workpiece.ground,
-        body=workpiece.body,
-        obstacles=obstacles_at(cell, placement),
+        scene=scene,
         T_base_work=placement.T_base_work,
     )
     return Leaning(float(np.radians(paths.job.max_tilt)), room)

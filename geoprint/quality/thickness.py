@@ -18,12 +18,12 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import cg
 from scipy.spatial import KDTree
-from threadpoolctl import threadpool_limits
 
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, comparable
 from geoprint.surfaces import closest, cotangent_laplacian, diagonal_matrix, lumped_mass
 from geoprint.surfaces.remesh import refine
+from geoprint.threads import single_threaded_blas
 
 # Standard deviation of the spread over the spacing: lines one spacing apart are level to 1e-8 after it.
 SPREAD_SHARE = 1.0
@@ -131,7 +131,7 @@ class LevelledLayer:
         thickness = volumes / self._areas
         for _ in range(STEPS):
             # Vectors this short gain nothing from threads, and lose tenfold where the machine is busy.
-            with threadpool_limits(1, user_api="blas"):
+            with single_threaded_blas():
                 thickness, failed = cg(self._step, volumes, x0=thickness, rtol=RESIDUAL, M=inverse_diagonal)
             if failed:
                 raise FieldError(

@@ -20,10 +20,11 @@ from geoprint.backends.interface import Accuracy
 from geoprint.backends.intrinsic import delaunay, intrinsic_triangulation
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances, linear_edge_length
-from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, picked, single_threaded_blas
+from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, picked
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 from geoprint.surfaces import diagonal_matrix, positions
+from geoprint.threads import single_threaded_blas
 
 # Temperatures below this are not trusted: smaller ones lose digits, 1e-308 is the smallest normal number. What is
 # colder is solved for again, from where the heat has got to.

@@ -11,10 +11,10 @@ from typing import final
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from threadpoolctl import threadpool_limits
 
 from geoprint.deposition.feedback.measured import MeasuredRuns
 from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
+from geoprint.threads import single_threaded_blas
 
 # Gain of the log-likelihood that a cause needs [nats]: noise alone gives it once in 15 000 times (chi-squared of 16).
 SIGNIFICANT = 8.0
@@ -82,7 +82,7 @@ class Evidence:
 def evidence_of(measured: MeasuredRuns) -> Evidence:
     """Return the causes of what was measured that are significant."""
     # Matrices of a few hundred rows: threads wait longer for each other than they work, and sum in another order.
-    with threadpool_limits(1, user_api="blas"):
+    with single_threaded_blas():
         return _significant(measured)
 
 

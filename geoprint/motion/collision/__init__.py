@@ -15,6 +15,7 @@ from geoprint.motion.collision.contact import (
     collision_control as collision_control,
 )
 from geoprint.motion.collision.link_solids import link_solids as link_solids
+from geoprint.motion.collision.scene import CheckedWorld as CheckedWorld
 from geoprint.motion.collision.single_poses import SinglePoses as SinglePoses
 from geoprint.motion.collision.surroundings import (
     box_target as box_target,

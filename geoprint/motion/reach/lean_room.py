@@ -13,15 +13,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.model import BoolArray, FloatArray, IntArray, Obstacle, PoseStream, Process, Surface, Tool, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Process, Tool, frozen
 from geoprint.motion.collision import (
     NOT_TESTED,
     SMALLEST_ROOM,
+    CheckedWorld,
     CollisionWorld,
     InflatedSolids,
-    TipZone,
-    mesh_target,
-    obstacle_target,
     tool_solids,
 )
 
@@ -52,38 +50,23 @@ class NozzleRoom:
         tool: its solids.
         process: clearance to keep.
         standoff: height of the tip over the surface on deposit [mm].
-        part: the surface that is printed on.
-        body: what it lies on, or None.
-        obstacles: what stands in the cell, in the base frame.
+        scene: what stands there, in the work frame.
         T_base_work: (4, 4) where the part stands [mm].
 
     Raises:
-        InputError: tool or obstacle is impossible.
         VerificationError: the collision check fails on what is known.
     """
 
-    __slots__ = ("_T_work_base", "_kept", "_radius", "_standoff", "_world", "_zones")
+    __slots__ = ("_T_work_base", "_radius", "_standoff", "_world", "_zones")
 
     def __init__(
-        self,
-        tool: Tool,
-        *,
-        process: Process,
-        standoff: float,
-        part: Surface,
-        body: Surface | None,
-        obstacles: tuple[Obstacle, ...],
-        T_base_work: FloatArray,
+        self, tool: Tool, *, process: Process, standoff: float, scene: CheckedWorld, T_base_work: FloatArray
     ) -> None:
         self._T_work_base = transforms.inverse(T_base_work)
-        surfaces = [mesh_target(part, role="part")]
-        surfaces += [] if body is None else [mesh_target(body, role="body")]
-        standing = [obstacle_target(one, T_work_base=self._T_work_base) for one in obstacles]
         solids = tool_solids(tool)[:ROUND_SOLIDS]
         kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
-        targets = (*surfaces, *standing)
-        self._zones = [TipZone(target.triangles) for target in targets]
-        self._world = CollisionWorld(InflatedSolids(solids, kept=kept, reaches=(MARGIN,)), targets=targets)
+        self._zones = scene.zones
+        self._world = CollisionWorld(InflatedSolids(solids, kept=kept, reaches=(MARGIN,)), targets=scene.targets)
         self._radius = tool.needle_diameter / 2.0
         self._standoff = standoff
 

@@ -32,7 +32,7 @@ from geoprint.pipeline.refusals.changes import (
     placement_of,
 )
 from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.standing import Chain, arm_of, leaning_of, placed
+from geoprint.pipeline.standing import Chain, arm_of, leaning_of, placed, scene_at
 from geoprint.results import Plan, Refusal, TriedChange
 
 # Changes that are taken through the whole chain at most.
@@ -241,7 +241,7 @@ def _follows(change: Change, paths: Plan) -> bool:
             arm_of(workpiece),
             T_base_work=placement.T_base_work,
             weights=workpiece.cell.search,
-            leaning=leaning_of(changed, placement),
+            leaning=leaning_of(changed, placement, scene_at(workpiece, placement)),
         )
         return True
     return False

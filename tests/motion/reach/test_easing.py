@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, JointPath, Process
 from geoprint.motion.arm import tilts
+from geoprint.motion.collision import CheckedWorld
 from geoprint.motion.reach import Easing, NozzleRoom
 from geoprint.motion.reach.ease_step import Stretch, eased_turns
 from geoprint.motion.reach.easing import demands, eased
@@ -26,6 +27,9 @@ PART = plate((130.0, 40.0), (26, 8))
 CAP = float(np.radians(8.0))
 COUNT, LENGTH = 241, 60.0
 PROCESS: Process = CELL.process
+SCENE = CheckedWorld(
+    CELL.tool, process=PROCESS, part=PART, body=None, obstacles=(), T_work_base=transforms.inverse(WORK)
+)
 
 
 def nodding(height: float = 10.0, wide: float = 3.0) -> JointPath:
@@ -40,9 +44,7 @@ def touches_nothing(joints: FloatArray) -> BoolArray:
 
 
 def easing(cap: float = CAP, *, arm_touches: Callable[[FloatArray], BoolArray] = touches_nothing) -> Easing:
-    room = NozzleRoom(
-        CELL.tool, process=PROCESS, standoff=0.3, part=PART, body=None, obstacles=(), T_base_work=WORK
-    )  # fmt: skip
+    room = NozzleRoom(CELL.tool, process=PROCESS, standoff=0.3, scene=SCENE, T_base_work=WORK)
     return Easing(PROCESS.speed, cap, room, arm_touches)
 
 

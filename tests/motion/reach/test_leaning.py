@@ -9,7 +9,7 @@ from geoprint import transforms
 from geoprint.errors import ClearanceError
 from geoprint.model import Box, Cell, Clearance, FloatArray, JointPath, PoseStream
 from geoprint.motion.arm import tilts
-from geoprint.motion.collision import clearance
+from geoprint.motion.collision import CheckedWorld, clearance
 from geoprint.motion.controller import controller_path, written_targets
 from geoprint.motion.reach import Leaning, NozzleRoom, reach
 from geoprint.motion.reach.attitude_search import LEAN_LENGTH
@@ -49,10 +49,17 @@ def wall(cell: Cell, *, y: float, thick: float, height: float, length: float = 1
 
 
 def room_of(cell: Cell, obstacle: Box) -> NozzleRoom:
-    return NozzleRoom(
-        cell.tool, process=cell.process, standoff=STANDOFF, part=PART, body=None, obstacles=(obstacle,),
-        T_base_work=placed(cell),
+    scene = CheckedWorld(
+        cell.tool, process=cell.process, part=PART, body=None, obstacles=(obstacle,),
+        T_work_base=transforms.inverse(placed(cell)),
     )  # fmt: skip
+    return NozzleRoom(
+        cell.tool,
+        process=cell.process,
+        standoff=STANDOFF,
+        scene=scene,
+        T_base_work=placed(cell),
+    )
 
 
 def proved(path: JointPath, cell: Cell, obstacle: Box) -> Clearance:
