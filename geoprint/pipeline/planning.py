@@ -48,6 +48,7 @@ from geoprint.quality import LevelledLayer
 from geoprint.quality.stacked import laid_volume
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 from geoprint.surfaces import face_areas
+from geoprint.threads import both
 
 # What no check looks at where a table holds the part.
 OVER_A_TABLE = (
@@ -84,9 +85,9 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
         return plan_compared(with_rounds(job, workpiece.cell), workpiece, stage, unplaced=unplaced)[0]
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
-    paths = plan_paths(job, workpiece, stage)
+    paths, at_rest = _paths_and_check(job, workpiece, stage)
     if workpiece.placement is not None:
-        paths = _with_robots(paths, workpiece.placement, stage)
+        paths = _with_robots(paths, workpiece.placement, stage, at_rest=at_rest)
     return with_print(paths, stage)
 
 
@@ -120,11 +121,11 @@ def plan_compared(
     Raises:
         FieldError: the backend cannot plan on this part.
     """
-    paths = plan_paths(job, workpiece, stage)
+    paths, at_rest = _paths_and_check(job, workpiece, stage)
     if workpiece.placement is None:
         return with_print(replace(paths, not_printable=unplaced), stage), ()
     try:
-        return with_print(_with_robots(paths, workpiece.placement, stage), stage), ()
+        return with_print(_with_robots(paths, workpiece.placement, stage, at_rest=at_rest), stage), ()
     except PlanError as error:
         return with_print(replace(paths, not_printable=str(error)), stage), lost_shares(error)
 
@@ -178,13 +179,26 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: Clear
     return _low_or_high(paths, placement, stage, check=check, leaning=leaning)
 
 
-def _with_robots(paths: Plan, placement: Placement, stage: Stages) -> Plan:
+def _paths_and_check(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, ClearanceCheck | None]:
+    """Lay the paths while another thread prepares the collision check.
+
+    None without a robot, and of a layer: what its paths miss sets its speed, and that belongs to what is checked.
+    """
+    placement = workpiece.placement
+    if placement is None or workpiece.place is not None:
+        return plan_paths(job, workpiece, stage), None
+    return both(lambda: plan_paths(job, workpiece, stage), lambda: clearance_check(workpiece, placement))
+
+
+def _with_robots(paths: Plan, placement: Placement, stage: Stages, *, at_rest: ClearanceCheck | None) -> Plan:
     """Plan the robot where the part stands, or in each attitude of the table that tilts it."""
-    if paths.tilting is not None:
+    if at_rest is None:
         with stage("surroundings"):
             at_rest = clearance_check(paths.workpiece, placement)
-        return with_attitudes(paths, placement, stage, chain=partial(with_robot, known=at_rest))
-    return printed(paths, placement, stage, chain=with_robot)
+    chain = partial(with_robot, known=at_rest)
+    if paths.tilting is not None:
+        return with_attitudes(paths, placement, stage, chain=chain)
+    return printed(paths, placement, stage, chain=chain)
 
 
 def _with_robot(
