@@ -180,10 +180,7 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: Clear
 
 
 def _paths_and_check(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, ClearanceCheck | None]:
-    """Lay the paths while another thread prepares the collision check.
-
-    None without a robot, and of a layer: what its paths miss sets its speed, and that belongs to what is checked.
-    """
+    """Lay the paths while another thread prepares the collision check; of a layer that depends on what they miss."""
     placement = workpiece.placement
     if placement is None or workpiece.place is not None:
         return plan_paths(job, workpiece, stage), None
