@@ -71,6 +71,7 @@ def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Pa
     assert [row.quantity for row in tilted[len(still) :]] == ["attitudes of the table"]
 
 
+@pytest.mark.dear
 def test_a_layer_over_a_table_is_divided_among_attitudes_of_its_own(tmp_path: Path) -> None:
     cell = tilting_cell(tmp_path, "tilt-turn")
     job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell, thickness=1.0)

@@ -17,13 +17,15 @@ from geoprint.account.records.comparison import PartRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
-from geoprint.model import BoolArray, FloatArray, JointPath, PrintErrors, Slowdown, Surface
+from geoprint.model import BoolArray, FloatArray, JointPath, Placement, PrintErrors, Slowdown, Surface
 from geoprint.motion.arm import Arm
+from geoprint.motion.collision import CheckedWorld
 from geoprint.motion.reach import Easing
 from geoprint.pipeline import compare, plan, planning, save_comparisons, save_plan
 from geoprint.pipeline.saving import verify_files
+from geoprint.pipeline.standing import scene_at
 from geoprint.quality import printed
-from geoprint.results import Plan, Planned, RobotPlan
+from geoprint.results import Plan, Planned, RobotPlan, Workpiece
 from geoprint.surfaces import edge_lengths
 from geoprint.surfaces.files import load, save_ply
 from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
@@ -278,6 +280,9 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
         return reached(*asked, easing=easing, **others)
 
     class Hits:
+        def __init__(self, scene: CheckedWorld) -> None:
+            self.scene = scene
+
         def __call__(self, *_: object, **__: object) -> None:
             raise ClearanceError("a link hits the base", link_runs=(0, 2), travelling=False)
 
@@ -286,8 +291,8 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
 
     monkeypatch.setattr(planning, "reach", reach)
 
-    def check(*_: object, **__: object) -> Hits:
-        return Hits()
+    def check(workpiece: Workpiece, placement: Placement, **_: object) -> Hits:
+        return Hits(scene_at(workpiece, placement))
 
     monkeypatch.setattr(planning, "clearance_check", check)
     with pytest.raises(KeyboardInterrupt):

@@ -117,6 +117,7 @@ def test_stacks_of_backends_stand_side_by_side(
         check_folder(tmp_path / "both")
 
 
+@pytest.mark.dear
 def test_what_cannot_be_compared_as_stacks_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save_ply(torus(major=4.0, minor=1.5), tmp_path / "ring.ply")
     job = job_of(surface=tmp_path / "ring.ply", unit="mm", spacing=1.0, thickness=1.0, robot=False)

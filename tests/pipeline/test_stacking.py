@@ -287,6 +287,7 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     assert stack_program(own, [layer], (), part_name="cap.ply") == ({}, None)
 
 
+@pytest.mark.dear
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
     ring = _saved(tmp_path, torus(major=4.0, minor=1.5))
     job = job_of(surface=ring, unit="mm", spacing=1.0, thickness=1.0, robot=False)
