@@ -50,7 +50,7 @@ from geoprint.surfaces import mean_normal
 NOISE, MISSING = 0.05, 0.3
 SCAN_PIXELS, PHOTOGRAPH_PIXELS = 260, 900
 # How far away camera and scanner are, in radii of the part, and how much of the picture it fills.
-AWAY_RADII, FILLED = 10.0, 0.9
+AWAY_RADII, FILLED = 10.0, 0.8
 
 
 @final
