@@ -38,6 +38,8 @@ MEASURED_PLACEMENTS = 8
 # Every so manyth of the ranked ones tells how low the ranks of those are that are measured, but for rounding [mm].
 RANKED_FIRST = 12
 RANK_ROUNDING = 1e-6
+# What is equally near but for rounding, as all along a flat part, is the first of it: so it is on every machine.
+NEARNESS_DECIMALS = 6
 # Distance of the points of the axis by which placements are ranked, as a share of the radius, and least and most [mm].
 AXIS_STEP_SHARE = 0.3
 AXIS_STEPS = (1.0, 25.0)
@@ -160,12 +162,13 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
         lowest = min(_lowest(*each, beyond=beyond) for each in zip(ranks, solids, strict=True))
         if lowest - _fragment_radius(target) > least:
             continue
-        order = np.argsort(np.min(ranks, axis=0), kind="stable")
+        lowest_ranks: FloatArray = np.min(ranks, axis=0)
+        order = np.argsort(np.round(lowest_ranks, NEARNESS_DECIMALS), kind="stable")
         for row in rows[order[:MEASURED_PLACEMENTS]].tolist():
             for shape in shapes:
                 best.append(_measure(shape, target, placements.poses[row], row=row, within=least))
                 least = min(least, best[-1].distance)
-    return min(best, key=lambda closest: closest.distance)
+    return min(best, key=_nearness)
 
 
 def smallest_arm_distance(moving: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> Closest:
@@ -177,26 +180,31 @@ def smallest_arm_distance(moving: Sequence[tuple[CollisionWorld, Placements]], t
     """
     found: list[tuple[float, _Case]] = []
     least = inf
-    for case in sorted(_arm_cases(moving, trees), key=lambda case: case.bound):
+    for case in sorted(_arm_cases(moving, trees), key=lambda case: round(case.bound, NEARNESS_DECIMALS)):
         if case.bound > least + ARM_FRAGMENT_MARGIN:
             break
         distance = _fragment_distance(case, trees[case.target])
         least = min(least, distance)
         found.append((distance, case))
-    first = [case for _, case in sorted(found, key=lambda pair: pair[0])[:MEASURED_ARM_PLACEMENTS]]
+    nearest_first = sorted(found, key=lambda pair: round(pair[0], NEARNESS_DECIMALS))
+    first = [case for _, case in nearest_first[:MEASURED_ARM_PLACEMENTS]]
     best, nearest_case = _measure_case(first[0], first[0].row), first[0]
     for case in first[1:]:
         measured = _measure_case(case, case.row, within=best.distance)
-        if measured.distance < best.distance:
+        if _nearness(measured) < _nearness(best):
             best, nearest_case = measured, case
     count = nearest_case.placements.count
     gap = -(-count // RANKED_ARM_PLACEMENTS)
     while gap and best.distance < NEAR_ARM:
         rows = _spread(max(best.row - gap, 0), min(best.row + gap + 1, count), MEASURED_ARM_PLACEMENTS)
         around = [_measure_case(nearest_case, row, within=best.distance) for row in rows.tolist()]
-        best = min([best, *around], key=lambda closest: closest.distance)
+        best = min([best, *around], key=_nearness)
         gap //= 2
     return best
+
+
+def _nearness(closest: Closest) -> float:
+    return round(closest.distance, NEARNESS_DECIMALS)
 
 
 def _arm_cases(moving: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> list[_Case]:
