@@ -155,7 +155,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def compiled(path: Path) -> Path:
     """Return where numba keeps what it compiled from the files beside one, below NUMBA_CACHE_DIR."""
-    name = caching._CacheLocator.get_suitable_cache_subpath(str(path))  # pyright: ignore[reportPrivateUsage, reportUnknownMemberType]
+    name = caching._CacheLocator.get_suitable_cache_subpath(str(path))  # pyright: ignore[reportPrivateUsage]
     return Path(os.environ["NUMBA_CACHE_DIR"], name)
 
 
