@@ -72,10 +72,14 @@ def _taken(name: str) -> int | None:
     place = zlib.crc32(name.encode()) % PLACES
     begun = time.monotonic()
     while time.monotonic() - begun < LONGEST_WAIT:
-        with suppress(OSError):
+        try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, place)
+        except (BlockingIOError, PermissionError):  # Another has it, by either name.
+            time.sleep(LOOK)
+        except OSError:  # The file system knows no locks.
+            return None
+        else:
             return place
-        time.sleep(LOOK)
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import stat
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import geoprint
+from geoprint import kernel_cache
 
 # Compiles two small kernels, one for two types, and says what they answer and whether anything is kept.
 PROBE = """
@@ -102,3 +104,14 @@ def test_of_processes_that_come_to_a_kernel_together_one_compiles_it(tmp_path: P
         assert run.stdout.readline() == "ready\n"
     told = [run.communicate("\n", timeout=120)[0] for run in runs]
     assert sorted(told) == ["0 1\n", "1 0\n", "1 0\n"]
+
+
+def test_where_the_file_system_knows_no_locks_nobody_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    fcntl = pytest.importorskip("fcntl")
+
+    def no_locks(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr(fcntl, "lockf", no_locks)
+    monkeypatch.setattr(kernel_cache.time, "sleep", lambda _: pytest.fail("it waits"))
+    assert kernel_cache._taken("a loop") is None

@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from benchmarks.parts.streams import rows_on_plate
 from geoprint.appraisal import (
     Camera,
     Fiducials,
@@ -99,7 +100,10 @@ def outlined_print(part: str) -> OutlinedPrint:
     """Return the print of a part, by its name above."""
     beside = (load(DATA / "heart.ply", unit="mm"),) if part == ON_HEART else ()
     if part == ROWS:
-        surface, poses = load(DATA / "plate.ply", unit="mm"), _rows()
+        surface = load(DATA / "plate.ply", unit="mm")
+        poses = rows_on_plate(
+            np.linspace(*ROW_ENDS, 33), first=FIRST_ROW, spacing=SPACING, count=ROW_COUNT, height=HEIGHT, flow=ROW_FLOW
+        )
     else:
         path = DATA / f"{FILES[part]}.ply"
         made = plan(job_of(surface=path, unit="mm", spacing=SPACING, backend="fast-marching", robot=False))
@@ -185,26 +189,3 @@ def _clicked(printed: OutlinedPrint, view: Viewpoint, *, seed: int) -> Camera:
     places = printed.surface.vertices[random.choice(len(printed.surface.vertices), MARKS, replace=False)]
     pixels = view.pixels(places) + CLICKED * random.standard_normal((MARKS, 2))
     return camera_by(Fiducials(tuple(f"m{k}" for k in range(MARKS)), pixels, places), true_camera(view).lens)
-
-
-def _rows() -> PoseStream:
-    """Return the poses of six rows along a plate, nearer to one of its sides, without travel between them."""
-    along = np.linspace(*ROW_ENDS, 33)
-    across = FIRST_ROW + SPACING * np.repeat(np.arange(ROW_COUNT), along.size)
-    points: FloatArray = np.column_stack([np.tile(along, ROW_COUNT), across, np.full(across.size, HEIGHT)]).astype(
-        np.float64
-    )
-    count, runs = len(points), np.repeat(np.arange(ROW_COUNT), along.size)
-    return PoseStream(
-        tips=points,
-        quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (count, 1)),
-        normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
-        runs=runs,
-        levels=runs,
-        layers=np.zeros(count, dtype=np.int64),
-        deposit=np.ones(count, dtype=np.bool_),
-        stops=np.zeros(count, dtype=np.bool_),
-        arcs=np.tile(along - along[0], ROW_COUNT),
-        flow=np.full(count, ROW_FLOW),
-        standoff=HEIGHT,
-    )

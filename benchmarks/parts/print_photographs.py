@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from benchmarks.parts.print_outlines import true_camera
+from benchmarks.parts.streams import rows_on_plate
 from geoprint.appraisal import (
-    Camera,
     Held,
-    Lens,
     bead_width,
     beads_of,
     held_against,
@@ -20,7 +20,7 @@ from geoprint.appraisal import (
     place_beads,
     planned_runs,
 )
-from geoprint.model import BoolArray, FloatArray, PoseStream, Surface
+from geoprint.model import BoolArray, FloatArray, Surface
 from geoprint.silico import Faults, Lighting, laid_beads, looking_at, pictured
 
 # Lines between two rails of a frame, which are lines of the mask as well.
@@ -111,14 +111,13 @@ def plate_print(faults: Faults, *, seed: int = 1) -> Held:
         seed: of the noise.
     """
     surface = _plate()
-    poses = _rows()
+    poses = rows_on_plate(
+        np.linspace(5.0, 35.0, POSES_A_ROW), first=5.0, spacing=SPACING, count=ROWS, height=HEIGHT, flow=WIDTH * HEIGHT
+    )
     random = np.random.default_rng(seed)
     beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     grey = pictured(surface, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
-    T_camera_work = np.eye(4)
-    T_camera_work[:3, :3], T_camera_work[:3, 3] = VIEW.axes, -VIEW.axes @ VIEW.place
-    lens = Lens(VIEW.size, np.full(2, VIEW.focal), VIEW.middle, np.array(VIEW.radial))
-    camera = Camera(lens, T_camera_work, 0.0, 4)
+    camera = true_camera(VIEW)
     width = bead_width(grey)
     placed = place_beads(beads_of(grey, paired_edges(grey, width=width)), camera, surface)
     plan = planned_runs(poses, spacing=SPACING)
@@ -130,27 +129,3 @@ def _plate() -> Surface:
     """Return a plate of 40 x 30 mm of two triangles."""
     corners = np.array([[0.0, 0.0, 0.0], [40.0, 0.0, 0.0], [40.0, 30.0, 0.0], [0.0, 30.0, 0.0]])
     return Surface(vertices=corners, faces=np.array([[0, 1, 2], [0, 2, 3]]), name="plate")
-
-
-def _rows() -> PoseStream:
-    """Return the poses of six rows along a plate, without travel between them."""
-    along = np.linspace(5.0, 35.0, POSES_A_ROW)
-    across = 5.0 + SPACING * np.repeat(np.arange(ROWS), POSES_A_ROW)
-    points: FloatArray = np.column_stack([np.tile(along, ROWS), across, np.full(across.size, HEIGHT)]).astype(
-        np.float64
-    )
-    count = len(points)
-    runs = np.repeat(np.arange(ROWS), POSES_A_ROW)
-    return PoseStream(
-        tips=points,
-        quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (count, 1)),
-        normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
-        runs=runs,
-        levels=runs,
-        layers=np.zeros(count, dtype=np.int64),
-        deposit=np.ones(count, dtype=np.bool_),
-        stops=np.zeros(count, dtype=np.bool_),
-        arcs=np.zeros(count),
-        flow=np.full(count, WIDTH * HEIGHT),
-        standoff=HEIGHT,
-    )

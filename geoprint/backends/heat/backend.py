@@ -9,7 +9,6 @@ parallel to it.
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import ClassVar, final
 
 import numpy as np
@@ -24,7 +23,7 @@ from geoprint.backends.sparse_solver import SymmetricSolver, nested_dissection, 
 from geoprint.errors import FieldError, UsageError
 from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
 from geoprint.surfaces import diagonal_matrix, positions
-from geoprint.threads import single_threaded_blas
+from geoprint.threads import both, single_threaded_blas
 
 # Temperatures below this are not trusted: smaller ones lose digits, 1e-308 is the smallest normal number. What is
 # colder is solved for again, from where the heat has got to.
@@ -150,10 +149,11 @@ class _Held:
         self._free, self._coupling = free, csc_array(elements.stiffness[:, held][free])
         # SuperLU lets go of the interpreter, so that both systems are factorised at the same time; large ones would
         # not fit beside one another.
-        with single_threaded_blas(), ThreadPoolExecutor(max_workers=1) as other:
-            poisson = other.submit(self._poisson_solver) if free.size <= BESIDE else None
-            self.varadhan = self._warmed(known)
-            self._poisson = self._poisson_solver() if poisson is None else poisson.result()
+        with single_threaded_blas():
+            if free.size <= BESIDE:
+                self.varadhan, self._poisson = both(lambda: self._warmed(known), self._poisson_solver)
+            else:
+                self.varadhan, self._poisson = self._warmed(known), self._poisson_solver()
 
     def fitted(self, values: FloatArray, *, ridge: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
         """Return the (n,) function whose gradient fits best to the unit gradient of (n,) others [mm].
