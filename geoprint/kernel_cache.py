@@ -41,7 +41,7 @@ class SharedCache(FunctionCache):
         found = super().load_overload(sig, target_context)
         if found is not None or self._held is not None:
             return found
-        self._held = _taken(f"{self.cache_path}/{self._impl.filename_base}")
+        self._held = taken(f"{self.cache_path}/{self._impl.filename_base}")
         found = super().load_overload(sig, target_context)
         if found is not None:
             self._give_back()
@@ -61,7 +61,7 @@ class SharedCache(FunctionCache):
             fcntl.lockf(file, fcntl.LOCK_UN, 1, held)
 
 
-def _taken(name: str) -> int | None:
+def taken(name: str) -> int | None:
     """Wait until no other process compiles a loop, and return its place in the file; None where nothing is locked.
 
     What a process has locked is free when it ends, however it ends.

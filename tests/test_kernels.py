@@ -8,12 +8,13 @@ import shutil
 import stat
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 import geoprint
-from geoprint import kernel_cache
+from geoprint.kernel_cache import taken
 
 # Compiles two small kernels, one for two types, and says what they answer and whether anything is kept.
 PROBE = """
@@ -72,6 +73,7 @@ def test_a_folder_that_others_may_write_is_not_trusted(locked: Path, tmp_path: P
 # Compiles one kernel when it is told to, and says how often it found it kept and how often it did not.
 COUNTING = """
 import sys
+import time
 from counted_kernel import work
 print("ready", flush=True)
 sys.stdin.readline()
@@ -113,5 +115,5 @@ def test_where_the_file_system_knows_no_locks_nobody_waits(monkeypatch: pytest.M
         raise OSError(errno.ENOLCK, "no locks available")
 
     monkeypatch.setattr(fcntl, "lockf", no_locks)
-    monkeypatch.setattr(kernel_cache.time, "sleep", lambda _: pytest.fail("it waits"))
-    assert kernel_cache._taken("a loop") is None
+    monkeypatch.setattr(time, "sleep", lambda _: pytest.fail("it waits"))
+    assert taken("a loop") is None
