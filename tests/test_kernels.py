@@ -114,6 +114,9 @@ def test_where_the_file_system_knows_no_locks_nobody_waits(monkeypatch: pytest.M
     def no_locks(*_: object) -> None:
         raise OSError(errno.ENOLCK, "no locks available")
 
+    def waiting(_: float) -> None:
+        pytest.fail("it waits")
+
     monkeypatch.setattr(fcntl, "lockf", no_locks)
-    monkeypatch.setattr(time, "sleep", lambda _: pytest.fail("it waits"))
+    monkeypatch.setattr(time, "sleep", waiting)
     assert taken("a loop") is None
