@@ -18,6 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numpy as np
+from numba.core.registry import CPUDispatcher
 from numpy.typing import NDArray
 
 from geoprint.kernel_cache import SharedCache
@@ -32,34 +33,13 @@ _NOWHERE = "no locator available"
 _WHY = "because neither geoprint's folder nor a home can be written; NUMBA_CACHE_DIR names another place"
 
 
-def njit(**options: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Compile a function as `numba.njit` does, wherever what it compiles can be kept; every kernel is made here.
+def njit(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a loop as `numba.njit` does, wherever what it compiles can be kept; every kernel is made here.
 
-    Where Python calls it, the interpreter's lock is left to other threads until it returns.
-
-    Args:
-        **options: as `numba.njit` takes them.
+    A division by zero gives what it gives in numpy. Where Python calls it, the interpreter's lock is left to other
+    threads until it returns.
     """
-    options["nogil"] = True
-
-    def compiled(function: Callable[P, R]) -> Callable[P, R]:
-        try:
-            return _shared(numba.njit(**options)(function), function)
-        except RuntimeError as error:
-            if _NOWHERE not in str(error):
-                raise
-        kept: dict[str, Any] = options | {"cache": _may_keep()}
-        return _shared(numba.njit(**kept)(function), function)
-
-    return compiled
-
-
-def _shared(kernel: Callable[P, R], function: Callable[P, R]) -> Callable[P, R]:
-    """Let a kernel that is kept be compiled by one process at a time."""
-    if keeps(kernel):
-        dispatcher: Any = kernel
-        dispatcher._cache = SharedCache(function)  # noqa: SLF001  (numba has no other place for it)
-    return kernel
+    return _compiled(function)
 
 
 def uncounted(function: Callable[P, R]) -> Callable[P, R]:
@@ -68,16 +48,58 @@ def uncounted(function: Callable[P, R]) -> Callable[P, R]:
     By default numba counts a reference to an array whenever it is taken out of a tuple, which costs as much as all the
     arithmetic of a small loop, and more than that to compile; whoever calls such a loop holds its arrays anyway.
     """
-    return njit(cache=True, error_model="numpy", _nrt=False)(function)
+    return _compiled(function, _nrt=False)
+
+
+def inner(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a loop as `uncounted`, for other loops alone: Python that calls it runs it as it stands.
+
+    A door for Python takes as long to compile as a small loop.
+    """
+    return _without_door(_compiled(function, _nrt=False, no_cpython_wrapper=True))
 
 
 def inlined(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a loop as `uncounted`, for those that call it to hold it: what is so small and so often called.
+    """Compile a loop as `inner`, for those that call it to hold it: what is so small and so often called.
 
     LLVM puts the compiled code in place. Where numba does it (`inline="always"`) each place is typed and lowered anew,
     which makes loops take several times as long to compile and no less to run.
     """
-    return njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)(function)
+    return _without_door(_compiled(function, _nrt=False, no_cpython_wrapper=True, forceinline=True))
+
+
+class _Inner(CPUDispatcher):
+    """A compiled loop that Python cannot call: it would jump to nowhere."""
+
+    py_func: Callable[..., object]
+
+    def __call__(self, *arguments: object) -> object:
+        return self.py_func(*arguments)
+
+
+def _without_door(kernel: Callable[P, R]) -> Callable[P, R]:
+    # numba makes the loop, and knows no other place for what a call of it from Python is to do.
+    kernel.__class__ = _Inner
+    return kernel
+
+
+def _compiled(function: Callable[P, R], **special: bool) -> Callable[P, R]:
+    # Nothing asks for a loop as a function of C, for which numba compiles a second door by default.
+    options: dict[str, Any] = special | {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+    try:
+        return _shared(numba.njit(cache=True, **options)(function), function)
+    except RuntimeError as error:
+        if _NOWHERE not in str(error):
+            raise
+    return _shared(numba.njit(cache=_may_keep(), **options)(function), function)
+
+
+def _shared(kernel: Callable[P, R], function: Callable[P, R]) -> Callable[P, R]:
+    """Let a kernel that is kept be compiled by one process at a time."""
+    if keeps(kernel):
+        dispatcher: Any = kernel
+        dispatcher._cache = SharedCache(function)  # noqa: SLF001  (numba has no other place for it)
+    return kernel
 
 
 def writable(array: NDArray[S]) -> NDArray[S]:

@@ -64,7 +64,7 @@ def _nearest_held(chart: Surface, places: FloatArray) -> tuple[IntArray, FloatAr
     return held(corners, faces, offsets, boxes[:, 1] * columns + boxes[:, 0], places)
 
 
-@njit(cache=True)
+@njit
 def binned(first: IntArray, last: IntArray, columns: int, rows: int) -> tuple[IntArray, IntArray]:
     """List the triangles of every bin that their boxes touch.
 
@@ -93,7 +93,7 @@ def binned(first: IntArray, last: IntArray, columns: int, rows: int) -> tuple[In
     return faces, offsets
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def held(
     corners: FloatArray, faces: IntArray, offsets: IntArray, bins: IntArray, places: FloatArray
 ) -> tuple[IntArray, FloatArray]:

@@ -15,7 +15,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import InputError, MeshError, UsageError
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces.halfedges import BORDER, matched, next_half, previous_half
 from geoprint.surfaces.triangle_sizes import side_lengths
@@ -69,7 +69,7 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
             no length.
     """
     corners, starts = surface.faces.copy(), surface.faces.ravel()
-    twins = matched(starts, len(surface.vertices))
+    twins = matched(corners.ravel(), len(surface.vertices))
     # Beside an edge that is wound in one sense its half-edges run against each other.
     clashes = np.flatnonzero((twins < BORDER) | ((twins >= 0) & (starts[twins] == starts)))
     if clashes.size:
@@ -80,7 +80,7 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
             "wound against each other; prepare the surface first, which says where.",
             face=int(clash // 3),
         )
-    lengths = side_lengths(surface.vertices, corners)
+    lengths = side_lengths(surface.vertices, surface.faces)
     if lengths.min() <= 0.0:
         face = int(np.argmin(lengths.min(axis=1)))
         raise MeshError(
@@ -155,7 +155,7 @@ def _require_triangles(lengths: FloatArray) -> None:
         raise InputError(f"the sides of triangle {face}, {lengths[face].tolist()} mm, do not close to a triangle.")
 
 
-@njit(cache=True)
+@njit
 def _flip_all(
     corners: IntArray, lengths: FloatArray, twins: IntArray, sine_of_margin: float, cosine_of_widest: float
 ) -> int:
@@ -185,7 +185,7 @@ def _flip_all(
     return flips
 
 
-@njit(cache=True)
+@inner
 def _push(stack: IntArray, stacked: BoolArray, size: int, half: int) -> int:
     if stacked[half]:
         return size
@@ -194,7 +194,7 @@ def _push(stack: IntArray, stacked: BoolArray, size: int, half: int) -> int:
     return size + 1
 
 
-@njit(cache=True)
+@inner
 def _demands_flip(
     half: int, lengths: FloatArray, twins: IntArray, sine_of_margin: float, cosine_of_widest: float
 ) -> bool:
@@ -212,7 +212,7 @@ def _demands_flip(
     return sine_of_sum < -sine_of_margin or (sine_of_sum < 0.0 and cosine_of_sum > 0.0)
 
 
-@njit(cache=True)
+@inner
 def _opposite_angle(half: int, lengths: FloatArray) -> tuple[float, float]:
     """Return cosine and sine of the angle opposite to a side."""
     side, right, left = lengths[half], lengths[next_half(half)], lengths[previous_half(half)]
@@ -220,7 +220,7 @@ def _opposite_angle(half: int, lengths: FloatArray) -> tuple[float, float]:
     return (right * right + left * left - side * side) / scale, 2.0 * _doubled_area(side, right, left) / scale
 
 
-@njit(cache=True)
+@inner
 def _doubled_area(side: float, right: float, left: float) -> float:
     """Return twice the area of a triangle, as `doubled_areas`."""
     a, c = max(side, right, left), min(side, right, left)
@@ -228,7 +228,7 @@ def _doubled_area(side: float, right: float, left: float) -> float:
     return sqrt(max((a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c)), 0.0)) / 2
 
 
-@njit(cache=True)
+@inner
 def _flip(half: int, corners: IntArray, lengths: FloatArray, twins: IntArray) -> None:
     """Replace the edge from u to v, with w on its left and x on its right, by the one from x to w.
 

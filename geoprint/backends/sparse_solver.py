@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from geoprint.errors import FieldError
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.threads import single_threaded_blas
 
@@ -107,7 +107,7 @@ def picked(matrix: csc_array, chosen: IntArray) -> csc_array:
     return csc_array((values, rows, starts), shape=(chosen.size, chosen.size))
 
 
-@njit(cache=True)
+@njit
 def _picked(
     graph: Graph, values: NDArray[Number], chosen: IntArray
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[Number]]:
@@ -151,7 +151,7 @@ def nested_dissection(matrix: csc_array, *, coordinates: FloatArray) -> IntArray
     return _dissected((matrix.indptr, matrix.indices), coordinates)
 
 
-@njit(cache=True)
+@njit
 def _dissected(graph: Graph, coordinates: FloatArray) -> IntArray:
     """Cut blocks, each a range of the order, until they are leaves."""
     size = coordinates.shape[0]
@@ -182,7 +182,7 @@ def _dissected(graph: Graph, coordinates: FloatArray) -> IntArray:
     return order
 
 
-@njit(cache=True)
+@inner
 def _best_cut(
     block: IntArray, low: int, high: int, side: SideArray, here: FloatArray, graph: Graph, coordinates: FloatArray
 ) -> tuple[int, int]:
@@ -204,7 +204,7 @@ def _best_cut(
     return best, best_side
 
 
-@njit(cache=True)
+@inner
 def _extent(block: IntArray, low: int, high: int, coordinates: FloatArray, axis: int) -> float:
     """Return how long a block is along an axis."""
     least, most = np.inf, -np.inf
@@ -214,7 +214,7 @@ def _extent(block: IntArray, low: int, high: int, coordinates: FloatArray, axis:
     return most - least
 
 
-@njit(cache=True)
+@inner
 def _mark_halves(
     block: IntArray, low: int, high: int, side: SideArray, here: FloatArray, coordinates: FloatArray, axis: int
 ) -> None:
@@ -232,7 +232,7 @@ def _mark_halves(
         side[block[place]] = LOWER if value < median or value == least else UPPER
 
 
-@njit(cache=True)
+@inner
 def _ranked(values: FloatArray, first: int, last: int, rank: int) -> float:
     """Return what would stand at a place if the values from the first to the last were sorted [Knuth1998, sec. 5.2.2].
 
@@ -258,7 +258,7 @@ def _ranked(values: FloatArray, first: int, last: int, rank: int) -> float:
     return values[rank]
 
 
-@njit(cache=True)
+@inner
 def _crosses(vertex: int, side: SideArray, graph: Graph) -> bool:
     """Tell whether an unknown has a neighbour on the other side of the cut."""
     starts, neighbours = graph
@@ -268,7 +268,7 @@ def _crosses(vertex: int, side: SideArray, graph: Graph) -> bool:
     return crossing
 
 
-@njit(cache=True)
+@inner
 def _arrange(
     order: IntArray, block: IntArray, low: int, high: int, side: SideArray, cut_side: int, graph: Graph
 ) -> tuple[int, int]:

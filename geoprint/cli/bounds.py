@@ -42,10 +42,10 @@ def watch() -> Generator[Callable[[str], None]]:
     from rich.console import Console
 
     from geoprint.kernels import is_kept
-    from geoprint.surfaces.halfedges import next_half
+    from geoprint.surfaces.halfedges import matched
 
     console = Console(stderr=True)
-    if not is_kept(next_half):
+    if not is_kept(matched):
         console.print("compiling the numerical kernels, once: later runs start faster", highlight=False)
     with console.status("starting") as status:
         running = ["starting"]

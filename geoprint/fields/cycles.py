@@ -92,7 +92,7 @@ def face_tree(over: Connection, node: IntArray) -> FaceTree:
     return FaceTree(order, entries, inner[~shut[inner]])
 
 
-@njit(cache=True)
+@njit
 def _spread(twins: IntArray, shut: BoolArray) -> tuple[IntArray, IntArray]:
     """Return (m,) faces in the order in which they are reached without crossing what is shut, and their entries.
 
@@ -114,7 +114,7 @@ def _spread(twins: IntArray, shut: BoolArray) -> tuple[IntArray, IntArray]:
     return order, entries
 
 
-@njit(cache=True)
+@njit
 def _carried(order: IntArray, entries: IntArray, steps: FloatArray, first: float) -> FloatArray:
     """Return (m,) values that rise by a step over each entry."""
     values = np.empty(order.size)

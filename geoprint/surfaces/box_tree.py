@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 
 Offset: TypeAlias = tuple[float, float, float]
@@ -39,7 +39,7 @@ class BoxTree(NamedTuple):
     halves: IntArray
 
 
-@njit(cache=True)
+@njit
 def box_tree(corners: FloatArray) -> BoxTree:
     """Return the tree of (m, 3, 3) corners of triangles, m >= 1: each box is halved across its longest side."""
     count = corners.shape[0]
@@ -74,7 +74,7 @@ def box_tree(corners: FloatArray) -> BoxTree:
     return BoxTree(order, boxes[:made].copy(), firsts[:made].copy(), lasts[:made].copy(), halves[:made].copy())
 
 
-@njit(cache=True)
+@inner
 def sort_by(keys: FloatArray, items: IntArray, room: IntArray) -> None:
     """Sort items in place by their keys, which are finite; those of equal keys keep their order.
 
@@ -103,7 +103,7 @@ def sort_by(keys: FloatArray, items: IntArray, room: IntArray) -> None:
         length *= 2
 
 
-@njit(cache=True)
+@njit
 def nearest_triangles(points: FloatArray, corners: FloatArray, tree: BoxTree) -> IntArray:
     """Return the (k,) triangle closest to each of (k, 3) points; of equally close ones any.
 
@@ -139,7 +139,7 @@ def nearest_triangles(points: FloatArray, corners: FloatArray, tree: BoxTree) ->
     return found
 
 
-@njit(cache=True)
+@inner
 def square_to_box(box: FloatArray, place: FloatArray) -> float:
     """Return the squared distance of a place from a box (6,) [mm2]; 0 inside."""
     total = 0.0
@@ -149,7 +149,7 @@ def square_to_box(box: FloatArray, place: FloatArray) -> float:
     return total
 
 
-@njit(cache=True)
+@inner
 def square_to(triangle: FloatArray, place: FloatArray) -> float:
     """Return the squared distance of a place from a triangle (3, 3) [mm2]; one without area is its sides."""
     abx, aby, abz = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]
@@ -170,7 +170,7 @@ def square_to(triangle: FloatArray, place: FloatArray) -> float:
     )
 
 
-@njit(cache=True)
+@inner
 def square_to_side(along: Offset, place: Offset) -> float:
     """Return the squared distance of a place from a side, both counted from where the side begins [mm2]."""
     square = along[0] * along[0] + along[1] * along[1] + along[2] * along[2]

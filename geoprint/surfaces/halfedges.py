@@ -10,20 +10,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inlined, inner, njit
 from geoprint.model import IntArray
 
 # What `matched` says of half-edges that have no twin, and of those whose edge has more than two faces.
 BORDER, CROWDED = -1, -2
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inlined
 def next_half(half: int) -> int:
     """Return the half-edge of the same face that starts where this one ends."""
     return half + 1 if half % 3 < 2 else half - 2
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@inner
 def previous_half(half: int) -> int:
     """Return the half-edge of the same face that ends where this one starts."""
     return half - 1 if half % 3 > 0 else half + 2
@@ -34,7 +34,7 @@ def next_halves(halves: IntArray) -> IntArray:
     return halves + np.where(halves % 3 < 2, 1, -2)
 
 
-@njit(cache=True)
+@njit
 def matched(starts: IntArray, vertices: int) -> IntArray:
     """Return the twin of every half-edge, however the faces beside an edge are wound.
 
@@ -68,7 +68,7 @@ def matched(starts: IntArray, vertices: int) -> IntArray:
     return twins
 
 
-@njit(cache=True)
+@njit
 def counted(keys: IntArray, order: IntArray, bound: int) -> IntArray:
     """Return an order of keys from 0 to below a bound sorted by them; equal ones keep their places."""
     places = np.zeros(bound + 1, np.int64)

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import IntArray
 
 
-@njit(cache=True)
+@njit
 def linked(first: IntArray, second: IntArray, nodes: int) -> IntArray:
     """Return the (nodes,) piece of each node, numbered by first node; (k,) links go from `first` to `second`."""
     parents = np.arange(nodes)
@@ -30,7 +30,7 @@ def linked(first: IntArray, second: IntArray, nodes: int) -> IntArray:
     return labels
 
 
-@njit(cache=True)
+@inner
 def root(parents: IntArray, node: int) -> int:
     """Return the root above a node, and halve the path to it."""
     while parents[node] != node:

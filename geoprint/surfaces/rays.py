@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints, freeze_arrays, frozen
 from geoprint.surfaces.box_tree import DEPTH, BoxTree, box_tree
 
@@ -77,7 +77,7 @@ def first_hits(surface: Surface, starts: FloatArray, directions: FloatArray) -> 
     return RayTree(surface).first_hits(starts, directions)
 
 
-@njit(cache=True)
+@njit
 def _first_triangles(
     starts: FloatArray, directions: FloatArray, corners: FloatArray, tree: BoxTree
 ) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -109,7 +109,7 @@ def _first_triangles(
     return found, weights, distances
 
 
-@njit(cache=True)
+@inner
 def _enters(box: FloatArray, start: FloatArray, ahead: FloatArray) -> float:
     """Return the distance at which a ray enters a box (6,), infinite where it does not; 0 from inside."""
     near, far = 0.0, inf
@@ -123,7 +123,7 @@ def _enters(box: FloatArray, start: FloatArray, ahead: FloatArray) -> float:
     return near if near <= far * (1.0 + SEAM) else inf
 
 
-@njit(cache=True)
+@inner
 def _through(triangle: FloatArray, start: FloatArray, ahead: FloatArray) -> tuple[float, float, float]:
     """Return at which distance a ray goes through a triangle (3, 3), infinite if it does not, and two weights there."""
     ax, ay, az = triangle[1, 0] - triangle[0, 0], triangle[1, 1] - triangle[0, 1], triangle[1, 2] - triangle[0, 2]

@@ -9,11 +9,11 @@ from math import inf, sqrt
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray
 
 
-@njit(cache=True)
+@njit
 def side_lengths(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Return the (m, 3) distance between corner i and corner i + 1 of each face."""
     lengths = np.empty(faces.shape)
@@ -27,7 +27,7 @@ def side_lengths(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return lengths
 
 
-@njit(cache=True)
+@njit
 def thinness(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
     """Return (m,) twice the area of each face, and the (m,) square of its longest side."""
     doubled, squares = np.empty(faces.shape[0]), np.empty(faces.shape[0])
@@ -42,7 +42,7 @@ def thinness(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatAr
     return doubled, squares
 
 
-@njit(cache=True)
+@njit
 def reaching(vertices: FloatArray, faces: IntArray, centre: FloatArray, radius: float) -> BoolArray:
     """Return (m,) which faces may reach into a ball: their balls, about the means of their corners, meet it."""
     found = np.empty(faces.shape[0], np.bool_)
@@ -56,7 +56,7 @@ def reaching(vertices: FloatArray, faces: IntArray, centre: FloatArray, radius: 
     return found
 
 
-@njit(cache=True)
+@njit
 def nearest_middle(vertices: FloatArray, faces: IntArray, centre: FloatArray) -> float:
     """Return the distance from a (3,) position to the nearest mean of the corners of a face."""
     least = inf
@@ -65,14 +65,14 @@ def nearest_middle(vertices: FloatArray, faces: IntArray, centre: FloatArray) ->
     return least
 
 
-@njit(cache=True)
+@inner
 def middle_of_face(vertices: FloatArray, face: IntArray) -> tuple[float, float, float]:
     """Return the mean of the three corners of a face."""
     a, b, c = vertices[face[0]], vertices[face[1]], vertices[face[2]]
     return (a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0, (a[2] + b[2] + c[2]) / 3.0
 
 
-@njit(cache=True)
+@inner
 def gap(one: tuple[float, float, float], other: tuple[float, float, float]) -> float:
     """Return the distance between two positions."""
     return sqrt((one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2)

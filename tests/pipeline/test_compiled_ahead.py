@@ -24,7 +24,7 @@ LATE: tuple[Callable[..., object], ...] = (
     geodesic.search_all,
     ladder._sweep,  # pyright: ignore[reportPrivateUsage]
     choice._weigh,  # pyright: ignore[reportPrivateUsage]
-    fitting._rounded,  # pyright: ignore[reportPrivateUsage]
+    fitting._follow,  # pyright: ignore[reportPrivateUsage]
 )
 
 

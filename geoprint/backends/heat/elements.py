@@ -82,7 +82,7 @@ def _half_cotangents(lengths: FloatArray, areas: FloatArray) -> FloatArray:
     return (others - squares) / (8.0 * areas[:, None])
 
 
-@njit(cache=True)
+@njit
 def _edges(corners: IntArray, twins: IntArray, weights: FloatArray) -> tuple[IntArray, IntArray, FloatArray]:
     """Return start, end and weight of every edge once; edges from a vertex to itself carry nothing."""
     starts, ends = np.empty(corners.size, np.int64), np.empty(corners.size, np.int64)
@@ -111,7 +111,7 @@ def _graph_laplacian(starts: IntArray, ends: IntArray, weights: FloatArray, *, c
     return csc_array(coo_array((np.concatenate([-weights, -weights, diagonal]), (rows, columns)), shape=(count, count)))
 
 
-@njit(cache=True)
+@njit
 def _unit_flow(
     corners: IntArray, weights: FloatArray, areas: FloatArray, values: FloatArray, ridge: tuple[float, float]
 ) -> FloatArray:

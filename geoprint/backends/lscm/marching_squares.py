@@ -15,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 
 # Sides of a cell, counter-clockwise: each goes from one corner to the next, the first from the lowest row and column.
@@ -79,7 +79,7 @@ def _joined(numbers: IntArray, places: FloatArray) -> list[FloatArray]:
     return lines
 
 
-@njit(cache=True)
+@njit
 def chained(following: IntArray, corner: BoolArray) -> tuple[IntArray, IntArray, BoolArray]:
     """Order pieces along their lines.
 
@@ -117,7 +117,7 @@ def chained(following: IntArray, corner: BoolArray) -> tuple[IntArray, IntArray,
     return order, offsets[: lines + 1], closed[:lines]
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def cell_pieces(values: FloatArray, first: int, levels: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the pieces of all level curves in the cells of a band, row by row.
 
@@ -154,7 +154,7 @@ def cell_pieces(values: FloatArray, first: int, levels: FloatArray) -> tuple[Int
     return numbers[:count].copy(), places[:count].copy()
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def cross(cell: FloatArray, level: float, place: tuple[int, int, int], numbers: IntArray, places: FloatArray) -> int:
     """Write the pieces of one level in one cell, as `cell_pieces` lists them, and return their number: 1 or 2.
 
@@ -182,7 +182,7 @@ def cross(cell: FloatArray, level: float, place: tuple[int, int, int], numbers: 
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def edge(side: int, place: tuple[int, int, int]) -> int:
     """Return the number of the edge of an image at a side of a cell: even ones go along rows, odd ones across."""
     row, column, columns = place
@@ -190,7 +190,7 @@ def edge(side: int, place: tuple[int, int, int]) -> int:
     return 2 * pixel + (side in {RIGHT, LEFT})
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def point_on(
     cell: FloatArray, ends: tuple[int, int], level: float, place: tuple[int, int, int], point: FloatArray
 ) -> None:

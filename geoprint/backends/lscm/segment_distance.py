@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 
 ByteArray: TypeAlias = NDArray[np.uint8]
@@ -109,7 +109,7 @@ class Search(NamedTuple):
     waiting: IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def measure_pixels(
     segments: CountedSegments, pixels: ByteArray, first: int, asked: FloatArray, distances: FloatArray
 ) -> None:
@@ -133,7 +133,7 @@ def measure_pixels(
         top = next_pixel(search, top)
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def measure_points(
     segments: CountedSegments, pixels: ByteArray, offsets: IntArray, points: FloatArray, distances: FloatArray
 ) -> None:
@@ -155,7 +155,7 @@ def measure_points(
         top = next_pixel(search, top)
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def whole_image(segments: CountedSegments, pixels: ByteArray, first: int, asked: FloatArray, spread: float) -> Search:
     """Return the search in which one square around the image waits, with all segments."""
     size, depth = 1, 1
@@ -169,7 +169,7 @@ def whole_image(segments: CountedSegments, pixels: ByteArray, first: int, asked:
     return Search(segments, pixels, first, asked, spread, near, np.empty(near.size), waiting)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def next_pixel(search: Search, top: int) -> int:
     """Cut waiting squares until one is a wanted pixel.
 
@@ -199,7 +199,7 @@ def next_pixel(search: Search, top: int) -> int:
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def holds_wanted(pixels: ByteArray, row: int, column: int, size: int) -> bool:
     """Return whether a square reaches into the image and, if it is a tile or a pixel, holds a wanted pixel."""
     if row >= pixels.shape[0] or column >= pixels.shape[1]:
@@ -213,7 +213,7 @@ def holds_wanted(pixels: ByteArray, row: int, column: int, size: int) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def keep_near(search: Search, place: int) -> int:
     """List the segments that can be the nearest of a point in a waiting square, behind the list that it came with.
 
@@ -242,14 +242,14 @@ def keep_near(search: Search, place: int) -> int:
     return end
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def holds_between(rising: FloatArray, low: float, high: float) -> bool:
     """Tell whether one of (l,) rising numbers lies between two."""
     following = int(np.searchsorted(rising, low))
     return bool(following < rising.size and rising[following] <= high)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def distance_to(search: Search, place: int, x: float, y: float) -> float:
     """Return the distance of a point to the nearest segment in the list of a waiting square."""
     least = np.inf
@@ -261,7 +261,7 @@ def distance_to(search: Search, place: int, x: float, y: float) -> float:
     return sqrt(least)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def square_to(lines: FloatArray, line: int, x: float, y: float) -> float:
     """Return the squared distance of a point to a segment."""
     across, up = x - lines[line, 0], y - lines[line, 1]

@@ -12,7 +12,7 @@ import numpy as np
 
 from geoprint.backends.marching.front import SEED_VERTEX, Front, MarchingMesh
 from geoprint.backends.marching.kernels import slope
-from geoprint.kernels import njit, uncounted
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 
@@ -22,7 +22,7 @@ SAME_LENGTH = 1e-9
 HALVINGS = 40
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def crossing_shares(
     mesh: MarchingMesh, front: Front, edges: IntArray, lengths: FloatArray, levels: FloatArray, meeting: float
 ) -> FloatArray:
@@ -52,7 +52,7 @@ def crossing_shares(
     return shares
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def slopes_at(
     mesh: MarchingMesh, front: Front, edges: IntArray, lengths: FloatArray, shares: FloatArray, meeting: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -83,7 +83,7 @@ def slopes_at(
     return slopes, sides
 
 
-@uncounted
+@inner
 def edge_slopes(mesh: MarchingMesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
     """Return the derivatives of the distance by the share of an edge, at its start and its end.
 
@@ -101,7 +101,7 @@ def edge_slopes(mesh: MarchingMesh, front: Front, start: int, end: int, length: 
     return climb, climb
 
 
-@uncounted
+@inner
 def edge_sides(mesh: MarchingMesh, front: Front, start: int, end: int, length: float) -> tuple[float, float]:
     """Return whether the distance rises to the left (positive) or right of an edge, at its start and its end.
 
@@ -117,7 +117,7 @@ def edge_sides(mesh: MarchingMesh, front: Front, start: int, end: int, length: f
     return 0.0, 0.0
 
 
-@uncounted
+@inner
 def half_edge_between(mesh: MarchingMesh, start: int, end: int, length: float) -> int:
     """Return the half-edge of a length from one vertex to another, -1 where there is none."""
     half = mesh.first[start]
@@ -129,7 +129,7 @@ def half_edge_between(mesh: MarchingMesh, start: int, end: int, length: float) -
             return -1
 
 
-@uncounted
+@inner
 def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the slopes of the distance along a half-edge at its start and its end, per mm."""
     start, following = mesh.corners[half], next_half(half)
@@ -139,7 +139,7 @@ def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, fl
     return first, -slope(mesh, front, end, back)
 
 
-@uncounted
+@inner
 def sides_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
     """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the seed."""
     start, following = mesh.corners[half], next_half(half)
@@ -150,7 +150,7 @@ def sides_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, flo
     return first, last
 
 
-@uncounted
+@inner
 def ridge_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
     """Return where a level between the values at 0 and 1 is crossed from the lower one up to the ridge."""
     share = (level - low) / (high - low)
@@ -161,7 +161,7 @@ def ridge_crossing(low: float, high: float, first: float, last: float, level: fl
     return min(1.0, max(0.0, share))
 
 
-@uncounted
+@inner
 def cubic_crossing(low: float, high: float, first: float, last: float, level: float) -> float:
     """Return where the cubic with the given values and slopes at 0 and 1 takes a level between the values."""
     rising = high > low

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geoprint.kernels import inlined, njit
+from geoprint.kernels import inlined, inner, njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 
@@ -72,7 +72,7 @@ class Front(NamedTuple):
     waiting: IntArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def measure_corners(
     corners: IntArray, lengths: FloatArray, twins: IntArray, vertex_count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, IntArray]:
@@ -167,7 +167,7 @@ def sink(front: Front, count: int) -> None:
     places[vertex] = place
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def border_bearing(mesh: MarchingMesh, vertex: int) -> float:
     """Return the bearing of the last edge of a border vertex: the sum of its angles [rad]."""
     half = int(mesh.first[vertex])

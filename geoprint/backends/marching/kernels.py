@@ -16,7 +16,7 @@ from geoprint.backends.marching.front import (
     border_bearing,
     pop_nearest,
 )
-from geoprint.kernels import inlined, uncounted
+from geoprint.kernels import inlined, inner, uncounted
 from geoprint.model import IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 
@@ -191,7 +191,7 @@ def reach(along: float, away: float, length: float, share: float) -> float:
     return sqrt(offset * offset + away * away)
 
 
-@uncounted
+@inner
 def crossing_angle(length: float, right: float, left: float, share: float) -> float:
     """Return the angle at a corner between its sides to the start and to a point of the opposite edge [rad]."""
     along, away = apex(length, right, left)

@@ -19,7 +19,7 @@ from geoprint.backends.marching.front import (
     MarchingMesh,
     arrive,
 )
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 
@@ -78,7 +78,7 @@ class Window(NamedTuple):
     left: Line
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def see_from_vertices(mesh: MarchingMesh, front: Front, vertices: IntArray) -> None:
     """Set the distances of what is seen from seed vertices through the triangles around them."""
     for vertex in vertices:
@@ -97,7 +97,7 @@ def see_from_vertices(mesh: MarchingMesh, front: Front, vertices: IntArray) -> N
                 break
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def see_from_border(mesh: MarchingMesh, front: Front, border: IntArray) -> None:
     """Set the distances of what is seen squarely from seeded border edges, given by their half-edges."""
     for k in range(border.size):
@@ -113,7 +113,7 @@ def see_from_border(mesh: MarchingMesh, front: Front, border: IntArray) -> None:
         leave_segment(mesh, front, half, corners, start, end, longest_side(mesh, half))
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def see_along(mesh: MarchingMesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
     """Offer a corner the straight line from the seed, `angle` counter-clockwise from its half-edge."""
     vertex = int(mesh.corners[corner])
@@ -122,7 +122,7 @@ def see_along(mesh: MarchingMesh, front: Front, corner: int, distance: float, be
         arrive(front, vertex, distance, bearing + angle * mesh.stretch[vertex])
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def see_from_pieces(mesh: MarchingMesh, front: Front, faces: IntArray, starts: FloatArray, ends: FloatArray) -> None:
     """Set the distances of what is seen from straight pieces inside triangles.
 
@@ -148,7 +148,7 @@ def see_from_pieces(mesh: MarchingMesh, front: Front, faces: IntArray, starts: F
             leave_segment(mesh, front, half, corners, end, start, longest)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def see_corner(
     mesh: MarchingMesh,
     front: Front,
@@ -173,7 +173,7 @@ def see_corner(
     see_along(mesh, front, corner, distance, mesh.bearings[corner], angle)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def towards_segment(here: Point, start: Point, end: Point) -> Point:
     """Return the vector from a point to the nearest point of a segment, which may be a point."""
     x, y = end.x - start.x, end.y - start.y
@@ -184,7 +184,7 @@ def towards_segment(here: Point, start: Point, end: Point) -> Point:
     return Point(start.x + share * x - here.x, start.y + share * y - here.y)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def leave_point(
     mesh: MarchingMesh, front: Front, half: int, corners: tuple[Point, Point, Point], place: Point, longest: float
 ) -> None:
@@ -198,7 +198,7 @@ def leave_point(
             follow(mesh, front, source, window, REACH * longest)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def leave_segment(
     mesh: MarchingMesh,
     front: Front,
@@ -223,7 +223,7 @@ def leave_segment(
             follow(mesh, front, source, Window(half + i, start, end, rightmost, leftmost), REACH * longest)
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def follow(mesh: MarchingMesh, front: Front, source: Origin, window: Window, reach: float) -> None:
     """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees.
 
@@ -259,14 +259,14 @@ def follow(mesh: MarchingMesh, front: Front, source: Origin, window: Window, rea
             windows.append(Window(last, apex, window.end, middle, window.left))
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def is_nearer(front: Front, vertex: int, source: Origin, place: Point, tie: float) -> bool:
     """Tell whether a vertex, unfolded to a place, is nearer to another piece of the seed."""
     back = travelled(source, place)
     return front.distances[vertex] < sqrt(back.x * back.x + back.y * back.y) - tie
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def travelled(source: Origin, place: Point) -> Point:
     """Return the vector that a straight line from the source has covered at a place."""
     x, y = place.x - source.place.x, place.y - source.place.y
@@ -276,7 +276,7 @@ def travelled(source: Origin, place: Point) -> Point:
     return Point(height * source.normal.x, height * source.normal.y)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def line_from(source: Origin, place: Point) -> Line:
     """Return the straight line from the source through a place."""
     x, y = source.normal.x, source.normal.y
@@ -285,13 +285,13 @@ def line_from(source: Origin, place: Point) -> Line:
     return Line(-y, x, y * place.x - x * place.y)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def side(line: Line, place: Point) -> float:
     """Return a positive number on the left of a line and a negative one on its right."""
     return line.a * place.x + line.b * place.y + line.c
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def gap(source: Origin, start: Point, end: Point) -> float:
     """Return how far the nearest point of an edge is from the source, along the lines that leave it [mm]."""
     first, last = travelled(source, start), travelled(source, end)
@@ -303,19 +303,19 @@ def gap(source: Origin, start: Point, end: Point) -> float:
     return sqrt((first.x + share * x) ** 2 + (first.y + share * y) ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def turn(first: Point, second: Point) -> float:
     """Return the angle between two vectors, without its sign [rad]."""
     return abs(atan2(first.x * second.y - first.y * second.x, first.x * second.x + first.y * second.y))
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def separation(first: Point, second: Point) -> float:
     """Return the distance between two points of the plane [mm]."""
     return sqrt((first.x - second.x) ** 2 + (first.y - second.y) ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def beyond(mesh: MarchingMesh, half: int, start: Point, end: Point) -> Point:
     """Return the corner opposite to a half-edge that runs from start to end, on its left."""
     length, right, left = mesh.lengths[half], mesh.lengths[previous_half(half)], mesh.lengths[next_half(half)]
@@ -325,14 +325,14 @@ def beyond(mesh: MarchingMesh, half: int, start: Point, end: Point) -> Point:
     return Point(start.x + along * x - away * y, start.y + along * y + away * x)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def triangle(mesh: MarchingMesh, half: int) -> tuple[Point, Point, Point]:
     """Return the corners of a triangle in the plane: its half-edge starts at the origin, along the x axis."""
     start, end = Point(0.0, 0.0), Point(mesh.lengths[half], 0.0)
     return start, end, beyond(mesh, half, start, end)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
     """Return the point of a triangle with the given barycentric weights."""
     x = weights[0] * corners[0].x + weights[1] * corners[1].x + weights[2] * corners[2].x
@@ -340,7 +340,7 @@ def weighted(corners: tuple[Point, Point, Point], weights: FloatArray) -> Point:
     return Point(x, y)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def longest_side(mesh: MarchingMesh, half: int) -> float:
     """Return the longest side of the triangle of a half-edge [mm]."""
     return max(mesh.lengths[half], mesh.lengths[next_half(half)], mesh.lengths[previous_half(half)])

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray
 
 BRANCHES = 8
@@ -36,14 +36,14 @@ def all_branches(Ts_base_flange: FloatArray, lengths: FloatArray) -> FloatArray:
     return joints
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def _solve(Ts: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
     """Fill (k, 8, 6) joints."""
     for k in range(Ts.shape[0]):
         solve_pose(Ts[k], lengths, joints[k])
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
     """Fill (8, 6) joints of one pose: on each side of axis 1, with the elbow up or down, and the wrist turned over."""
     a1, a2, b, c1, c2, c3, c4 = lengths
@@ -72,20 +72,23 @@ def solve_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) -> None:
             _fill(joints[2 * shoulder + elbow :: 4], T, first, second, third)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third: float) -> None:
     """Fill (2, 6) joints of one place of the forearm: the wrist that gives the flange its attitude, and turned over."""
     sine_1, cosine_1 = math.sin(first), math.cos(first)
     sine, cosine = math.sin(second + third), math.cos(second + third)
     # The flange's axes seen along the plane of the arm and across it; then from the forearm.
-    ahead, aside = cosine_1 * T[0, :3] + sine_1 * T[1, :3], cosine_1 * T[1, :3] - sine_1 * T[0, :3]
-    over, along = cosine * ahead - sine * T[2, :3], sine * ahead[2] + cosine * T[2, 2]
-    lean = math.hypot(aside[2], over[2])
+    aside_x, aside_y = cosine_1 * T[1, 0] - sine_1 * T[0, 0], cosine_1 * T[1, 1] - sine_1 * T[0, 1]
+    ahead_z, aside_z = cosine_1 * T[0, 2] + sine_1 * T[1, 2], cosine_1 * T[1, 2] - sine_1 * T[0, 2]
+    over_x = cosine * (cosine_1 * T[0, 0] + sine_1 * T[1, 0]) - sine * T[2, 0]
+    over_y = cosine * (cosine_1 * T[0, 1] + sine_1 * T[1, 1]) - sine * T[2, 1]
+    over_z, along = cosine * ahead_z - sine * T[2, 2], sine * ahead_z + cosine * T[2, 2]
+    lean = math.hypot(aside_z, over_z)
     # On the singularity of the wrist joint 4 is free: it stays at zero, and joint 6 follows from it as everywhere.
     singular = lean < SINGULAR
-    sine_4, cosine_4 = (0.0, 1.0) if singular else (aside[2] / lean, over[2] / lean)
+    sine_4, cosine_4 = (0.0, 1.0) if singular else (aside_z / lean, over_z / lean)
     fourth, fifth = math.atan2(sine_4, cosine_4), math.atan2(lean, along)
-    sixth = math.atan2(cosine_4 * aside[0] - sine_4 * over[0], cosine_4 * aside[1] - sine_4 * over[1])
+    sixth = math.atan2(cosine_4 * aside_x - sine_4 * over_x, cosine_4 * aside_y - sine_4 * over_y)
     half_turn = 0.0 if singular else math.pi
     for wrist in range(2):
         joints[wrist, 0] = _wrapped(first)
@@ -96,7 +99,7 @@ def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third:
         joints[wrist, 5] = _wrapped(sixth + wrist * half_turn)
 
 
-@njit(cache=True)
+@inner
 def _wrapped(angle: float) -> float:
     """Return an angle within three half turns of zero in (-pi, pi]."""
     if angle > math.pi:

@@ -128,7 +128,7 @@ def _split(Ts: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.ascontiguousarray(Ts[:, :3, :3]), np.ascontiguousarray(Ts[:, :3, 3])
 
 
-@njit(cache=True)
+@njit
 def _follow(rotations: FloatArray, places: FloatArray, axes: _Axes, starts: FloatArray, found: FloatArray) -> None:
     """Fill (k, 8, 6) solutions: from the row before, from the starts, and at last from the row after."""
     rows = places.shape[0]
@@ -144,7 +144,7 @@ def _follow(rotations: FloatArray, places: FloatArray, axes: _Axes, starts: Floa
         _add(found[k + 1], rotations[k], places[k], axes, found[k])
 
 
-@njit(cache=True)
+@njit
 def _add(starts: FloatArray, rotation: FloatArray, place: FloatArray, axes: _Axes, found: FloatArray) -> None:
     """Iterate from each start and keep what has a number that is still free in (8, 6) found."""
     angles, sides = np.empty(6), np.empty(3)
@@ -161,7 +161,7 @@ def _add(starts: FloatArray, rotation: FloatArray, place: FloatArray, axes: _Axe
                 found[branch] = angles
 
 
-@njit(cache=True)
+@njit
 def _iterate(angles: FloatArray, rotation: FloatArray, place: FloatArray, axes: _Axes) -> bool:
     """Move (6,) angles by damped least squares until the flange is at a pose; say whether it got there."""
     directions, points = np.empty((6, 3)), np.empty((6, 3))
@@ -184,7 +184,7 @@ def _iterate(angles: FloatArray, rotation: FloatArray, place: FloatArray, axes: 
     return False
 
 
-@njit(cache=True)
+@njit
 def _forward(
     angles: FloatArray, axes: _Axes, directions: FloatArray, points: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -198,7 +198,7 @@ def _forward(
     return rotation, shift
 
 
-@njit(cache=True)
+@njit
 def _rotation(axis: FloatArray, angle: float) -> FloatArray:
     """Return the (3, 3) rotation about a unit vector, by the formula of Rodrigues."""
     x, y, z = axis
@@ -206,7 +206,7 @@ def _rotation(axis: FloatArray, angle: float) -> FloatArray:
     return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
 
 
-@njit(cache=True)
+@njit
 def _turn(R: FloatArray) -> FloatArray:
     """Return the (3,) rotation vector of a rotation; about no particular axis where it is a half turn."""
     vector = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
@@ -216,7 +216,7 @@ def _turn(R: FloatArray) -> FloatArray:
     return vector if cosine > 0.0 else np.array([np.pi, 0.0, 0.0])
 
 
-@njit(cache=True)
+@njit
 def _sides(angles: FloatArray, axes: _Axes, sides: FloatArray) -> None:
     """Fill (3,) with the quantities of `NumericInverse.singularity_distances`."""
     directions, points = np.empty((6, 3)), np.empty((6, 3))

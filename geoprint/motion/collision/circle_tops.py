@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import hypot, inf, sqrt
 from typing import TypeAlias
 
-from geoprint.kernels import uncounted
+from geoprint.kernels import inner, uncounted
 from geoprint.model import FloatArray, IntArray
 
 # x, y and height above the tip plane, and those of a triangle's corners [mm].
@@ -52,7 +52,7 @@ def raise_tops(
             tops[row] = max(tops[row], top)
 
 
-@uncounted
+@inner
 def _into_tool(triangles: FloatArray, triangle: int, corner: int, poses: FloatArray, row: int) -> Point:
     """Return a corner of a triangle as a pose of the tool sees it, its height away from the surface."""
     x = triangles[triangle, corner, 0] - poses[row, 0, 3]
@@ -65,7 +65,7 @@ def _into_tool(triangles: FloatArray, triangle: int, corner: int, poses: FloatAr
     )
 
 
-@uncounted
+@inner
 def _top_of_sides(corners: Corners, radius: float) -> float:
     """Clip the sides to the circle; a height is linear along a side, so that it is greatest where the clip ends."""
     top = -inf
@@ -91,7 +91,7 @@ def _top_of_sides(corners: Corners, radius: float) -> float:
     return top
 
 
-@uncounted
+@inner
 def _top_of_plane(corners: Corners, radius: float) -> float:
     """Return the height of a triangle's plane at its highest point of the circle, where the triangle holds it."""
     first_x, first_y = corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]

@@ -7,13 +7,13 @@ then that few are shorter than it likes, then that few use the tolerances up, th
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
-from math import ceil, log2
 from typing import final
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray, frozen
 
 # Share of the tolerances that is used up as long as the rate of targets allows: the closer, the better.
@@ -41,7 +41,7 @@ NEAREST = 24
 MOST = 512
 TRIES = 4
 # How many moves from one pose that makes: the near ones, one for each doubling, and that to the one that must follow.
-MOVES = NEAREST + ceil(log2(MOST / NEAREST)) + 1
+MOVES = NEAREST + math.ceil(math.log2(MOST / NEAREST)) + 1
 
 # Share of a time by which moves that take it may seem shorter.
 TIME_ROUNDING = 1e-9
@@ -112,7 +112,7 @@ def chord_shares(tips: FloatArray, chosen: IntArray, *, tolerance: float) -> Flo
     return _chord_shares(tips, chosen, tolerance)
 
 
-@njit(cache=True)
+@njit
 def _weigh(  # noqa: PLR0917
     tips: FloatArray,
     quaternions: FloatArray,
@@ -148,7 +148,7 @@ def _weigh(  # noqa: PLR0917
             move += 1
 
 
-@njit(cache=True)
+@inner
 def _farthest(moves: FloatArray, start: int, last: int) -> int:
     """Return the end of the longest of the moves from a row that have been weighed.
 
@@ -162,7 +162,7 @@ def _farthest(moves: FloatArray, start: int, last: int) -> int:
     return min(start + reach, last) if np.isnan(moves[MOVES - 1]) else last
 
 
-@njit(cache=True)
+@njit
 def _chain(moves: FloatArray) -> IntArray:
     """Return the rows of the cheapest chain from the first row to the last."""
     last = len(moves) - 1
@@ -186,7 +186,7 @@ def _chain(moves: FloatArray) -> IntArray:
     return np.array(chain[::-1])
 
 
-@njit(cache=True)
+@inner
 def _cost(  # noqa: PLR0917
     tips: FloatArray,
     quaternions: FloatArray,
@@ -216,7 +216,7 @@ def _cost(  # noqa: PLR0917
     return cost
 
 
-@njit(cache=True)
+@inner
 def _deviation(  # noqa: PLR0917
     tips: FloatArray, quaternions: FloatArray, allowed: FloatArray, first: int, last: int, turn: float, tolerance: float
 ) -> float:
@@ -228,12 +228,12 @@ def _deviation(  # noqa: PLR0917
     if last == first + 1:
         return 0.0
     start, end = quaternions[first], quaternions[last]
-    apart = 2.0 * np.arcsin(min(np.sqrt(((end - start) ** 2).sum()) / 2.0, 1.0))
+    apart = 2.0 * math.asin(min(math.sqrt(_square_apart(start, end)) / 2.0, 1.0))
     if apart > LARGEST_TURN / 2.0:
         return np.inf
     x, y, z = tips[last, 0] - tips[first, 0], tips[last, 1] - tips[first, 1], tips[last, 2] - tips[first, 2]
     square = x * x + y * y + z * z
-    sine = np.sin(apart)
+    sine = math.sin(apart)
     worst = 0.0
     for row in range(first + 1, last):
         u, v, w = tips[row, 0] - tips[first, 0], tips[row, 1] - tips[first, 1], tips[row, 2] - tips[first, 2]
@@ -246,7 +246,7 @@ def _deviation(  # noqa: PLR0917
             return np.inf
         ahead, behind = share, 1.0 - share
         if apart >= SMALL_TURN:
-            ahead, behind = np.sin(apart * share) / sine, np.sin(apart * (1.0 - share)) / sine
+            ahead, behind = math.sin(apart * share) / sine, math.sin(apart * (1.0 - share)) / sine
         turned = 0.0
         for axis in range(4):
             turned += (quaternions[row, axis] - behind * start[axis] - ahead * end[axis]) ** 2
@@ -254,27 +254,43 @@ def _deviation(  # noqa: PLR0917
         if turned > 1.0:
             return np.inf
         worst = max(worst, missed / tolerance**2, turned)
-    return np.sqrt(worst)
+    return math.sqrt(worst)
 
 
-@njit(cache=True)
+@inner
 def _turned_share(start: FloatArray, end: FloatArray, between: FloatArray, apart: float) -> float:
     """Return the share of the slerp from one quaternion to another, so far apart [rad], that is nearest to a third."""
     if apart == 0.0:
         return 0.0
-    across = (end - np.cos(apart) * start) / np.sin(apart)
-    return min(max(np.arctan2((between * across).sum(), (between * start).sum()) / apart, 0.0), 1.0)
+    sine, cosine = math.sin(apart), math.cos(apart)
+    across, along = 0.0, 0.0
+    for axis in range(4):
+        across += between[axis] * ((end[axis] - cosine * start[axis]) / sine)
+        along += between[axis] * start[axis]
+    return min(max(math.atan2(across, along) / apart, 0.0), 1.0)
 
 
-@njit(cache=True)
+@inner
+def _square_apart(one: FloatArray, other: FloatArray) -> float:
+    square = 0.0
+    for axis in range(len(one)):
+        square += (other[axis] - one[axis]) ** 2
+    return square
+
+
+@njit
 def _chord_shares(tips: FloatArray, chosen: IntArray, tolerance: float) -> FloatArray:
     shares = np.zeros(len(chosen) - 1)
     for move in range(len(chosen) - 1):
         first, last = chosen[move], chosen[move + 1]
-        line = tips[last] - tips[first]
-        square = (line * line).sum()
+        square = _square_apart(tips[first], tips[last])
         for row in range(first + 1, last):
-            offset = tips[row] - tips[first]
-            share = min(max((offset * line).sum() / square, 0.0), 1.0) if square > COINCIDENT**2 else 0.0
-            shares[move] = max(shares[move], np.sqrt(((offset - share * line) ** 2).sum()) / tolerance)
+            ahead, missed = 0.0, 0.0
+            for axis in range(3):
+                ahead += (tips[row, axis] - tips[first, axis]) * (tips[last, axis] - tips[first, axis])
+            share = min(max(ahead / square, 0.0), 1.0) if square > COINCIDENT**2 else 0.0
+            for axis in range(3):
+                offset = tips[row, axis] - tips[first, axis]
+                missed += (offset - share * (tips[last, axis] - tips[first, axis])) ** 2
+            shares[move] = max(shares[move], math.sqrt(missed) / tolerance)
     return shares

@@ -9,9 +9,11 @@ spline through the poses, off by the fourth power of its step instead of the sec
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, uncounted
 from geoprint.model import BoolArray, FloatArray, IntArray
 
 # Largest radius in which the controller may round a target [mm]: below half a bead, however wide the targets stand.
@@ -47,7 +49,11 @@ def apexes(places: FloatArray, zones: FloatArray) -> FloatArray:
 
 def fitted_places(tips: FloatArray, moved: BoolArray, rests: BoolArray) -> FloatArray:
     """Return (t, 3) targets of which the moved ones are passed at their own (t, 3) tips; others stand there [mm]."""
-    return _fitted(tips, moved, rests) if moved.any() else tips
+    if not moved.any():
+        return tips
+    places = tips.copy()
+    _fit(places, tips, moved, rests, np.empty((len(tips) - 1, 4)))
+    return places
 
 
 def rounded_deviations(tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
@@ -62,66 +68,84 @@ def rounded_deviations(tips: FloatArray, chosen: IntArray, places: FloatArray, z
     Returns:
         (t - 1,) the largest distance of a pose from the controller's path, or of that one from the poses.
     """
-    return _rounded(tips, chosen, places, zones, apexes(places, zones))[0]
+    return _along_moves(tips, chosen, places, zones)[0]
 
 
 def rounded_lengths(tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
     """Return (t - 1,) the length of the controller's path along each move, from apex to apex [mm]; args as above."""
-    return _rounded(tips, chosen, places, zones, apexes(places, zones))[1]
+    return _along_moves(tips, chosen, places, zones)[1]
 
 
-@njit(cache=True)
-def _fitted(tips: FloatArray, moved: BoolArray, rests: BoolArray) -> FloatArray:
+def _along_moves(tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
+    """Return (2, t - 1) deviations and lengths of the moves."""
+    found = np.zeros((2, len(chosen) - 1))
+    _follow(tips, chosen, places, zones, apexes(places, zones), np.empty((2 * PIECES + 2, 3)), found)
+    return found
+
+
+@uncounted
+def _fit(places: FloatArray, tips: FloatArray, moved: BoolArray, rests: BoolArray, steps: FloatArray) -> None:
+    """Move the (t, 3) places; (t - 1, 4) steps are room for the direction and the length of each."""
     last = len(tips) - 1
-    places, lengths, along = tips.copy(), np.empty(last), np.empty((last, 3))
     for _ in range(ROUNDS):
         for row in range(last):
-            step = places[row + 1] - places[row]
-            lengths[row] = max(np.sqrt((step * step).sum()), COINCIDENT)
-            along[row] = step / lengths[row]
+            steps[row, 3] = max(_apart(places[row + 1], places[row]), COINCIDENT)
+            for axis in range(3):
+                steps[row, axis] = (places[row + 1, axis] - places[row, axis]) / steps[row, 3]
         for row in range(1, last):
             if moved[row] and not rests[row]:
-                zone = min(min(lengths[row - 1], lengths[row]) / 2.0, LARGEST_ZONE)
-                places[row] = tips[row] - zone / 4.0 * (along[row] - along[row - 1])
-    return places
+                zone = min(min(steps[row - 1, 3], steps[row, 3]) / 2.0, LARGEST_ZONE)
+                for axis in range(3):
+                    places[row, axis] = tips[row, axis] - zone / 4.0 * (steps[row, axis] - steps[row - 1, axis])
 
 
-@njit(cache=True)
-def _rounded(
-    tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray, passed: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return (t - 1,) deviations and lengths of the moves."""
-    found, lengths = np.zeros(len(chosen) - 1), np.zeros(len(chosen) - 1)
-    line = np.empty((2 * PIECES + 2, 3))
+@uncounted
+def _follow(  # noqa: PLR0917
+    tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray, passed: FloatArray, line: FloatArray,
+    found: FloatArray,
+) -> None:  # fmt: skip
+    """Fill (2, t - 1) deviations and lengths of the moves; the line is room for the pieces of one."""
     for move in range(len(chosen) - 1):
-        step = places[move + 1] - places[move]
-        length = np.sqrt((step * step).sum())
+        length = _apart(places[move + 1], places[move])
         if length <= COINCIDENT:
             continue
-        away, towards = places[move] + zones[move] / length * step, places[move + 1] - zones[move + 1] / length * step
+        ahead, behind = zones[move] / length, zones[move + 1] / length
         for k in range(PIECES + 1):
             # Half a parabola, from its apex along the chord's direction to its tangent at the end.
-            share = k / PIECES
-            line[k] = _half(passed[move], places[move], away, share)
-            line[2 * PIECES + 1 - k] = _half(passed[move + 1], places[move + 1], towards, share)
+            _put_half(line[k], passed[move], places[move], places[move + 1], ahead, k / PIECES)
+            _put_half(line[2 * PIECES + 1 - k], passed[move + 1], places[move + 1], places[move], behind, k / PIECES)
         for row in range(len(line) - 1):
-            lengths[move] += np.sqrt(((line[row + 1] - line[row]) ** 2).sum())
+            found[1, move] += _apart(line[row + 1], line[row])
         path = tips[chosen[move] : chosen[move + 1] + 1]
         for row in range(1, len(path) - 1):
-            found[move] = max(found[move], _distance(path[row], line))
+            found[0, move] = max(found[0, move], _distance(path[row], line))
         for row in range(len(line)):
-            found[move] = max(found[move], _distance(line[row], path))
-    return found, lengths
+            found[0, move] = max(found[0, move], _distance(line[row], path))
 
 
-@njit(cache=True)
-def _half(apex: FloatArray, corner: FloatArray, end: FloatArray, share: float) -> FloatArray:
-    """Return a place on the half of a parabola from its apex to its end: its middle control point is halfway."""
-    middle = (corner + end) / 2.0
-    return (1.0 - share) ** 2 * apex + 2.0 * share * (1.0 - share) * middle + share**2 * end
+@inner
+def _put_half(  # noqa: PLR0917
+    place: FloatArray, apex: FloatArray, corner: FloatArray, next_corner: FloatArray, zone: float, share: float
+) -> None:
+    """Fill (3,) a place on the half of a parabola from its apex to its end: its middle control point is halfway.
+
+    It ends on the way to the next corner, at a zone that is a share of that way.
+    """
+    for axis in range(3):
+        end = corner[axis] + zone * (next_corner[axis] - corner[axis])
+        middle = (corner[axis] + end) / 2.0
+        place[axis] = (1.0 - share) ** 2 * apex[axis] + 2.0 * share * (1.0 - share) * middle + share**2 * end
 
 
-@njit(cache=True)
+@inner
+def _apart(one: FloatArray, other: FloatArray) -> float:
+    square = 0.0
+    for axis in range(3):
+        square += (one[axis] - other[axis]) ** 2
+    return math.sqrt(square)
+
+
+@inner
 def _distance(place: FloatArray, line: FloatArray) -> float:
     """Return the distance of a place from a polyline [mm]."""
     least = np.inf
@@ -136,4 +160,4 @@ def _distance(place: FloatArray, line: FloatArray) -> float:
         for axis in range(3):
             missed += (place[axis] - line[row, axis] - share * (line[row + 1, axis] - line[row, axis])) ** 2
         least = min(least, missed)
-    return np.sqrt(least)
+    return math.sqrt(least)

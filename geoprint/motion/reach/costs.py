@@ -15,7 +15,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import UsageError
-from geoprint.kernels import njit
+from geoprint.kernels import inner
 from geoprint.model import BoolArray, FloatArray, IntArray, SearchWeights
 from geoprint.motion.arm import BORDERED, JOINTS, Arm
 
@@ -93,7 +93,7 @@ def cost_terms(arm: Arm, *, weights: SearchWeights, minimum_wrist_angle: float) 
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def place_cost(joints: FloatArray, deposit: bool, terms: Terms) -> float:  # noqa: FBT001  (numba takes no keywords)
     """Return what a millimetre costs at (6,) joint angles."""
     margin = np.inf
@@ -117,7 +117,7 @@ def place_cost(joints: FloatArray, deposit: bool, terms: Terms) -> float:  # noq
     return cost + _quadrant_cost(joints, terms.quadrants) if deposit else cost
 
 
-@njit(cache=True)
+@inner
 def _quadrant_cost(joints: FloatArray, bordered: IntArray) -> float:
     """Return what a millimetre of deposit costs for joints that are near a border of their quadrants."""
     total = 0.0
@@ -128,7 +128,7 @@ def _quadrant_cost(joints: FloatArray, bordered: IntArray) -> float:
     return QUADRANT * total
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def step_cost(start: FloatArray, end: FloatArray, length: float, terms: Terms) -> float:
     """Return what the joint motion of a step costs; nothing where one end cannot be reached."""
     total = 0.0
@@ -142,12 +142,12 @@ def step_cost(start: FloatArray, end: FloatArray, length: float, terms: Terms) -
     return 0.0 if math.isnan(total) else total / length
 
 
-@njit(cache=True)
+@inner
 def _discomfort(share: float) -> float:
     share = max(share, SMALLEST_SHARE)
     return 1.0 / (share * share)
 
 
-@njit(cache=True)
+@inner
 def _wrapped(angle: float) -> float:
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)

@@ -22,7 +22,7 @@ from typing import NamedTuple, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.motion.arm import BRANCHES, JOINTS, solve_pose
 from geoprint.motion.reach.costs import Terms, place_cost, step_cost
@@ -133,7 +133,7 @@ class _Ladder(NamedTuple):
     extra: FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def _sweep(
     ladder: _Ladder,
     terms: Terms,
@@ -170,7 +170,7 @@ def _sweep(
         _retrace(ladder.offsets, states[(count - 1) % 2], branch, back, costs, choices)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _best_step(
     ladder: _Ladder,
     terms: Terms,
@@ -203,7 +203,7 @@ def _best_step(
     return least
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _retrace(
     offsets: IntArray, last: FloatArray, branch: int, back: StepBack, costs: FloatArray, choices: IntArray
 ) -> None:
@@ -219,7 +219,7 @@ def _retrace(
         choices[branch, rung - 1] = back[offsets[rung] + choices[branch, rung], branch]
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _end_pose(T: FloatArray, candidate: FloatArray, T_tool_end: FloatArray, out: FloatArray) -> None:
     """Fill (4, 4) out with the end of an arm whose tool leans by (x, y) and turns, as `turned` has it."""
     turn, x, y = candidate
@@ -243,6 +243,6 @@ def _end_pose(T: FloatArray, candidate: FloatArray, T_tool_end: FloatArray, out:
         out[row, 3] += T[row, 3]
 
 
-@njit(cache=True)
+@inner
 def _squared_turn(one: FloatArray, other: FloatArray) -> float:
     return (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2

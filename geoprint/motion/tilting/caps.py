@@ -40,7 +40,7 @@ def common_direction(centres: FloatArray, *, half_angle: float, start: FloatArra
     return direction[None] if found else np.empty((0, 3))
 
 
-@njit(cache=True)
+@njit
 def nearest_common(centres: FloatArray, half_angle: float, start: FloatArray) -> tuple[bool, FloatArray]:
     """Return whether caps about (k, 3) centres share a direction, and the (3,) one that is nearest to the start."""
     cosine, sine, cotangent = cos(half_angle), sin(half_angle), 1.0 / tan(half_angle)
@@ -92,7 +92,7 @@ def nearest_common(centres: FloatArray, half_angle: float, start: FloatArray) ->
     return True, best
 
 
-@njit(cache=True)
+@njit
 def first_common(directions: FloatArray, centres: FloatArray, half_angle: float) -> int:
     """Return the first of (n, 3) directions that is within caps about all of (k, 3) centres; -1 where none is."""
     cosine = cos(half_angle)

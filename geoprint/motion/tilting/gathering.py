@@ -114,7 +114,7 @@ def _layer(
     return sorted(attitudes, key=lambda each: int(each.pieces[0, 0]))
 
 
-@njit(cache=True)
+@njit
 def _divided(admits: BoolArray) -> IntArray:
     """Return the (n,) row of (d, n) by which each column is admitted, with the fewest changes from column to column."""
     rows, count = admits.shape

@@ -121,7 +121,7 @@ def _around(passed: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
     return np.array(halves, dtype=np.int64).reshape(-1, 2), np.array(ordinals, dtype=np.int64).reshape(-1, 2)
 
 
-@njit(cache=True)
+@njit
 def _chained(crossings: IntArray, count: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     """Return pieces in order, 1 where they run on and -1 where back, where rows start, and what is closed.
 

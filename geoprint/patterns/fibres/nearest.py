@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 from geoprint.patterns.fibres.net import ComplexArray, LineNet, rim_sides
 
@@ -109,7 +109,7 @@ def window_room() -> Windows:
     return Windows(np.zeros(WAITING, np.int64), *plane)
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def nearest(
     net: LineNet,
     laid: LaidSegments,
@@ -158,7 +158,7 @@ def nearest(
     return (inf, -1, 0j) if which < 0 else (best, which, vector)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _opened(
     net: LineNet, room: Windows, waiting: int, half: int, source: complex, right: complex, left: complex,
     turned: complex, best: float,
@@ -180,7 +180,7 @@ def _opened(
     return waiting + 1
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _in_face(
     laid: LaidSegments, face: int, source: complex, right: complex, left: complex, turned: complex, best: float,
     which: int, vector: complex, own: int, arc: float, clear: float,
@@ -209,7 +209,7 @@ def _in_face(
     return best, which, vector
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _within(
     start: complex, along: complex, bound: complex, sense: float, low: float, high: float
 ) -> tuple[float, float]:
@@ -222,7 +222,7 @@ def _within(
     return low, min(high, -begun / rate)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _apart(place: complex, start: complex, end: complex) -> float:
     """Return how far a place is from a segment [mm]."""
     along = end - start
@@ -230,12 +230,12 @@ def _apart(place: complex, start: complex, end: complex) -> float:
     return abs(start + min(max(share, 0.0), 1.0) * along - place)
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _cross(first: complex, second: complex) -> float:
     return first.real * second.imag - first.imag * second.real
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def gaps(
     net: LineNet, laid: LaidSegments, room: Windows, faces: IntArray, places: ComplexArray, limits: FloatArray
 ) -> FloatArray:

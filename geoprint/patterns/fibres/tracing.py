@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import inf
 from typing import NamedTuple
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.patterns.fibres.nearest import LaidSegments, Windows, nearest
 from geoprint.patterns.fibres.net import LineNet
 
@@ -46,7 +46,7 @@ class Rules(NamedTuple):
     lean: complex
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def side_ahead(net: LineNet, face: int, place: complex, ahead: complex, entered: int) -> tuple[int, float]:
     """Return over which side a straight line leaves a face, -1 for none, and after how far [mm]."""
     side, reach = -1, inf
@@ -64,7 +64,7 @@ def side_ahead(net: LineNet, face: int, place: complex, ahead: complex, entered:
     return side, reach
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def on_side(net: LineNet, face: int, side: int, place: complex) -> complex:
     """Return the place on a side that is nearest to one, but for its ends."""
     start = net.corners[face, side]
@@ -73,7 +73,7 @@ def on_side(net: LineNet, face: int, side: int, place: complex) -> complex:
     return start + min(max(share, FROM_VERTEX), 1.0 - FROM_VERTEX) * along
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def straight(net: LineNet, face: int, place: complex, ahead: complex, length: float) -> tuple[int, complex, float]:
     """Return where a straight line over the surface ends: its face, the place there, and how far it came [mm]."""
     entered, gone = -1, 0.0
@@ -91,7 +91,7 @@ def straight(net: LineNet, face: int, place: complex, ahead: complex, length: fl
         face, entered = beyond // 3, beyond % 3
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def lay(laid: LaidSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
     """Add a segment."""
     at = laid.filled[0]
@@ -101,7 +101,7 @@ def lay(laid: LaidSegments, face: int, start: complex, end: complex, stroke: int
     laid.filled[0] = at + 1
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def lay_straight(
     net: LineNet, laid: LaidSegments, face: int, place: complex, ahead: complex, length: float, stroke: int, arc: float
 ) -> bool:
@@ -121,7 +121,7 @@ def lay_straight(
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def take_back(laid: LaidSegments, count: int) -> None:
     """Take back what was laid last, up to so many segments."""
     while laid.filled[0] > count:
@@ -130,7 +130,7 @@ def take_back(laid: LaidSegments, count: int) -> None:
         laid.filled[0] = at
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _direction(net: LineNet, face: int, sign: float, lean: complex, entered: int) -> complex:
     """Return where a streamline goes in a face: along its line, or along the side where it was entered."""
     ahead = sign * net.lines[face] * lean
@@ -143,7 +143,7 @@ def _direction(net: LineNet, face: int, sign: float, lean: complex, entered: int
     return along if (ahead * along.conjugate()).real >= 0.0 else -along
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _seen(
     net: LineNet, laid: LaidSegments, room: Windows, rules: Rules, face: int, place: complex, ahead: complex,
     stroke: int, arc: float,
@@ -167,7 +167,7 @@ def _seen(
     return -1, True, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def streamline(
     net: LineNet, laid: LaidSegments, room: Windows, rules: Rules, face: int, place: complex, sign: float, stroke: int
 ) -> tuple[int, float, float]:

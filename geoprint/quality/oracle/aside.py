@@ -14,9 +14,9 @@ from typing import final
 
 import numpy as np
 
-from geoprint.kernels import njit, uncounted
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
-from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, cross, empty_horizon
+from geoprint.quality.oracle.horizon import ANY, POINT, Goal, Horizon, Segments, cross, empty_horizon
 from geoprint.quality.oracle.tracing import SurfacePath, steps_back, unwind
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places
 from geoprint.quality.oracle.unfolding import first_around, look, meet, see, spread
@@ -113,7 +113,7 @@ def neighbours(
     return Neighbours(distances, kinds, np.where(found < 0, -1, order[found]))
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def search_sides(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, open_starts: BoolArray, open_ends: BoolArray,
     faces: IntArray, flat: ComplexArray, ahead: ComplexArray, own: IntArray, arcs: FloatArray, clear: float,
@@ -152,7 +152,7 @@ def search_sides(
     return distances, kinds, found
 
 
-@uncounted
+@inner
 def kind_found(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, open_starts: BoolArray, open_ends: BoolArray, goal: Goal,
     face: int, place: complex, middle: complex, faces: IntArray, starts: ComplexArray, ends: ComplexArray,
@@ -172,7 +172,7 @@ def kind_found(
     return OBLIQUE if crosses_itself(segments, goal, faces, starts, ends, count) else FOUND
 
 
-@uncounted
+@inner
 def begin_aside(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex,
     middle: complex,
@@ -180,7 +180,7 @@ def begin_aside(
     """Look within the cone in the face of the place, and through those of its edges that the cone meets."""
     half = 3 * face
     right, left = middle * rect(1.0, -HALF_CONE), middle * rect(1.0, HALF_CONE)
-    see(horizon, segments, goal, face, -place, 1.0 + 0j, right, left, 0.0, -1)
+    see(horizon, segments, goal, face, -place, 1.0 + 0j, right, left, 0.0, POINT)
     for i in range(3):
         corner, end = mesh.corners[half + i] - place, mesh.corners[half + (i + 1) % 3] - place
         low = phase(corner / middle)
@@ -190,12 +190,12 @@ def begin_aside(
             if max(start, -HALF_CONE) < min(start + width, HALF_CONE):
                 from_right = corner if start > -HALF_CONE else right
                 from_left = end if start + width < HALF_CONE else left
-                look(mesh, horizon, goal, mesh.twins[half + i], end, corner, from_right, from_left, 0.0, -1)
+                look(mesh, horizon, goal, mesh.twins[half + i], end, corner, from_right, from_left, 0.0, POINT)
         if abs(low) < HALF_CONE:
-            meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, -1)
+            meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, POINT)
 
 
-@uncounted
+@inner
 def first_turn(horizon: Horizon) -> complex:
     """Return the place that the way found leads to straight from the point: where it ends, or turns first."""
     place, item = complex(horizon.seen[0]), int(horizon.found[1])
@@ -206,7 +206,7 @@ def first_turn(horizon: Horizon) -> complex:
     return place
 
 
-@uncounted
+@inner
 def turns_at_rim(mesh: FlatMesh, horizon: Horizon) -> bool:
     """Return whether the way found turns around a vertex of the border: a rim lies between."""
     item = int(horizon.found[1])
@@ -218,7 +218,7 @@ def turns_at_rim(mesh: FlatMesh, horizon: Horizon) -> bool:
     return False
 
 
-@uncounted
+@inner
 def ends_squarely(
     mesh: FlatMesh, segments: Segments, segment: int, faces: IntArray, starts: ComplexArray, ends: ComplexArray,
     count: int,
@@ -238,7 +238,7 @@ def ends_squarely(
     return abs(product) <= SQUARE_COSINE * abs(way) * abs(along)
 
 
-@uncounted
+@inner
 def crosses_itself(
     segments: Segments, goal: Goal, faces: IntArray, starts: ComplexArray, ends: ComplexArray, count: int
 ) -> bool:

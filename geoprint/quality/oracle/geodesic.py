@@ -161,7 +161,7 @@ class GeodesicDistance:
         return np.maximum(away - 0.5 * self._lengths.max(), 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def search_all(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, faces: IntArray, flat: ComplexArray, labels: IntArray,
     runs: IntArray, arcs: FloatArray, clear: float, limits: FloatArray, aims: FloatArray, windows: int,

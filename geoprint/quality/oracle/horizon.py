@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh
 
 # What `Goal.label` is where every segment counts.
 ANY = -1
+# The parent of what the point sees itself. For a literal integer numba compiles all that take it once more.
+POINT = cast("int", np.int64(-1))
 
 
 class Segments(NamedTuple):

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import FieldError
-from geoprint.kernels import njit, uncounted
+from geoprint.kernels import inner, njit, uncounted
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle.horizon import Goal, Horizon, Segments, cross, empty_horizon
 from geoprint.quality.oracle.triangles import ComplexArray, FlatMesh, Places, spatial
@@ -132,7 +132,7 @@ def _connected(
         horizon.visited[:] = -1
 
 
-@njit(cache=True, error_model="numpy")
+@njit
 def connect(
     mesh: FlatMesh, horizon: Horizon, points: Segments, faces: IntArray, flat: ComplexArray, aims: FloatArray,
     first: IntArray, pairs: IntArray, where: IntArray, starts: ComplexArray, ends: ComplexArray,
@@ -209,7 +209,7 @@ def unwind(
     faces[k], starts[k], ends[k] = first_face, first, last
 
 
-@uncounted
+@inner
 def crossing(start: complex, along: complex, seen: complex) -> float:
     """Return the share of an edge at which the line from 0 to a place behind it crosses it."""
     slope = cross(seen, along)
@@ -221,7 +221,7 @@ def crossing(start: complex, along: complex, seen: complex) -> float:
     return min(max((offset.real * along.real + offset.imag * along.imag) / squared, 0.0), 1.0)
 
 
-@uncounted
+@inner
 def on_half_edge(mesh: FlatMesh, half: int, share: float) -> complex:
     """Return the place at a share of a half-edge, in the plane of its face."""
     start, end = complex(mesh.corners[half]), complex(mesh.corners[next_half(half)])

@@ -13,8 +13,8 @@ from __future__ import annotations
 from cmath import phase, rect
 from math import inf, pi
 
-from geoprint.kernels import inlined, uncounted
-from geoprint.quality.oracle.horizon import ANY, Goal, Horizon, Segments, add, cross, pop
+from geoprint.kernels import inlined, inner, uncounted
+from geoprint.quality.oracle.horizon import ANY, POINT, Goal, Horizon, Segments, add, cross, pop
 from geoprint.quality.oracle.triangles import FlatMesh
 from geoprint.surfaces.halfedges import next_half, previous_half
 
@@ -56,7 +56,7 @@ def search(
     return spread(mesh, horizon, segments, goal, number)
 
 
-@uncounted
+@inner
 def spread(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int) -> float:
     """Take windows by rising distance until none is nearer than what was found; return as `search` does."""
     while horizon.counts[1] > 0:
@@ -73,7 +73,7 @@ def spread(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, num
     return horizon.best[0]
 
 
-@uncounted
+@inner
 def begin(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, face: int, place: complex
 ) -> None:
@@ -83,15 +83,15 @@ def begin(
     for i in range(3):
         if abs(mesh.corners[half + i] - place) < CORNER_TOLERANCE * longest:
             horizon.visited[mesh.starts[half + i]] = number
-            item = add(mesh, horizon, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, -1, 0.0)
+            item = add(mesh, horizon, goal, -1 - (half + i), 0j, 0j, 0j, 0j, 0.0, POINT, 0.0)
             fan(mesh, horizon, segments, goal, number, first_around(mesh, half + i), 0.0, inf, 0.0, item)
             return
     place += INWARDS * ((mesh.corners[half] + mesh.corners[half + 1] + mesh.corners[half + 2]) / 3.0 - place)
-    see(horizon, segments, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, -1)
+    see(horizon, segments, goal, face, -place, 1.0 + 0j, 0j, 0j, 0.0, POINT)
     for i in range(3):
         corner, end = mesh.corners[half + i] - place, mesh.corners[next_half(half + i)] - place
-        look(mesh, horizon, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, -1)
-        meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, -1)
+        look(mesh, horizon, goal, mesh.twins[half + i], end, corner, corner, end, 0.0, POINT)
+        meet(mesh, horizon, goal, number, half + i, corner, end - corner, 0.0, POINT)
 
 
 @inlined
@@ -119,7 +119,7 @@ def cross_face(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal,
         )
 
 
-@uncounted
+@inner
 def turn(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, item: int) -> None:
     """Go on from a vertex into the directions that are at least a straight angle away from where the path came from."""
     half = -1 - horizon.halves[item]
@@ -145,7 +145,7 @@ def turn(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, numbe
         fan(mesh, horizon, segments, goal, number, first, angle + pi, total, before, item)
 
 
-@uncounted
+@inner
 def fan(
     mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal, number: int, half: int, low: float, high: float,
     before: float, item: int,
@@ -173,7 +173,7 @@ def fan(
             return
 
 
-@uncounted
+@inner
 def first_around(mesh: FlatMesh, half: int) -> int:
     """Return the rightmost half-edge that starts at the same vertex on the border, or the one given inside."""
     around = half
@@ -244,7 +244,7 @@ def look(
     add(mesh, horizon, goal, half, start, end, right, left, before, item, abs(nearest))
 
 
-@uncounted
+@inner
 def meet(
     mesh: FlatMesh, horizon: Horizon, goal: Goal, number: int, half: int, place: complex, along: complex, before: float,
     item: int,

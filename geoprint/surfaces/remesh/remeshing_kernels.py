@@ -7,9 +7,11 @@ kept. The kernels change them in place; only `remeshing` calls them.
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.surfaces.halfedges import next_half, previous_half
 from geoprint.surfaces.remesh.creases import CORNER, INSIDE, LEAST_RIM
@@ -21,8 +23,10 @@ LEAST_COSINE = 0.5
 # An edge is flipped if the cotangents opposite to it sum to less than minus this: rounding does not decide.
 COTANGENT_TOLERANCE = 1e-6
 
+Vector = tuple[float, float, float]
 
-@njit(cache=True)
+
+@njit
 def split(
     chosen: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, vertices: int, faces: int
 ) -> IntArray:
@@ -73,7 +77,7 @@ def split(
     return done[:count]
 
 
-@njit(cache=True)
+@njit
 def flip(starts: IntArray, twins: IntArray, curves: BoolArray, vertices: FloatArray) -> int:
     """Flip the edges off the curves whose opposite angles sum to more than a half turn; return how many.
 
@@ -110,7 +114,7 @@ def flip(starts: IntArray, twins: IntArray, curves: BoolArray, vertices: FloatAr
     return count
 
 
-@njit(cache=True)
+@njit
 def collapse(
     chosen: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, vertices: FloatArray, kinds: IntArray,
     shortest: float, longest: float,
@@ -158,7 +162,7 @@ def collapse(
     return left
 
 
-@njit(cache=True)
+@inner
 def _set(side: int, twin: int, curve: bool, twins: IntArray, curves: BoolArray) -> None:
     """Make two half-edges the sides of one edge, or one the rim."""
     twins[side], curves[side] = twin, curve
@@ -166,7 +170,7 @@ def _set(side: int, twin: int, curve: bool, twins: IntArray, curves: BoolArray) 
         twins[twin], curves[twin] = side, curve
 
 
-@njit(cache=True)
+@njit
 def _outgoing(starts: IntArray, vertices: int) -> IntArray:
     """Return a half-edge that begins at each vertex, or -1."""
     outgoing = np.full(vertices, -1, dtype=np.int64)
@@ -175,7 +179,7 @@ def _outgoing(starts: IntArray, vertices: int) -> IntArray:
     return outgoing
 
 
-@njit(cache=True)
+@inner
 def _ring(first: int, twins: IntArray, ring: IntArray) -> int:
     """Put the half-edges that begin at the vertex of one of them into a buffer; return how many, -1 if too many."""
     count, side = 0, first
@@ -199,7 +203,7 @@ def _ring(first: int, twins: IntArray, ring: IntArray) -> int:
     return count
 
 
-@njit(cache=True)
+@inner
 def _on_small_rim(side: int, twins: IntArray) -> bool:
     """Return whether an edge is on a rim of no more than LEAST_RIM edges."""
     if twins[side] >= 0:
@@ -214,7 +218,7 @@ def _on_small_rim(side: int, twins: IntArray) -> bool:
     return False
 
 
-@njit(cache=True)
+@inner
 def _among(vertex: int, ring: IntArray, starts: IntArray, twins: IntArray) -> bool:
     """Return whether a vertex is a neighbour of that of a ring."""
     for side in ring:
@@ -224,7 +228,7 @@ def _among(vertex: int, ring: IntArray, starts: IntArray, twins: IntArray) -> bo
     return False
 
 
-@njit(cache=True)
+@njit
 def _link_holds(side: int, ring: IntArray, starts: IntArray, twins: IntArray, outgoing: IntArray) -> bool:
     """Return whether collapsing an edge leaves a manifold."""
     other_ring = np.empty(MOST_AROUND, dtype=np.int64)
@@ -253,7 +257,7 @@ def _link_holds(side: int, ring: IntArray, starts: IntArray, twins: IntArray, ou
     return True
 
 
-@njit(cache=True)
+@inner
 def _stays_in_shape(ring: IntArray, kept: int, starts: IntArray, vertices: FloatArray, longest: float) -> bool:
     """Return whether the faces of a ring neither turn far nor get long edges where its vertex becomes another."""
     for side in ring:
@@ -267,7 +271,7 @@ def _stays_in_shape(ring: IntArray, kept: int, starts: IntArray, vertices: Float
     return True
 
 
-@njit(cache=True)
+@inner
 def _remove(
     side: int, ring: IntArray, starts: IntArray, twins: IntArray, curves: BoolArray, outgoing: IntArray, left: BoolArray
 ) -> None:
@@ -295,41 +299,49 @@ def _remove(
             outgoing[kept], outgoing[corner] = beyond, next_half(beyond)
 
 
-@njit(cache=True)
+@inner
 def _flip_gains(vertices: FloatArray, a: int, b: int, c: int, d: int) -> bool:
     """Return whether edge a b opposite to c and d is better replaced by c d, and its faces agree then."""
     if _cotangent(vertices, c, a, b) + _cotangent(vertices, d, a, b) >= -COTANGENT_TOLERANCE:
         return False
-    old = _normal(vertices, a, b, c) + _normal(vertices, b, a, d)
+    one, other = _normal(vertices, a, b, c), _normal(vertices, b, a, d)
+    old = (one[0] + other[0], one[1] + other[1], one[2] + other[2])
     return _agree(old, _normal(vertices, d, c, a)) and _agree(old, _normal(vertices, c, d, b))
 
 
-@njit(cache=True)
-def _agree(old: FloatArray, new: FloatArray) -> bool:
+@inner
+def _agree(old: Vector, new: Vector) -> bool:
     """Return whether a normal is not turned far; neither need have length 1."""
-    length = np.sqrt((new**2).sum())
-    return length > 0.0 and (old * new).sum() >= LEAST_COSINE * np.sqrt((old**2).sum()) * length
+    length = sqrt(_dot(new, new))
+    return length > 0.0 and _dot(old, new) >= LEAST_COSINE * sqrt(_dot(old, old)) * length
 
 
-@njit(cache=True)
+@inner
 def _cotangent(vertices: FloatArray, apex: int, a: int, b: int) -> float:
     """Return the cotangent of the angle at an apex."""
-    first, second = vertices[a] - vertices[apex], vertices[b] - vertices[apex]
-    crossed = np.cross(first, second)
-    return (first * second).sum() / max(np.sqrt((crossed**2).sum()), 1e-300)
+    crossed = _normal(vertices, apex, a, b)
+    return _dot(_step(vertices, apex, a), _step(vertices, apex, b)) / max(sqrt(_dot(crossed, crossed)), 1e-300)
 
 
-@njit(cache=True)
-def _normal(vertices: FloatArray, a: int, b: int, c: int) -> FloatArray:
+@inner
+def _normal(vertices: FloatArray, a: int, b: int, c: int) -> Vector:
     """Return twice the area vector of a triangle."""
-    first, second = vertices[b] - vertices[a], vertices[c] - vertices[a]
-    normal = np.empty(3)
-    for axis in range(3):
-        after, before = (axis + 1) % 3, (axis + 2) % 3
-        normal[axis] = first[after] * second[before] - first[before] * second[after]
-    return normal
+    x, y, z = _step(vertices, a, b)
+    u, v, w = _step(vertices, a, c)
+    return y * w - z * v, z * u - x * w, x * v - y * u
 
 
-@njit(cache=True)
+@inner
 def _distance(vertices: FloatArray, a: int, b: int) -> float:
-    return float(np.sqrt(((vertices[a] - vertices[b]) ** 2).sum()))
+    step = _step(vertices, b, a)
+    return sqrt(_dot(step, step))
+
+
+@inner
+def _step(vertices: FloatArray, a: int, b: int) -> Vector:
+    return vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
+
+
+@inner
+def _dot(one: Vector, other: Vector) -> float:
+    return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

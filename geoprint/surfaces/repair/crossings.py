@@ -15,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray, Surface, frozen
 
 # Pairs of triangles whose boxes overlap that are looked at, per triangle: a good mesh has about 10, one on which they
@@ -113,7 +113,7 @@ def _boxes(lows: FloatArray, highs: FloatArray) -> tuple[FloatArray, FloatArray]
     return node_lows, node_highs
 
 
-@njit(cache=True)
+@njit
 def _search(  # noqa: C901, PLR0917  (one loop; numba calls cost no less than branches)
     faces: IntArray, corners: FloatArray, normals: FloatArray, lows: FloatArray, highs: FloatArray,
     node_lows: FloatArray, node_highs: FloatArray, depth: float, budget: int, most: int,
@@ -153,7 +153,7 @@ def _search(  # noqa: C901, PLR0917  (one loop; numba calls cost no less than br
     return found[:pairs], True
 
 
-@njit(cache=True)
+@inner
 def _overlap(  # noqa: PLR0917
     lows: FloatArray, highs: FloatArray, i: int, other_lows: FloatArray, other_highs: FloatArray, j: int
 ) -> bool:
@@ -168,7 +168,7 @@ def _overlap(  # noqa: PLR0917
     )
 
 
-@njit(cache=True)
+@inner
 def _cross(  # noqa: PLR0917
     faces: IntArray, corners: FloatArray, normals: FloatArray, i: int, j: int, depth: float
 ) -> bool:
@@ -191,7 +191,7 @@ def _cross(  # noqa: PLR0917
     )
 
 
-@njit(cache=True)
+@inner
 def _heights(corners: FloatArray, normals: FloatArray, i: int, j: int) -> tuple[float, float]:
     """Return the lowest and the highest that a corner of triangle i stands over the plane of triangle j."""
     low, high = np.inf, -np.inf
@@ -203,7 +203,7 @@ def _heights(corners: FloatArray, normals: FloatArray, i: int, j: int) -> tuple[
     return low, high
 
 
-@njit(cache=True)
+@inner
 def _pierces(corners: FloatArray, normals: FloatArray, i: int, j: int, depth: float) -> bool:
     """Return whether an edge of triangle i passes through triangle j."""
     u, v, w = normals[j, 0], normals[j, 1], normals[j, 2]
@@ -231,7 +231,7 @@ def _pierces(corners: FloatArray, normals: FloatArray, i: int, j: int, depth: fl
     return False
 
 
-@njit(cache=True)
+@inner
 def _parted(corners: FloatArray, normals: FloatArray, i: int, j: int, depth: float) -> bool:
     """Return whether all of triangle j lies beyond an edge of i, or inside by no more than a depth; both are flat."""
     u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]

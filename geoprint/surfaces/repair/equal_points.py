@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 
 BitArray: TypeAlias = NDArray[np.uint64]
@@ -30,7 +30,7 @@ def first_equal(points: FloatArray) -> IntArray:
     return _first_equal(np.ascontiguousarray(points).view(np.uint64), PLACES_PER_POINT * len(points))
 
 
-@njit(cache=True)
+@njit
 def _first_equal(bits: BitArray, room: int) -> IntArray:
     size = 1
     while size < room:
@@ -56,7 +56,7 @@ def _first_equal(bits: BitArray, room: int) -> IntArray:
     return found
 
 
-@njit(cache=True)
+@inner
 def unsigned(bits: np.uint64) -> np.uint64:
     """Return the bits of a number, without the sign where it is a zero: the two zeros are equal."""
     return np.uint64(0) if bits == NEGATIVE_ZERO else bits
