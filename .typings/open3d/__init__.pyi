@@ -9,12 +9,32 @@ class geometry:
         def estimate_normals(self, search_param: geometry.KDTreeSearchParamHybrid) -> None: ...
         def orient_normals_towards_camera_location(self, camera_location: NDArray[np.float64]) -> None: ...
 
+    class TriangleMesh:
+        vertices: utility.Vector3dVector
+        triangles: utility.Vector3iVector
+        @staticmethod
+        def create_from_point_cloud_poisson(
+            pcd: geometry.PointCloud,
+            depth: int = 8,
+            width: float = 0,
+            scale: float = 1.1,
+            linear_fit: bool = False,
+            n_threads: int = -1,
+            full_depth: int = 5,
+        ) -> tuple[geometry.TriangleMesh, utility.DoubleVector]: ...
+
     class KDTreeSearchParamHybrid:
         def __init__(self, radius: float, max_nn: int) -> None: ...
 
 class utility:
     class Vector3dVector:
         def __init__(self, values: NDArray[np.float64]) -> None: ...
+        def __array__(self) -> NDArray[np.float64]: ...
+
+    class Vector3iVector:
+        def __array__(self) -> NDArray[np.int32]: ...
+
+    class DoubleVector: ...
 
     class random:
         @staticmethod

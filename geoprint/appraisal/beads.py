@@ -101,7 +101,7 @@ def beads_of(grey: FloatArray, found: PairedEdges, *, shade: Shade = "lighter") 
     # The centre of pixel 0 of the small picture stands half a large pixel, less half a small one, further in.
     lines = [(line + 0.5) / found.scale - 0.5 for line in midlines(found.beads, width=found.scale * found.width)]
     long = [line for line in lines if len(line) > 2 and _length(line) >= SHORTEST_LINE_SHARE * found.width]
-    beads = [bead for line in long if (bead := _bead(height, line, width=found.width)) is not None]
+    beads = [bead for line in long if (bead := _bead(height, line, found)) is not None]
     if not beads:
         raise InputError(
             f"no line of beads {found.width:.3g} pixels wide is {SHORTEST_LINE_SHARE:g} widths long, of "
@@ -111,15 +111,16 @@ def beads_of(grey: FloatArray, found: PairedEdges, *, shade: Shade = "lighter") 
     return tuple(sorted(beads, key=lambda bead: -bead.length))
 
 
-def _bead(height: FloatArray, line: FloatArray, *, width: float) -> BeadLine | None:
+def _bead(height: FloatArray, line: FloatArray, found: PairedEdges) -> BeadLine | None:
     """Return the bead along a line, or None where too little of one is there."""
+    width = found.width
     closed = bool(np.abs(line[0] - line[-1]).max() < 1e-9)
     path = _calmed(line if closed else _lengthened(line, width=width), width=width, closed=closed)
     ahead = _unit(_gradient(path, closed=closed))
     aside = np.column_stack([ahead[:, 1], -ahead[:, 0]])
     offsets = np.arange(-REACH_SHARE * width, REACH_SHARE * width + ACROSS_STEP, ACROSS_STEP)
     profiles = _profiles(height, path, aside, offsets, width=width, closed=closed)
-    left, right, seen = _edges(profiles, offsets, width=width)
+    left, right, seen = _edges(profiles, offsets, _spreads(found, path), width=width)
     seen = _without_short(seen, shortest=SHORTEST_BREAK_SHARE * width / STEP, closed=closed)
     kept = np.flatnonzero(seen)
     if kept.size * STEP < SHORTEST_LINE_SHARE * width:
@@ -141,8 +142,20 @@ def _profiles(
     return ndimage.gaussian_filter(values, spreads, mode=("wrap" if closed else "nearest", "nearest"))
 
 
-def _edges(profiles: FloatArray, offsets: FloatArray, *, width: float) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return (k,) offsets of the left and of the right edge, and whether both are there."""
+def _spreads(found: PairedEdges, path: FloatArray) -> FloatArray:
+    """Return the (k,) spread of the grey values around each place of a path."""
+    at = (path + 0.5) * found.scale - 0.5
+    return np.asarray(ndimage.map_coordinates(found.spreads, [at[:, 1], at[:, 0]], order=1, mode="nearest"))
+
+
+def _edges(
+    profiles: FloatArray, offsets: FloatArray, spreads: FloatArray, *, width: float
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return (k,) offsets of the left and of the right edge, and whether both are there.
+
+    How light falls along a line and across it makes one bead faint here and bright there: its contrast counts over the
+    spread of what lies around it.
+    """
     inside = profiles[:, np.abs(offsets) <= max(INSIDE_SHARE * width, ACROSS_STEP)].mean(axis=1)
     sides: list[FloatArray] = []
     contrasts: list[FloatArray] = []
@@ -153,7 +166,7 @@ def _edges(profiles: FloatArray, offsets: FloatArray, *, width: float) -> tuple[
         beside = values[:, away >= BESIDE_SHARE * width].min(axis=1)
         sides.append(sign * _first_below(values, away, 0.5 * (inside + beside)))
         contrasts.append(inside - beside)
-    contrast = np.minimum(*contrasts)
+    contrast = np.minimum(*contrasts) / spreads
     left, right = sides
     usual = float(np.median(contrast[contrast > 0.0])) if (contrast > 0.0).any() else np.inf
     there = np.isfinite(left) & np.isfinite(right) & (contrast > FAINT_SHARE * usual)

@@ -31,6 +31,20 @@ def evened(grey: FloatArray, *, width: float) -> FloatArray:
     Raises:
         InputError: the picture is of one colour.
     """
+    mean, spread = light_on(grey, width=width)
+    return (grey - mean) / spread
+
+
+def light_on(grey: FloatArray, *, width: float) -> tuple[FloatArray, FloatArray]:
+    """Return (h, w) mean and spread of the grey values around every pixel, as its neighbourhood is lit.
+
+    Args:
+        grey: (h, w).
+        width: of a bead [pixels].
+
+    Raises:
+        InputError: the picture is of one colour.
+    """
     contrast = float(grey.std())
     if contrast < LEAST_CONTRAST:
         raise InputError(
@@ -40,9 +54,8 @@ def evened(grey: FloatArray, *, width: float) -> FloatArray:
         )
     reach = REACH_SHARE * width
     mean = ndimage.gaussian_filter(grey, reach)
-    above = grey - mean
-    spread = np.sqrt(ndimage.gaussian_filter(above**2, reach))
-    return above / (spread + FLAT_SHARE * contrast)
+    spread = np.sqrt(ndimage.gaussian_filter((grey - mean) ** 2, reach))
+    return mean, spread + FLAT_SHARE * contrast
 
 
 def steepness(grey: FloatArray, *, width: float) -> FloatArray:

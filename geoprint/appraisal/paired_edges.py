@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, final
 import numpy as np
 from scipy import fft
 
-from geoprint.appraisal.gradient import EDGE_SHARE, evened, otsu
+from geoprint.appraisal.gradient import EDGE_SHARE, evened, light_on, otsu
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, freeze_arrays, frozen
 
@@ -57,6 +57,7 @@ class PairedEdges:
         scale: pixels of this picture for one of the photograph, at most 1.
         contrast: (h, w) of a bead through the pixel with what lies on its sides, over the spread of the grey values
             around it; 0 where there is none.
+        spreads: (h, w) standard deviation of the grey values around every pixel.
         threshold: from which on it is a bead.
         chosen: whether the threshold was chosen [Otsu1979], not given.
     """
@@ -64,11 +65,12 @@ class PairedEdges:
     width: float
     scale: float
     contrast: FloatArray
+    spreads: FloatArray
     threshold: float
     chosen: bool
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, contrast="float: h w")
+        freeze_arrays(self, contrast="float: h w", spreads="float: h w")
 
     @property
     def beads(self) -> BoolArray:
@@ -98,9 +100,11 @@ def paired_edges(
         )
     shown = 1.0 if shade == "lighter" else -1.0
     small, scale = _shrunk(grey, min(1.0, SEARCH_WIDTH / width))
-    contrast = _contrast(shown * evened(small, width=scale * width), width=scale * width, directions=DIRECTIONS)
+    mean, spreads = light_on(small, width=scale * width)
+    even = shown * (small - mean) / spreads
+    contrast = _contrast(even, width=scale * width, directions=DIRECTIONS)
     limit = threshold if threshold is not None else _limit(contrast)
-    found = PairedEdges(width, scale, contrast.astype(np.float64), limit, threshold is None)
+    found = PairedEdges(width, scale, contrast.astype(np.float64), spreads, limit, threshold is None)
     if not found.beads.any() or limit < LEAST_LINE_CONTRAST:
         raise InputError(
             f"nothing looks like a bead {shade} than what it lies on and {width:.3g} pixels wide: the contrast is at "

@@ -96,6 +96,25 @@ def test_a_ring_is_closed_and_as_wide_all_round() -> None:
     assert bead.length == pytest.approx(2.0 * np.pi * 80.0, rel=0.01)
 
 
+def test_rings_that_touch_are_seen_all_round_in_light_from_one_side() -> None:
+    # Across the light beads stand out six times as much as along it; one of them has a true break in the faint part.
+    spacing, rings = 16.0, 7
+    columns, lines = np.meshgrid(np.arange(260) - 130.0, np.arange(260) - 130.0)
+    radii, angles = np.hypot(columns, lines), np.arctan2(lines, columns)
+    amplitude = 0.05 + 0.25 * np.cos(angles) ** 2
+    skin = np.cos(2.0 * np.pi * radii / spacing) * ((radii > 1.5 * spacing) & (radii < (rings + 0.5) * spacing))
+    broken = (np.abs(radii - 4.0 * spacing) < 0.5 * spacing) & (np.abs(angles - np.pi / 2.0) < 0.15)
+    grey = 0.5 + amplitude * np.where(broken, -1.0, skin)
+    grey = grey + 0.004 * np.random.default_rng(3).standard_normal(grey.shape)
+    beads = found(grey, spacing / 2.0)
+    middles = middles_of(beads) - 130.0
+    at, toward = np.hypot(*middles.T) / spacing, np.arctan2(middles[:, 1], middles[:, 0])
+    for ring in range(2, rings + 1):
+        own = np.sort(toward[np.abs(at - ring) < 0.3])
+        bare = np.diff(np.append(own, own[0] + 2.0 * np.pi)).max() * ring * spacing
+        assert bare == pytest.approx(0.3 * ring * spacing, abs=4.0) if ring == 4 else bare < 3.0
+
+
 def test_lines_that_meet_a_rail_are_parted_from_it() -> None:
     rail = (straight(60, 20, 60, 280), 16.0)
     lines = [rail, *((straight(60, v, 330, v), 12.0) for v in (60, 120, 180, 240))]

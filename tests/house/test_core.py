@@ -14,7 +14,7 @@ from benchmarks.parts.house_tree import ROOT, House
 
 HOUSE = House()
 # What the extras `cad`, `medical`, `photo` and `scan` install.
-EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "cv2", "lagrange", "pyfqmr")
+EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "cv2", "open3d", "pyfqmr")
 # Refuses to import the modules that its first argument lists, then runs the command line with the rest.
 ALONE = """
 import json, sys

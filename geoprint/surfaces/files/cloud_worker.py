@@ -1,10 +1,13 @@
-"""What the child process does that lays a surface through points; a script, so that it imports little."""
+"""What the child process does that lays a surface through points with open3d; a script, so that it imports little."""
 
 from __future__ import annotations
 
 import os
 import sys
 from io import BytesIO
+
+# Cells are all at least as fine as this, wherever the points lie.
+FULL_DEPTH = 5
 
 
 def work(data: bytes, depth: str) -> bytes:
@@ -15,14 +18,18 @@ def work(data: bytes, depth: str) -> bytes:
         depth: of the octree.
     """
     if sys.platform == "linux":
-        # Several threads give the vertices in another order each time.
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     import numpy as np
-    from lagrange.poisson import mesh_from_oriented_points
+    import open3d as o3d
 
-    given = np.load(BytesIO(data), allow_pickle=False)
-    points, normals = np.ascontiguousarray(given[:, :3]), np.ascontiguousarray(given[:, 3:])
-    mesh = mesh_from_oriented_points(points, normals, octree_depth=int(depth))
+    given, deepest = np.load(BytesIO(data), allow_pickle=False), int(depth)
+    cloud = o3d.geometry.PointCloud()
+    cloud.points = o3d.utility.Vector3dVector(given[:, :3])
+    cloud.normals = o3d.utility.Vector3dVector(given[:, 3:])
+    # Several threads give the vertices in another order each time.
+    mesh, _ = o3d.geometry.TriangleMesh.create_from_point_cloud_poisson(
+        cloud, depth=deepest, full_depth=min(FULL_DEPTH, deepest), n_threads=1
+    )
     target = BytesIO()
-    np.savez(target, vertices=np.asarray(mesh.vertices), faces=np.asarray(mesh.facets))
+    np.savez(target, vertices=np.asarray(mesh.vertices), faces=np.asarray(mesh.triangles))
     return target.getvalue()

@@ -28,6 +28,11 @@ from geoprint.surfaces.topology import boundary_half_edges, component_labels, ha
 LEAST_POINTS, MOST_POINTS = 200, 3_000_000
 # Neighbours from which normals are estimated where the file has none: enough to average noise, few enough to bend.
 NEIGHBOURS = 24
+# About a point of a surface they spread little across it. Of their squared distances the direction in which they spread
+# least has 0.19 to 0.21 where points fill a volume, and 0.13 on a surface whose noise is as large as its spacing.
+MOST_ACROSS = 0.15
+# That is asked of so many points, for it costs as much as their normals.
+ASKED_POINTS = 10_000
 # Of these the nearest carry the side from point to point.
 LINKS = 8
 LEAST_WEIGHT = 1e-9
@@ -41,6 +46,7 @@ SCALE = 1.1
 REACH_SPACINGS = 2.0
 # Where more than this share of the points lies farther from the surface than its cells are wide, they are no surface.
 STRAY_SHARE = 0.05
+NO_SURFACE = "they are too sparse or no surface, so scan closer or make the mesh in the scanner's program"
 # Normals in a file have length 1 but for rounding in text.
 NORMAL_LENGTH = (0.98, 1.02)
 
@@ -72,7 +78,7 @@ def read_cloud(data: bytes, /, *, name: str) -> MeshFile:
     Raises:
         InputError: as `read_point_text` and `reconstruct`, and so the others.
         ResourceError: it takes too long or too much memory.
-        UsageError: adobe-lagrange is not installed.
+        UsageError: open3d is not installed.
     """
     return reconstruct(read_point_text(data, name=name), name=name)
 
@@ -139,13 +145,20 @@ def reconstruct(cloud: PointCloud, *, name: str) -> MeshFile:
     Raises:
         InputError: too few or many points, a coordinate that is not finite, or points that are on no surface.
         ResourceError: it takes too long or too much memory.
-        UsageError: adobe-lagrange is not installed.
+        UsageError: open3d is not installed.
     """
     points, normals = _checked(cloud, name=name)
-    if importlib.util.find_spec("lagrange") is None:
-        raise missing("adobe-lagrange", extra="scan", work="reading point clouds")
+    if importlib.util.find_spec("open3d") is None:
+        raise missing("open3d", extra="scan", work="reading point clouds")
     tree = KDTree(points)
     spacing = _spacing(points, tree)
+    across = _spread_across(points, tree)
+    if across > MOST_ACROSS:
+        raise InputError(
+            f"`{name}`: about its {len(points)} points others lie in all directions: {across:.2f} of their squared "
+            f"distances lie across the plane through them, at most {MOST_ACROSS:.2f} may; {NO_SURFACE}.",
+            across=across,
+        )
     known = estimated_normals(points, tree) if normals is None else normals
     rough = _poisson(points, known, spacing=spacing, name=name)
     surface = _cut_back(rough, tree, reach=REACH_SPACINGS * spacing)
@@ -154,8 +167,7 @@ def reconstruct(cloud: PointCloud, *, name: str) -> MeshFile:
     if stray > STRAY_SHARE:
         raise InputError(
             f"`{name}`: {stray:.0%} of its {len(points)} points lie farther than {CELL_SPACINGS * spacing:.3g} from "
-            f"the surface through them, at most {STRAY_SHARE:.0%} may; they are too sparse or no surface, so scan "
-            "closer or make the mesh in the scanner's program.",
+            f"the surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
             stray=stray,
         )
     notes = (
@@ -183,8 +195,7 @@ def estimated_normals(points: FloatArray, tree: KDTree) -> FloatArray:
         (k, 3) unit normals.
     """
     near = np.asarray(tree.query(points, k=NEIGHBOURS)[1])
-    offsets = points[near] - points[near].mean(axis=1, keepdims=True)
-    normals = np.linalg.eigh(np.einsum("knx,kny->kxy", offsets, offsets))[1][:, :, 0]
+    normals = np.linalg.eigh(_spreads(points[near]))[1][:, :, 0]
     # Before SciPy 1.17 spanning trees take no longer indices than these.
     first = np.repeat(np.arange(len(points), dtype=np.int32), LINKS)
     second = near[:, 1 : LINKS + 1].ravel().astype(np.int32)
@@ -233,6 +244,19 @@ def _spacing(points: FloatArray, tree: KDTree) -> float:
     others = 8
     distances = np.asarray(tree.query(points, k=[others + 1])[0])
     return float(np.median(distances)) * float(np.sqrt(np.pi / others))
+
+
+def _spread_across(points: FloatArray, tree: KDTree) -> float:
+    """Return which share of the squared distances of neighbours lies across the plane through them, in the median."""
+    some = points[:: -(-len(points) // ASKED_POINTS)]
+    spreads = np.linalg.eigvalsh(_spreads(points[np.asarray(tree.query(some, k=NEIGHBOURS)[1])]))
+    return float(np.median(spreads[:, 0] / spreads.sum(axis=1)))
+
+
+def _spreads(around: FloatArray) -> FloatArray:
+    """Return (k, 3, 3) sums of the squares of (k, j, 3) places about their middles."""
+    offsets = around - around.mean(axis=1, keepdims=True)
+    return np.einsum("knx,kny->kxy", offsets, offsets)
 
 
 def _poisson(points: FloatArray, normals: FloatArray, *, spacing: float, name: str) -> Surface:

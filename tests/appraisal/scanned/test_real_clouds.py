@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -17,7 +15,6 @@ from tests.shared_data import shared
 
 CLOUDS = ("cgal_blobby.xyz", "cgal_fin90_with_PCA_normals.xyz", "cgal_kitten.xyz", "cgal_oni.pwn",
           "trimesh_points_cloudcompare.xyz")  # fmt: skip
-needs_lagrange = pytest.mark.skipif(importlib.util.find_spec("lagrange") is None, reason="lagrange is not installed")
 
 
 @pytest.mark.parametrize("name", CLOUDS)
@@ -28,7 +25,6 @@ def test_every_cloud_opens(name: str) -> None:
 
 
 @needs_open3d
-@needs_lagrange
 @pytest.mark.dear
 @pytest.mark.parametrize("name", ["cgal_fin90_with_PCA_normals.xyz", "cgal_kitten.xyz", "cgal_oni.pwn"])
 def test_a_cloud_registers_to_itself_moved(name: str) -> None:
@@ -46,7 +42,7 @@ def test_a_cloud_registers_to_itself_moved(name: str) -> None:
     assert found.used > 0.8
 
 
-@needs_lagrange
+@needs_open3d
 @pytest.mark.parametrize("name", ["cgal_blobby.xyz", "trimesh_points_cloudcompare.xyz"])
 def test_a_cloud_that_is_no_surface_is_refused_as_a_part(name: str) -> None:
     with pytest.raises(InputError, match=r"too sparse or no surface|points at different places"):

@@ -18,7 +18,7 @@ from geoprint.surfaces.repair import prepare
 from tests.meshes import sphere, spherical_cap
 from tests.shared_data import shared
 
-needs_scan = pytest.mark.skipif(importlib.util.find_spec("lagrange") is None, reason="geoprint[scan] is not installed")
+needs_scan = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="geoprint[scan] is not installed")
 NOISE = 0.05
 
 
@@ -96,10 +96,27 @@ def test_a_hole_in_the_scan_stays_a_hole(tmp_path: Path) -> None:
 
 
 @needs_scan
-def test_points_that_fill_a_block_are_refused(tmp_path: Path) -> None:
-    points = np.random.default_rng(1).uniform(0.0, 40.0, (3000, 3))
+@pytest.mark.parametrize("count", [300, 1000, 3000])
+def test_points_that_fill_a_block_are_refused(tmp_path: Path, count: int) -> None:
+    points = np.random.default_rng(1).uniform(0.0, 40.0, (count, 3))
     with pytest.raises(InputError, match="they are too sparse or no surface"):
         load(saved(tmp_path / "block.xyz", points), unit="mm")
+
+
+@needs_scan
+def test_a_scan_whose_noise_is_as_large_as_its_spacing_is_read(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
+    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 4000, noise=0.4)), unit="mm")
+    assert closest(cap, loaded.surface.vertices)[1].mean() < 0.2
+
+
+@needs_scan
+def test_a_sheet_with_a_cloud_about_it_is_refused(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    sheet = random.uniform(0.0, 40.0, (2000, 3)) * [1.0, 1.0, 0.0]
+    dust = random.uniform(5.0, 45.0, (300, 3))
+    with pytest.raises(InputError, match=r"lie farther than .* too sparse or no surface"):
+        load(saved(tmp_path / "dusty.xyz", np.vstack([sheet, dust])), unit="mm")
 
 
 def test_estimated_normals_are_those_of_the_sphere_and_all_on_one_side() -> None:
@@ -144,7 +161,7 @@ def test_a_ply_of_points_that_lies_is_refused(tmp_path: Path, header: str, sente
 
 def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(name: str) -> None:
-        assert name == "lagrange"
+        assert name == "open3d"
 
     path = saved(tmp_path / "a.xyz", sampled(sphere(radius=20.0), 300))
     monkeypatch.setattr(importlib.util, "find_spec", nothing)
