@@ -44,6 +44,7 @@ from geoprint.motion.controller import controller_path, written_targets
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.reach import reach
 from geoprint.motion.timing import retime
+from geoprint.paths import posed_surface
 from geoprint.pipeline.planning import plan_paths
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, clearance_check
@@ -261,7 +262,9 @@ def in_attitudes(paths: Plan, placement: Placement) -> list[tuple[Plan, Placemen
         tilted_placement(machine, placement, T_table_plate=pose, number=number)
         for number, pose in enumerate(poses, start=1)
     ]
-    return [(attitude_paths(paths, portion, there), there) for portion, there in zip(divided, stands, strict=True)]
+    known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
+    each = zip(divided, stands, strict=True)
+    return [(attitude_paths(paths, portion, there, known=known), there) for portion, there in each]
 
 
 @final

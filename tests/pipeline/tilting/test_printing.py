@@ -20,10 +20,11 @@ from geoprint.export import write_bundle
 from geoprint.model import FloatArray, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.machine import table_machine
-from geoprint.paths import check_sum
+from geoprint.paths import check_sum, posed_surface
 from geoprint.pipeline.appraised.simulated import simulated_print
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.saving import save_plan
+from geoprint.pipeline.standing import pose_stream
 from geoprint.report import MOST_FRAMES
 from geoprint.results import Plan
 from geoprint.silico import Break, Faults
@@ -145,6 +146,18 @@ def test_the_replay_moves_part_and_table_on_the_course_that_is_proven_and_in_its
     # The beam of the table stands still, and its plate goes with the part.
     np.testing.assert_allclose(shown.solids[:, 2], shown.solids[:1, 2].repeat(len(axes), axis=0), atol=1e-6)
     assert np.abs(np.diff(shown.solids[:, 0], axis=0)).max() > 0.0
+
+
+@pytest.mark.dear
+def test_poses_on_a_surface_that_was_prepared_before_are_the_same(planned: Plan) -> None:
+    workpiece = planned.workpiece
+    known = posed_surface(workpiece.surface, workpiece.body)
+    once, again = (
+        pose_stream(planned.toolpath, workpiece, max_tilt_deg=planned.job.max_tilt, known=each)
+        for each in (None, known)
+    )
+    for name in ("tips", "quaternions", "normals", "arcs"):
+        np.testing.assert_array_equal(getattr(once, name), getattr(again, name))
 
 
 @pytest.mark.dear
