@@ -1,7 +1,7 @@
 """What prints over a table that tilts the part, and how fast is that planned?
 
     python -m benchmarks.attitudes [--parts FILE ...] [--spacing MM] [--wrap MM] [--tables KIND ...]
-                                   [--backends NAME ...] [--poses MM ...] [--smoke]
+                                   [--backends NAME ...] [--poses MM ...] [--chain MM ...] [--smoke]
 
 The first table has a row for each part, table and backend, planned with the packaged cell that has a table, or with the
 default hexapod in its place: a wrap of 200 degrees around a vessel of 12 mm radius, with the vessel in the way, and any
@@ -13,6 +13,11 @@ With --poses a second table has two rows for each spacing, of data/heart_apex_pa
 cell without one: poses of the robot's parts, and processor time of each step: choosing the attitudes, poses and
 surroundings of each, joints, timing, collision, the table's motion, programs, and the program of all. Poses a second
 count all but programs.
+
+With --chain a third table has two such rows for each spacing, of what `benchmarks.whole` counts of poses without a
+table: inverse kinematics, timing and collision check as the nozzle stands, neither leaning nor eased, each run timed
+once, without dry run and program. To that comes what the table asks for: choosing the attitudes, poses and surroundings
+of each, the table's motion. A spacing of 0.25 mm has about 50k poses over the table.
 """
 
 from __future__ import annotations
@@ -21,6 +26,8 @@ import argparse
 import re
 import time
 from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import final
@@ -32,7 +39,19 @@ from benchmarks.parts.tables import row, table
 from geoprint import job_of, plan
 from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.errors import PlanError
-from geoprint.model import Surface
+from geoprint.model import Placement, Surface
+from geoprint.motion.controller import controller_path, written_targets
+from geoprint.motion.machine import table_machine, tilted_placement
+from geoprint.motion.reach import reach
+from geoprint.motion.timing import retime
+from geoprint.paths import posed_surface
+from geoprint.pipeline.planning import plan_paths
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.standing import arm_of, clearance_check
+from geoprint.pipeline.tilting import move_clearance, with_table
+from geoprint.pipeline.tilting.division import deposited, plate_turn
+from geoprint.pipeline.tilting.pieces import attitude_paths, portions
+from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.quality import overhang
 from geoprint.results import Plan
 from geoprint.surfaces.files import ply_bytes
@@ -69,7 +88,8 @@ def main() -> None:
     parser.add_argument("--tables", nargs="+", choices=TABLES, default=list(TABLES))
     parser.add_argument("--backends", nargs="+", default=["lscm", "heat"], metavar="NAME")
     parser.add_argument("--poses", type=float, nargs="*", default=[], metavar="MM", help="spacings that are timed")
-    parser.add_argument("--smoke", action="store_true", help="the wrap at 6 mm over one table with one backend")
+    parser.add_argument("--chain", type=float, nargs="*", default=[], metavar="MM", help="likewise, the chain alone")
+    parser.add_argument("--smoke", action="store_true", help="the wrap and the chain at 6 mm over one table")
     arguments = parser.parse_args()
     smoke: bool = arguments.smoke
     spacing = SMOKE_SPACING if smoke else arguments.wrap
@@ -85,12 +105,21 @@ def main() -> None:
                 for file in arguments.parts:
                     line = printed_row(file, cell, body=None, spacing=arguments.spacing, backend=backend)
                     print(line, flush=True)
-        if arguments.poses:
-            for line in table("spacing", "table", "poses", "attitudes", *STEPS, "poses a second"):
-                print(line, flush=True)
-        for wanted in arguments.poses:
-            for kind in (*tables, ""):
-                print(timed_row(cell_with(kind, Path(folder)), spacing=wanted), flush=True)
+        cells = [cell_with(kind, Path(folder)) for kind in (*tables, "")]
+        for line in timed(cells, poses=arguments.poses, chains=[SMOKE_SPACING] if smoke else arguments.chain):
+            print(line, flush=True)
+
+
+def timed(cells: Sequence[Path], *, poses: Sequence[float], chains: Sequence[float]) -> Iterator[str]:
+    """Yield the tables of whole plans and of the chain alone, at these spacings [mm], each in every cell."""
+    if poses:
+        yield from table("spacing", "table", "poses", "attitudes", *STEPS, "poses a second")
+    for spacing, cell in product(poses, cells):
+        yield timed_row(cell, spacing=spacing)
+    if chains:
+        yield from table("spacing", "table", "poses", "attitudes", *PLANNED, "together", "poses a second")
+    for spacing, cell in product(chains, cells):
+        yield chained_row(cell, spacing=spacing)
 
 
 def cell_with(kind: str, folder: Path) -> Path:
@@ -162,6 +191,80 @@ def timed_row(cell: Path, *, spacing: float) -> str:
         f"{spacing:g} mm", cell.stem, str(poses), str(len(planned.robot)),
         *(f"{each:.2f} s" for each in spent.values()), f"{poses / seconds:.0f}",
     )  # fmt: skip
+
+
+def chained_row(cell: Path, *, spacing: float) -> str:
+    """Return the row of the apex patch: the poses of its attitudes, and the processor time of the chain alone.
+
+    Args:
+        cell: with a table or without one.
+        spacing: of the paths, which are laid before the time counts [mm].
+    """
+    job = job_of(surface=APEX, unit="mm", spacing=spacing, backend="heat", place="demo", cell=cell, max_tilt=0.0)
+    stage = Stages(lambda _: None)
+    paths = plan_paths(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
+    _, first = chained(paths)  # Compiles.
+    standing, again = chained(paths)
+    spent = {step: min(first.get(step, 0.0), again.get(step, 0.0)) for step in PLANNED}
+    poses, seconds = sum(own.poses.count for own, _ in standing), sum(spent.values())
+    return row(
+        f"{spacing:g} mm", cell.stem, str(poses), str(len(standing)), *(f"{each:.2f} s" for each in spent.values()),
+        f"{seconds:.2f} s", f"{poses / seconds:.0f}",
+    )  # fmt: skip
+
+
+def chained(paths: Plan) -> tuple[list[tuple[Plan, Placement]], dict[str, float]]:
+    """Take paths through the chain, in each attitude of the table if there is one.
+
+    Returns:
+        The paths of each attitude with how the part stands in it, and the processor time of each step [s].
+    """
+    workpiece, watch = paths.workpiece, Watch()
+    cell, placement, arm = workpiece.cell, workpiece.placement, arm_of(workpiece)
+    assert placement is not None
+    watch("collision")
+    known = clearance_check(workpiece, placement)
+    standing = [(paths, placement)]
+    if cell.table is not None:
+        watch("attitudes")
+        paths = with_table(paths, cell.table)
+        watch("poses, surroundings")
+        standing = in_attitudes(paths, placement)
+        watch("table's motion")
+        before: Placement | None = None
+        for _, stands in standing:
+            surfaces = (workpiece.base,) if workpiece.body is None else (workpiece.base, workpiece.body)
+            move_clearance(cell, before=before, stands=stands, surfaces=surfaces, place=None, to="the next attitude")
+            before = stands
+    for own, stands in standing:
+        watch("joints")
+        path = reach(own.poses, arm, T_base_work=stands.T_base_work, weights=cell.search)
+        watch("timing")
+        timed = retime(path, cell.robot, process=cell.process)
+        targets = written_targets(path, timed, process=cell.process, period=cell.robot.target_period)
+        watch("poses, surroundings")
+        check = clearance_check(own.workpiece, stands, known=known)
+        watch("collision")
+        check(controller_path(path, targets, arm), poses=path.poses)
+    watch("")
+    return standing, dict(watch.seconds)
+
+
+def in_attitudes(paths: Plan, placement: Placement) -> list[tuple[Plan, Placement]]:
+    """Return the paths of each attitude, with how the part stands in it."""
+    table, tilting = paths.workpiece.cell.table, paths.tilting
+    assert table is not None
+    assert tilting is not None
+    machine = table_machine(table)
+    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0)
+    poses = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
+    stands = [
+        tilted_placement(machine, placement, T_table_plate=pose, number=number)
+        for number, pose in enumerate(poses, start=1)
+    ]
+    known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
+    each = zip(divided, stands, strict=True)
+    return [(attitude_paths(paths, portion, there, known=known), there) for portion, there in each]
 
 
 @final

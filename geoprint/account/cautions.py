@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from geoprint.account.prints.feedback import feedback_notes
 from geoprint.account.prints.laid import laid_warnings, made_up_notes
@@ -44,7 +44,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *coverage_warnings(told),
         *placement_warnings(told.robot),
         *laid_warnings(told),
-        *(sentence for robot in told.robot for sentence in _close_targets(robot)),
+        *_close_targets(told.robot),
         *_uncertain(workpiece),
         *_unheld(workpiece),
         *_unchanging(workpiece),
@@ -80,8 +80,8 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_creases(plan),
         *(_wide_needle(plan, told) if plan.robot else []),
         *made_up_notes(plan, told),
-        *(sentence for robot in told.robot for sentence in near_borders(robot.motion)),
-        *(sentence for robot in told.robot for sentence in _bends(robot)),
+        *_of_each(told.robot, lambda robot: near_borders(robot.motion)),
+        *_of_each(told.robot, _bends),
     )
 
 
@@ -207,14 +207,26 @@ def _which(number: int, workpiece: Workpiece) -> str:
     return f"patch {number}: " if len(workpiece.preparations) > 1 else ""
 
 
-def _close_targets(told: RobotRecord) -> Iterator[str]:
-    targets = told.motion.targets
-    if targets.closer:
-        yield (
-            f"{targets.closer} targets follow the one before sooner than the controller digests them "
-            f"(robot.target_period_ms is {targets.period_ms:g}; the soonest comes after {targets.shortest_ms:.1f} ms): "
-            "the arm may slow down there."
-        )
+def _of_each(robots: Sequence[RobotRecord], said: Callable[[RobotRecord], Iterable[str]]) -> Iterator[str]:
+    """Yield what is said of each part of the robot, and of several in which attitude of a table that is."""
+    for number, robot in enumerate(robots, start=1):
+        which = f"attitude {number} of {len(robots)}: " if len(robots) > 1 else ""
+        yield from (f"{which}{sentence}" for sentence in said(robot))
+
+
+def _close_targets(robots: Sequence[RobotRecord]) -> Iterator[str]:
+    """Say how many targets follow too soon, in all attitudes of a table together."""
+    near = {number: one.motion.targets for number, one in enumerate(robots, start=1) if one.motion.targets.closer}
+    if not near:
+        return
+    soonest, count = min(near, key=lambda number: near[number].shortest_ms), sum(one.closer for one in near.values())
+    targets = near[soonest]
+    whose = f" in attitude {soonest}" if len(robots) > 1 else ""
+    yield (
+        f"{count} target{'s follow' if count > 1 else ' follows'} the one before sooner than the controller digests "
+        f"{'them' if count > 1 else 'it'} (robot.target_period_ms is {targets.period_ms:g}; the soonest comes after "
+        f"{targets.shortest_ms:.1f} ms{whose}): the arm may slow down there."
+    )
 
 
 def _bends(told: RobotRecord) -> Iterator[str]:

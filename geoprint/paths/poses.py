@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, freeze_arrays, frozen
 from geoprint.paths.attitude import slerp, smoothed_axes, tool_quaternions
 from geoprint.paths.lifting import lifting_normals
-from geoprint.paths.travel import KEPT_SHARE, crossing, over, sampled_polyline, terrain
-from geoprint.surfaces import arc_lengths, normals, positions
+from geoprint.paths.travel import KEPT_SHARE, Terrain, crossing, over, sampled_polyline, terrain, terrain_points
+from geoprint.surfaces import arc_lengths, normals, positions, vertex_normals
 from geoprint.transforms import rotation_of, same_sign
 
 # A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
@@ -24,6 +25,23 @@ NOTHING.setflags(write=False)
 SHORTEST = 1e-9
 
 
+@final
+@frozen
+class PosedSurface:
+    """What poses on a surface need of it however it stands.
+
+    Attributes:
+        normals: (n, 3) of its vertices.
+        points: (m, 3) of it, and of the body that it lies on, over which travel passes [mm].
+    """
+
+    normals: FloatArray
+    points: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, normals="float: n 3", points="float: m 3")
+
+
 @frozen
 class _Stretch:
     """Rows of the stream that belong together: one run, or the travel to it."""
@@ -34,6 +52,15 @@ class _Stretch:
     stops: BoolArray
     deposit: bool
     run: int
+
+
+def posed_surface(surface: Surface, body: Surface | None) -> PosedSurface:
+    """Prepare a surface and the body that it lies on for several streams of poses.
+
+    Raises:
+        MeshError: a vertex has no normal.
+    """
+    return PosedSurface(vertex_normals(surface), terrain_points([surface] if body is None else [surface, body]))
 
 
 def poses(
@@ -49,6 +76,7 @@ def poses(
     body: Surface | None,
     beside: FloatArray = NOTHING,
     travel: Literal["low", "high"] = "low",
+    known: PosedSurface | None = None,
 ) -> PoseStream:
     """Orient the tool along a toolpath and join the runs by travel.
 
@@ -69,22 +97,20 @@ def poses(
         body: what the part lies on, or None.
         beside: (b, 3) corners of what else the tool passes over, on its motion from home: a table's solids [mm].
         travel: "high" crosses over everything, for where low travel turns out not to be clear.
+        known: of this surface and body, so that nothing is prepared twice.
 
     Returns:
         The stream in the work frame; it starts and ends above the whole part, and above what stands beside it.
     """
     up = R_base_work[2]
-    bodies = [surface] if body is None else [surface, body]
-    ground = terrain(bodies, beside=beside, tool=tool, up=up, kept=KEPT_SHARE * retract if travel == "low" else np.inf)
+    ready, kept = known or posed_surface(surface, body), KEPT_SHARE * retract if travel == "low" else np.inf
+    ground = terrain(ready.points, beside=beside, tool=tool, up=up, kept=kept)
     top = float((np.concatenate([surface.vertices, beside]) @ up).max())
-    runs = _run_stretches(toolpath, surface, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
-    stretches = [_approach(runs[0], up=up, retract=retract, top=top)]
-    for run, following in pairwise(runs):
-        start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
-        axes = -rotation_of(np.stack([run.quaternions[-1], following.quaternions[0]]))[:, :, 2]
-        corners = crossing(start, end, axes=axes, terrain=ground, retract=retract)
-        stretches += [run, _travel(run, following, corners)]
-    stretches += [runs[-1], _retreat(runs[-1], up=up, retract=retract, top=top)]
+    straight = normals(surface, toolpath.curves.points, at_vertices=ready.normals)
+    runs = _run_stretches(toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
+    first = _approach(runs[0], up=up, retract=retract, top=top)
+    last = _retreat(runs[-1], up=up, retract=retract, top=top)
+    stretches = [first, *_with_crossings(runs, ground, retract=retract), last]
     return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacings * layer_height)
 
 
@@ -107,11 +133,17 @@ def _leans(stream: PoseStream) -> FloatArray:
 
 
 def _run_stretches(
-    toolpath: Toolpath, surface: Surface, *, R_base_work: FloatArray, standoff: float, max_tilt: float
+    toolpath: Toolpath,
+    surface: Surface,
+    straight: FloatArray,
+    *,
+    R_base_work: FloatArray,
+    standoff: float,
+    max_tilt: float,
 ) -> list[_Stretch]:
-    """Lift every run to the stand-off and point the nozzle along it."""
+    """Lift every run to the stand-off along the normals `straight` (k, 3), and point the nozzle along it."""
     curves = toolpath.curves
-    everywhere, straight = positions(surface, curves.points), normals(surface, curves.points)
+    everywhere = positions(surface, curves.points)
     stretches: list[_Stretch] = []
     for run, closed in enumerate(curves.closed.tolist()):
         piece = slice(*curves.offsets[run : run + 2])
@@ -129,6 +161,16 @@ def _run_stretches(
             )
         )
     return stretches
+
+
+def _with_crossings(runs: list[_Stretch], ground: Terrain, *, retract: float) -> Iterator[_Stretch]:
+    """Yield the runs, and between two of them the travel from one to the next."""
+    for run, following in pairwise(runs):
+        start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
+        axes = -rotation_of(np.stack([run.quaternions[-1], following.quaternions[0]]))[:, :, 2]
+        corners = crossing(start, end, axes=axes, terrain=ground, retract=retract)
+        yield from (run, _travel(run, following, corners))
+    yield runs[-1]
 
 
 def _ends(count: int) -> BoolArray:

@@ -74,23 +74,23 @@ class Terrain:
         return float(needed.max(initial=-np.inf)) / max(float(axis @ self.up), LEAST_UPRIGHT)
 
 
-def terrain(surfaces: Sequence[Surface], *, beside: FloatArray, tool: Tool, up: FloatArray, kept: float) -> Terrain:
+def terrain_points(surfaces: Sequence[Surface]) -> FloatArray:
+    """Return (m, 3) points of part and, where there is one, body by which travel over them is planned [mm]."""
+    return _apart(np.concatenate([_points(surface) for surface in surfaces]))
+
+
+def terrain(points: FloatArray, *, beside: FloatArray, tool: Tool, up: FloatArray, kept: float) -> Terrain:
     """Return what travel passes over.
 
     Args:
-        surfaces: part and, where there is one, body.
+        points: as `terrain_points`.
         beside: (b, 3) corners of what else stands there [mm].
         tool: that passes.
         up: (3,) unit vector away from the table.
         kept: distance to keep [mm]; infinite to go over everything.
     """
-    points = np.concatenate([*(_points(surface) for surface in surfaces), beside])
-    cells = np.floor(points / TERRAIN_STEP)
-    # The first point of each; several times as fast as NumPy's unique rows.
-    order = np.lexsort(cells.T[::-1])
-    other = np.append(np.True_, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))
     return Terrain(
-        points=points[order[other]],
+        points=_apart(np.concatenate([points, beside])),
         up=up,
         needle_radius=tool.needle_diameter / 2,
         cone_heights=(tool.needle_length, tool.needle_length + tool.cone_length),
@@ -168,6 +168,15 @@ def _string_over(shares: FloatArray, heights: FloatArray) -> IntArray:
             rows.pop()
         rows.append(row)
     return np.array(rows)
+
+
+def _apart(points: FloatArray) -> FloatArray:
+    """Return the first of (n, 3) points in each cell of a grid, in the order of the cells."""
+    cells = np.floor(points / TERRAIN_STEP)
+    # Several times as fast as NumPy's unique rows.
+    order = np.lexsort(cells.T[::-1])
+    other = np.append(np.True_, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))
+    return points[order[other]]
 
 
 def _points(surface: Surface) -> FloatArray:

@@ -29,7 +29,7 @@ from geoprint.motion.placing import (
     search_orientation,
 )
 from geoprint.motion.reach import Leaning, NozzleRoom
-from geoprint.paths import poses
+from geoprint.paths import PosedSurface, poses
 from geoprint.pipeline.stages import Stages
 from geoprint.results import Orientation, Plan, Workpiece
 from geoprint.transforms import apply, inverse
@@ -156,11 +156,16 @@ def stand_placement(workpiece: Workpiece, stand: Stand) -> Placement:
 
 
 def pose_stream(
-    toolpath: Toolpath, workpiece: Workpiece, *, max_tilt_deg: float, travel: Literal["low", "high"] = "low"
+    toolpath: Toolpath,
+    workpiece: Workpiece,
+    *,
+    max_tilt_deg: float,
+    travel: Literal["low", "high"] = "low",
+    known: PosedSurface | None = None,
 ) -> PoseStream:
     """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
 
-    What travel means is said by `paths.poses`.
+    What travel and what is known mean is said by `paths.poses`.
     """
     process = workpiece.cell.process
     return poses(
@@ -175,6 +180,7 @@ def pose_stream(
         body=workpiece.body,
         beside=_table(workpiece),
         travel=travel,
+        known=known,
     )
 
 

@@ -29,16 +29,21 @@ def positions(surface: Surface, points: SurfacePoints) -> FloatArray:
     return points.xyz(surface)
 
 
-def normals(surface: Surface, points: SurfacePoints) -> FloatArray:
+def normals(surface: Surface, points: SurfacePoints, *, at_vertices: FloatArray | None = None) -> FloatArray:
     """Return the (k, 3) outward unit normals at points: the barycentric mean of the vertex normals, normalised.
 
     They vary continuously over the surface, also across edges.
+
+    Args:
+        surface: with n vertices.
+        points: on it.
+        at_vertices: (n, 3) its `vertex_normals`, where somebody has them.
 
     Raises:
         InputError: a point names a face that the surface does not have.
         MeshError: a vertex has no normal, or three vertex normals cancel out at a point.
     """
-    corners = vertex_normals(surface)[points.corners(surface)]
+    corners = (vertex_normals(surface) if at_vertices is None else at_vertices)[points.corners(surface)]
     mean = np.einsum("kc,kcx->kx", points.weights, corners)
     lengths = np.linalg.norm(mean, axis=1)
     if lengths.min(initial=1.0) < SHORTEST_MEAN_NORMAL:

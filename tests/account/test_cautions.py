@@ -6,9 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from geoprint.account.cautions import wide_needle_notes
-from geoprint.config import load_cell
+from geoprint.account import record_plan
+from geoprint.account.cautions import notes_of, warnings_of, wide_needle_notes
+from geoprint.account.records.robot import BendRecord, RobotRecord
+from geoprint.config import job_of, load_cell
 from geoprint.model import Cell
+from geoprint.pipeline import plan
+from geoprint.results import Plan
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
 
 
 def cell_with(*, width: float, standoff: float, height: float) -> Cell:
@@ -36,3 +42,56 @@ def test_a_needle_wider_than_the_spacing_is_said_with_one_that_is_not(
 
     assert len(notes) == (said is not None)
     assert all(str(said) in note for note in notes)
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    path = tmp_path_factory.mktemp("cautions") / "plate.ply"
+    save_ply(plate((12.0, 12.0), (8, 8)), path)
+    return plan(job_of(surface=path, unit="mm", spacing=3.0, place="demo"))
+
+
+def attitude(robot: RobotRecord, *, closer: int, soonest: float) -> RobotRecord:
+    targets = robot.motion.targets.model_copy(update={"closer": closer, "shortest_ms": soonest})
+    return robot.model_copy(update={"motion": robot.motion.model_copy(update={"targets": targets, "laid_share": 1.0})})
+
+
+TIGHT = BendRecord(
+    run=0, kind="rounded", place_mm=(1.0, 2.0, 3.0), arc_mm=4.0, radius_mm=0.5, targets=3, offset_mm=0.1,
+    shortest_ms=30.0,
+)  # fmt: skip
+
+
+def with_bends(robot: RobotRecord, bends: tuple[BendRecord, ...]) -> RobotRecord:
+    targets = robot.motion.targets.model_copy(update={"bends": bends})
+    return robot.model_copy(update={"motion": robot.motion.model_copy(update={"targets": targets})})
+
+
+def test_targets_that_follow_too_soon_are_told_of_all_attitudes_in_one_sentence(planned: Plan) -> None:
+    told = record_plan(planned)
+    (robot,) = told.robot
+    each = [(3, 15.0), (0, 25.0), (2, 12.5)]
+    robots = tuple(attitude(robot, closer=count, soonest=soonest) for count, soonest in each)
+
+    (said,) = [text for text in warnings_of(planned, told.model_copy(update={"robot": robots})) if "sooner" in text]
+    assert said == (
+        "5 targets follow the one before sooner than the controller digests them (robot.target_period_ms is 20; the "
+        "soonest comes after 12.5 ms in attitude 3): the arm may slow down there."
+    )
+    alone = told.model_copy(update={"robot": (attitude(robot, closer=1, soonest=19.0),)})
+    (one,) = [text for text in warnings_of(planned, alone) if "sooner" in text]
+    assert one.startswith("1 target follows the one before sooner than the controller digests it (")
+    assert "the soonest comes after 19.0 ms):" in one
+    none = told.model_copy(update={"robot": (attitude(robot, closer=0, soonest=25.0),)})
+    assert not [text for text in warnings_of(planned, none) if "sooner" in text]
+
+
+def test_what_is_told_of_each_attitude_says_of_which(planned: Plan) -> None:
+    told = record_plan(planned)
+    straight, bent = (with_bends(told.robot[0], bends) for bends in ((), (TIGHT,)))
+    several, alone = (
+        [text for text in notes_of(planned, told.model_copy(update={"robot": robots})) if "tight bends" in text]
+        for robots in ((straight, bent), (bent,))
+    )
+    assert [text[:32] for text in several] == ["attitude 2 of 2: in 1 tight bend"]
+    assert [text[:15] for text in alone] == ["in 1 tight bend"]

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from benchmarks.attitudes import (
+    PLANNED,
     STEPS,
     VESSEL_RADIUS,
     WRAP_DEG,
     WRAP_LENGTH,
     Watch,
     cell_with,
+    chained_row,
     printed_row,
     vessel,
     wrapped,
@@ -66,6 +68,23 @@ def test_processor_time_is_that_of_the_stage_that_runs() -> None:
     assert 0.05 <= watch.seconds["reach"] < 0.2
     assert set(watch.seconds) == {"", "reach", "attitude"}
     assert "reach" in STEPS["joints"]
+
+
+@pytest.mark.dear
+def test_the_chain_alone_takes_the_poses_of_every_attitude_and_its_steps_add_up(tmp_path: Path) -> None:
+    rows = [chained_row(cell_with(kind, tmp_path), spacing=6.0) for kind in ("tilt-turn", "")]
+    tilted, still = ([each.strip() for each in said.strip().strip("|").split("|")] for said in rows)
+    for said in (tilted, still):
+        assert said[0] == "6 mm"
+        together = float(said[-2].removesuffix(" s"))
+        steps = [float(each.removesuffix(" s")) for each in said[4:-2]]
+        assert len(steps) == len(PLANNED)
+        assert sum(steps) == pytest.approx(together, abs=0.005 * len(steps) + 0.005)
+        assert int(said[2]) / float(said[-1]) == pytest.approx(together, abs=0.01)
+    # What only a table asks for costs nothing without one: the choice of attitudes, and the table's motion.
+    assert (still[3], still[4], still[9]) == ("1", "0.00 s", "0.00 s")
+    assert int(tilted[3]) > 1
+    assert int(tilted[2]) > int(still[2])
 
 
 @pytest.mark.dear

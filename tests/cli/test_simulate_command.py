@@ -11,11 +11,10 @@ import pytest
 from benchmarks.parts.edited_programs import Modules, edited, late, left_open, slowed, within_run
 from benchmarks.simulated import FIXTURE, LAGS
 from geoprint import cli
-from geoprint.account import PlanRecord, read_record
+from geoprint.account import read_record
 from geoprint.account.records.simulated import SimulatedRecord
 from geoprint.config import job_of
 from geoprint.pipeline import check_bundle, plan, save_plan
-from geoprint.pipeline.appraised import simulated
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 from tests.pipeline.test_checking import cell_text
@@ -152,15 +151,3 @@ def test_a_plan_without_a_robot_is_laid_by_its_paths(run: Run, tmp_path: Path) -
     assert "by its paths, because it has no program" in stderr
     assert run(tmp_path)[0] == 3
     assert run(tmp_path / "planned", "--viscosity", 0)[0] == 3
-
-
-@pytest.mark.dear
-def test_programs_of_several_attitudes_are_refused(run: Run, bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def twice(path: Path, kind: type[PlanRecord]) -> PlanRecord:
-        told = read_record(path, kind)
-        return told.model_copy(update={"robot": (*told.robot, *told.robot)})
-
-    monkeypatch.setattr(simulated, "read_record", twice)
-    status, _, stderr = run(bundle)
-    assert (status, stderr.count("\n")) == (2, 1)
-    assert "has a program for each of 2 attitudes of a table" in stderr

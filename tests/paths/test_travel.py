@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.model import FloatArray, Surface
-from geoprint.paths.travel import Terrain, crossing, sampled_polyline, terrain
+from geoprint.paths.travel import Terrain, crossing, sampled_polyline, terrain, terrain_points
 from tests.meshes import plate
 from tests.motion.cells import straight_cell
 from tests.motion.placements import block
@@ -110,7 +110,7 @@ def test_higher_ground_never_lowers_the_travel(rise: float):
 
 def test_terrain_covers_large_faces_of_part_and_body():
     body = block((-20.0, -20.0, -30.0), (60.0, 50.0, -1.0), name="body")
-    found: Terrain = terrain([plate(), body], beside=np.empty((0, 3)), tool=TOOL, up=UP, kept=KEPT)
+    found: Terrain = terrain(terrain_points([plate(), body]), beside=np.empty((0, 3)), tool=TOOL, up=UP, kept=KEPT)
     surfaces: list[Surface] = [plate(), body]
 
     for surface in surfaces:

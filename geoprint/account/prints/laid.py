@@ -43,7 +43,7 @@ def laid_warnings(told: PlanRecord) -> Iterator[str]:
     if max(shares, default=1.0) < 1.0 + NOTABLE_EXCESS:
         return
     number = shares.index(max(shares))
-    motion, whose = told.robot[number].motion, f"PART {number + 1} OF " if len(shares) > 1 else ""
+    motion, whose = told.robot[number].motion, f"IN ATTITUDE {number + 1} OF {len(shares)} " if len(shares) > 1 else ""
     held, speed = motion.largest_even_speed_mm_s, told.settings.speed_mm_s
     lowered = held is not None and held < speed
     why = f"the joints do not hold {speed:g} mm/s" if lowered else f"short runs hardly reach {speed:g} mm/s"

@@ -129,7 +129,7 @@ def _put_half(  # noqa: PLR0917
 ) -> None:
     """Fill (3,) a place on the half of a parabola from its apex to its end: its middle control point is halfway.
 
-    It ends on the way to the next corner, at a zone that is a share of that way.
+    It ends towards the next corner, at a zone that is a share of the distance to it.
     """
     for axis in range(3):
         end = corner[axis] + zone * (next_corner[axis] - corner[axis])

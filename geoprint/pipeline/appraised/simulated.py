@@ -13,32 +13,20 @@ from geoprint.account.records.rounding import verify_record
 from geoprint.account.records.simulated import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
 from geoprint.account.texts.simulating import simulated_text
 from geoprint.appraisal import Lens
-from geoprint.errors import UsageError, VerificationError
 from geoprint.export import (
     PLAN,
     json_bytes,
-    read_orders,
-    read_poses_table,
-    read_setup,
-    read_trajectory_table,
     write_bundle,
 )
-from geoprint.export.rapid import read_back
-from geoprint.export.rapid.simulated import dispensing_of
-from geoprint.model import Dispensing, FloatArray, IntArray, Surface, freeze_arrays, frozen
-from geoprint.motion.arm import Arm
-from geoprint.motion.timing import tips_at
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
+from geoprint.pipeline.appraised.executing import LaidPieces, laid_pieces
 from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_plan
-from geoprint.pipeline.bundles.contents import RAPID_FOLDER
 from geoprint.silico import (
-    Dispenser,
     Faults,
     LaidBeads,
     Lighting,
     Sensor,
     Viewpoint,
-    dispensed_beads,
-    laid_beads,
     looking_at,
     pictured,
     png,
@@ -93,7 +81,7 @@ def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrin
     """Print a bundle in silico.
 
     Its program is executed as it stands in the folder, whoever has edited it since, and even if `geoprint check` would
-    refuse it: to see what it lays.
+    refuse it: to see what it lays. Over a table those of all attitudes are.
 
     Args:
         folder: a bundle of one plan.
@@ -102,65 +90,32 @@ def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrin
 
     Raises:
         InputError: the folder is no bundle, or nothing is laid.
-        UsageError: the bundle has a program for each of several attitudes of a table.
-        VerificationError: a table was changed, or the program does not run or has other targets than its plan.
+        UsageError: as `laid_pieces`.
+        VerificationError: a table was changed, or as `laid_pieces`.
     """
     plan, told = read_plan(folder), read_record(folder / PLAN, PlanRecord)
-    if len(told.robot) > 1:
-        raise UsageError(
-            f"{folder} has a program for each of {len(told.robot)} attitudes of a table, and what several lay is not "
-            "simulated; plan the part without a table, or with `--no-robot` for what its paths ask for."
-        )
-    random = np.random.default_rng(seed)
-    if told.robot:
-        program, dispenser = _program(folder)
-        beads = dispensed_beads(program, plan.surface, dispenser, height=plan.height, faults=faults, random=random)
-    else:
-        beads = laid_beads(plan.poses, plan.surface, height=plan.height, faults=faults, random=random)
-    found = _summed(plan, beads)
-    return SimulatedPrint(plan, bool(told.robot), beads, faults, seed, *found)
+    laid = laid_pieces(folder, plan, told, faults=faults, random=np.random.default_rng(seed))
+    return SimulatedPrint(plan, bool(told.robot), laid.beads, faults, seed, *_summed(plan, laid))
 
 
-def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
-    """Return what the program of a bundle commands, and the dispenser that its cell describes."""
-    setup, poses = read_setup(folder / "setup.json"), read_poses_table(folder / "poses.csv")
-    table = read_trajectory_table(folder / "trajectory.csv")
-    orders = read_orders(
-        folder / "targets.csv", poses, start=setup.start, aloft=setup.aloft, extent=setup.extent,
-        duration=float(table.times[-1]),
-    )  # fmt: skip
-    cell, placement = setup.cell, setup.placement
-    paths = sorted((folder / RAPID_FOLDER).glob("*.mod"))
-    if not paths:
-        raise VerificationError(f"{folder / RAPID_FOLDER} holds no module; restore the program, or plan again.")
-    try:
-        modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
-    except OSError as error:
-        raise VerificationError(f"{folder / RAPID_FOLDER} cannot be read ({error.strerror}).") from error
-    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    tips = tips_at(table.times, table.joints, arm, T_base_work=placement.T_base_work)
-    made = read_back(modules, cell=cell, placement=placement)
-    program = dispensing_of(made, orders, signals=cell.signals, placement=placement, tips_at=tips)
-    # The pressure is set for the flow at the set speed.
-    rate, lags = float(poses.flow.max()) * cell.process.speed, cell.signals
-    return program, Dispenser(rate, opens=lags.valve_open, shuts=lags.valve_close, follows=lags.flow_lag)
-
-
-def _summed(plan: PlannedPrint, beads: LaidBeads) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+def _summed(plan: PlannedPrint, laid: LaidPieces) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return run, wanted, laid, beside and bare of a simulated print."""
-    poses, margin = plan.poses, 0.5 * plan.spacing
+    poses, beads, margin = plan.poses, laid.beads, 0.5 * plan.spacing
     runs = np.unique(poses.runs[poses.deposit])
     steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.laid
     flows = (poses.flow[1:] + poses.flow[:-1]) / 2.0
-    sums = np.zeros((4, runs.size))
+    piece = np.where(laid.within, beads.runs, 0)
+    whose, lengths = np.where(laid.within, laid.runs[piece], -1), laid.lengths[piece]
+    within = (beads.arcs >= 0.0) & (beads.arcs <= lengths) & (beads.widths > 0.0)
+    off = (beads.arcs < -margin) | (beads.arcs > lengths + margin)
+    sums, volumes = np.zeros((4, runs.size)), beads.volumes
     for row, run in enumerate(runs.tolist()):
-        own, there = poses.runs[1:] == run, beads.runs == run
-        length, arcs, volumes = float(steps[own].sum()), beads.arcs[there], beads.volumes[there]
-        within = (arcs >= 0.0) & (arcs <= length)
-        filled = arcs[within & (beads.widths[there] > 0.0)]
-        off = (arcs < -margin) | (arcs > length + margin)
-        bare = np.diff(np.concatenate([[0.0], filled, [length]])).max()
-        sums[:, row] = float((steps * flows)[own].sum()), float(volumes.sum()), float(volumes[off].sum()), bare
+        own, there = poses.runs[1:] == run, whose == run
+        filled = np.sort((beads.arcs + laid.starts[piece])[there & within])
+        bare = np.diff(np.concatenate([[0.0], filled, [float(steps[own].sum())]])).max()
+        sums[:, row] = (
+            float((steps * flows)[own].sum()), float(volumes[there].sum()), float(volumes[there & off].sum()), bare,
+        )  # fmt: skip
     return runs, sums[0], sums[1], sums[2], sums[3]
 
 

@@ -1,7 +1,8 @@
 """`geoprint check --full`: collision check and evenness once more, from nothing but what the bundle holds.
 
 Part, body and cell are read from the bundle, the part is prepared anew, the motion is that of the targets as they are
-written. What comes out must be what plan.json says.
+written. What comes out must be what plan.json says; so must what a table keeps from the arm as it comes to each
+attitude.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ import numpy as np
 from geoprint.account import peak_memory, record_evenness
 from geoprint.account.checked import Finding, Repeated
 from geoprint.account.records.plan import EvennessRecord, PlanRecord
-from geoprint.account.records.robot import ClearanceRecord
+from geoprint.account.records.robot import ClearanceRecord, RobotRecord
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.export import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
-from geoprint.model import Clearance, JointPath, PoseStream, Targets
+from geoprint.model import Clearance, JointPath, Placement, PoseStream, Targets
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import ClearanceCheck
 from geoprint.motion.controller import ALOFT_STEP, aloft_path, controller_path
@@ -30,6 +31,7 @@ from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
 from geoprint.pipeline.bundles.again import JOB
 from geoprint.pipeline.bundles.paths import stream_of
+from geoprint.pipeline.tilting import move_clearance, part_folder
 from geoprint.pipeline.workpiece import SidedPart, read_part
 from geoprint.quality import uniformity
 
@@ -63,12 +65,14 @@ def repeat(
     dry: list[Clearance] = []
     if part is not None:
         even = _found("poses.csv", lambda: _evenness(folder, told, part), findings)
-        for (place, setup, orders), of in zip(motions, told.robot, strict=False):
-            passed = _found("targets.csv", partial(_clearances, place, part, setup, orders), findings)
+        for number, ((place, setup, orders), of) in enumerate(zip(motions, told.robot, strict=False), start=1):
+            targets = (place / "targets.csv").relative_to(folder).as_posix()
+            passed = _found(targets, partial(_clearances, place, part, setup, orders), findings)
             if passed is not None:
                 printing.append(passed[0])
                 dry.append(passed[1])
-                findings += _closer(*passed, of.clearance)
+                findings += _closer(*passed, of.clearance, number=number)
+        findings += _table_findings(part, [setup for _, setup, _ in motions], told.robot)
     if even is not None and told.uniformity is not None:
         findings += _uneven(even, told.uniformity)
     seconds = time.perf_counter() - started
@@ -145,7 +149,7 @@ def _written_motion(setup: Setup, orders: Orders, table: TrajectoryTable, arm: A
     return path, Targets(np.arange(orders.count), orders.zones, orders.speeds)
 
 
-def _closer(printing: Clearance, dry: Clearance, told: ClearanceRecord) -> Iterator[Finding]:
+def _closer(printing: Clearance, dry: Clearance, told: ClearanceRecord, *, number: int) -> Iterator[Finding]:
     """Yield each clearance that is not the one of the plan."""
     pairs = {
         "smallest_mm": (told.smallest_mm, printing.smallest),
@@ -155,7 +159,29 @@ def _closer(printing: Clearance, dry: Clearance, told: ClearanceRecord) -> Itera
     }
     for name, (said, now) in pairs.items():
         if (said is None) is not (now is None) or abs((said or 0.0) - (now or 0.0)) > CLEARANCE_TOLERANCE:
-            yield Finding(PLAN, 1, f"robot.1.clearance.{name} is {said}, checked again it is {now}")
+            yield Finding(PLAN, 1, f"robot.{number}.clearance.{name} is {said}, checked again it is {now}")
+
+
+def _table_findings(part: SidedPart, setups: Sequence[Setup], told: Sequence[RobotRecord]) -> Iterator[Finding]:
+    """Yield what is wrong with how a table comes to each attitude, the first from rest."""
+    surfaces = (part.base,) if part.body is None else (part.base, part.body)
+    before: Placement | None = None
+    for number, (setup, of) in enumerate(zip(setups, told, strict=False), start=1):
+        if of.table is None:
+            continue
+        to = f"attitude {number} of {len(told)}"
+        try:
+            kept = move_clearance(
+                setup.cell, before=before, stands=setup.placement, surfaces=surfaces, place=part.place, to=to
+            )
+        except GeoprintError as error:
+            yield Finding(f"{part_folder(number, len(told))}/setup.json", 1, f"checked again: {error}")
+            return
+        if abs(kept - of.table.kept_mm) > CLEARANCE_TOLERANCE:
+            yield Finding(
+                PLAN, 1, f"robot.{number}.table.kept_mm is {of.table.kept_mm}, checked again it is {kept:.3f}"
+            )
+        before = setup.placement
 
 
 def _uneven(now: EvennessRecord, told: EvennessRecord) -> Iterator[Finding]:

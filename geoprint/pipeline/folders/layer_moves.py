@@ -12,13 +12,12 @@ from typing import final
 
 import numpy as np
 
-from geoprint import transforms
 from geoprint.config import Job
 from geoprint.errors import naming
 from geoprint.export.rapid.stacks import OwnProgram
 from geoprint.model import frozen
 from geoprint.motion.machine import table_machine
-from geoprint.pipeline.tilting import sweep_clearance, sweep_seconds
+from geoprint.pipeline.tilting import move_clearance, sweep_seconds
 from geoprint.pipeline.workpiece import read_part
 
 
@@ -38,39 +37,37 @@ class LayerMove:
     from_rest: float
 
 
-def layer_moves(job: Job, own: Sequence[OwnProgram]) -> tuple[LayerMove, ...]:
+def layer_moves(jobs: Sequence[Job], own: Sequence[OwnProgram]) -> tuple[LayerMove, ...]:
     """Return how a table comes to each layer but the lowest; nothing where the part stands still.
 
     Args:
-        job: of all layers.
+        jobs: of each layer, the lowest first.
         own: the programs of all attitudes, in the order of printing.
 
     Raises:
         ClearanceError: the table cannot be proven to keep clear of the arm at home; the sentence names the layer.
-        GeoprintError: as `read_part`.
+        GeoprintError: as `read_part`, and as `move_clearance`.
     """
     between = [(one, other) for one, other in pairwise(own) if one.layer != other.layer]
-    return tuple(_move(job, one, other) for one, other in between if other.placement.table is not None)
+    return tuple(_move(jobs[other.layer - 1], one, other) for one, other in between if other.cell.table is not None)
 
 
 def _move(job: Job, one: OwnProgram, other: OwnProgram) -> LayerMove:
-    before, after, noun = one.placement.table, other.placement.table, other.cell.table
-    assert before is not None  # noqa: S101  # All programs of a cell with a table are attitudes of it.
-    assert after is not None  # noqa: S101  # As above.
-    assert noun is not None  # noqa: S101  # As above.
-    table, part = table_machine(noun), read_part(job.model_copy(update={"layer": other.layer}))
-    # The plate's pose is that of everything on it, seen from the table.
-    T_table_rest = transforms.inverse(after.T_table_plate) @ transforms.inverse(table.T_base_table)
+    part = read_part(job)
     with naming(f"layer {other.layer}, which comes upon layer {one.layer} without a rest of the table"):
-        kept = sweep_clearance(
+        kept = move_clearance(
             other.cell,
-            table,
-            Ts_table_plate=np.stack([before.T_table_plate, after.T_table_plate]),
-            T_base_work=table.T_base_table @ T_table_rest @ other.placement.T_base_work,
+            before=one.placement,
+            stands=other.placement,
             surfaces=(part.base,) if part.body is None else (part.base, part.body),
             place=part.place,
             to=f"attitude 1 of layer {other.layer}",
         )
+    before, after, noun = one.placement.table, other.placement.table, other.cell.table
+    assert before is not None  # noqa: S101  # As `move_clearance` has asked.
+    assert after is not None  # noqa: S101  # As above.
+    assert noun is not None  # noqa: S101  # As above.
+    table = table_machine(noun)
     rest, last, first = np.eye(4)[None], before.T_table_plate[None], after.T_table_plate[None]
     (seconds,) = sweep_seconds(other.cell, table, Ts_from=last, Ts_to=first)
     (from_rest,) = sweep_seconds(other.cell, table, Ts_from=rest, Ts_to=first)

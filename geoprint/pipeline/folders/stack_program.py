@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path, PurePosixPath
 
 from geoprint.account.checked import CheckedStack, Finding
@@ -10,8 +10,10 @@ from geoprint.account.prints.attitudes import JOINED_LIST
 from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.robot_summary import program_digest
+from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.export.rapid.stacks import OwnProgram, judge_stack, together
+from geoprint.pipeline.bundles.again import JOB
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER, STACK
 from geoprint.pipeline.bundles.joined import (
     own_program,
@@ -19,8 +21,11 @@ from geoprint.pipeline.bundles.joined import (
     program_modules,
     resident_findings,
 )
-from geoprint.pipeline.folders.layer_moves import LayerMove
+from geoprint.pipeline.folders.layer_moves import LayerMove, layer_moves
 from geoprint.pipeline.tilting import part_folder
+
+# Distances that are checked again agree with those that are told to this [mm].
+NEAR = 0.01
 
 
 def own_programs(folder: Path, layers: Sequence[StackedLayerRecord]) -> list[OwnProgram]:
@@ -68,7 +73,7 @@ def stack_program(
         file=JOINED_LIST,
         pause_s=pause,
         print_s=printing + pause * (len(layers) - 1),
-        table_kept_mm=min((move.kept for move in moves), default=None),
+        table_kept_mm=_kept(moves),
         runs_dry_only=bool(own[0].placement.missing),
         scenarios=proof.scenarios,
         refused=proof.refused,
@@ -79,6 +84,8 @@ def stack_program(
 
 def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[list[Finding], CheckedStack]:
     """Check the program of a stack on the disk against those of its layers, executed.
+
+    No layer's bundle tells how a table comes from layer to layer, so that this is proven to be clear of the arm anew.
 
     Args:
         folder: of the stack.
@@ -103,6 +110,26 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
     except GeoprintError as error:
         return [Finding(STACK, 1, str(error))], CheckedStack(told)
     findings += [program_finding(error) for error in judged.findings]
+    findings += _table_findings(folder, told.layers, told.program, own)
     executed = () if judged.proof is None else judged.proof.scenarios
     digest = program_digest(modules.items())
     return findings, CheckedStack(told, settings=judged.settings, scenarios=executed, program_sha256=digest)
+
+
+def _table_findings(
+    folder: Path, layers: Sequence[StackedLayerRecord], told: StackProgramRecord, own: Sequence[OwnProgram]
+) -> Iterator[Finding]:
+    """Yield what is wrong with how a table comes from layer to layer: it comes too near, or otherwise than is told."""
+    try:
+        moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in layers], own)
+    except GeoprintError as error:
+        yield Finding(JOINED_LIST, 1, str(error))
+        return
+    said, kept = told.table_kept_mm, _kept(moves)
+    if (said is None) is not (kept is None) or abs((said or 0.0) - (kept or 0.0)) > NEAR:
+        yield Finding(STACK, 1, f"program.table_kept_mm is {said}, checked again it is {kept}")
+
+
+def _kept(moves: Sequence[LayerMove]) -> float | None:
+    """Return what a table keeps from the arm at least as it comes to a layer [mm]; None where the part stands still."""
+    return min((move.kept for move in moves), default=None)

@@ -103,7 +103,8 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tup
     layers = [record for record, _ in _printed(found)]
     observe("program of all layers")
     own = own_programs(folder, layers)
-    files, program = stack_program(own, layers, layer_moves(job, own), part_name=job.surface.name)
+    jobs = [job.model_copy(update={"layer": number}) for number, _ in enumerate(layers, start=1)]
+    files, program = stack_program(own, layers, layer_moves(jobs, own), part_name=job.surface.name)
     observe("finished thickness")
     told, finished = _finished(job, read_stack(job), found, program=program)
     page = stack_page(finished, told, job)

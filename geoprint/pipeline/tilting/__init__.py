@@ -14,4 +14,4 @@ from geoprint.pipeline.tilting.moving import (
     table_stand as table_stand,
 )
 from geoprint.pipeline.tilting.printing import with_attitudes as with_attitudes
-from geoprint.pipeline.tilting.sweeping import sweep_clearance as sweep_clearance, sweep_seconds as sweep_seconds
+from geoprint.pipeline.tilting.sweeping import move_clearance as move_clearance, sweep_seconds as sweep_seconds

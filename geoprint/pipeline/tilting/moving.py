@@ -12,6 +12,7 @@ from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Hexapod, Placement, PoseStream, TiltTurn
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.placing import Stand
+from geoprint.paths import posed_surface
 from geoprint.pipeline.standing import stood
 from geoprint.pipeline.tilting.division import deposited, plate_turn
 from geoprint.pipeline.tilting.pieces import attitude_paths, portions
@@ -64,10 +65,11 @@ def poses_at_rest(paths: Plan, placement: Placement) -> PoseStream:
     machine = table_machine(table)
     divided = portions(tilting.attitudes, deposited(paths), overlap=0.0)
     Ts_table_plate = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
+    known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
     streams: list[PoseStream] = []
     for number, (portion, pose) in enumerate(zip(divided, Ts_table_plate, strict=True), start=1):
         stands = tilted_placement(machine, placement, T_table_plate=pose, number=number)
-        streams.append(seen_at_rest(attitude_paths(paths, portion, stands).poses, stands, placement))
+        streams.append(seen_at_rest(attitude_paths(paths, portion, stands, known=known).poses, stands, placement))
     return in_turn(streams)
 
 

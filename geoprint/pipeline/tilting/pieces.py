@@ -15,6 +15,7 @@ import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Placement, PoseStream, SurfaceCurves, SurfacePoints, Toolpath, frozen
 from geoprint.motion.tilting import Attitude
+from geoprint.paths import PosedSurface
 from geoprint.pipeline.standing import pose_stream
 from geoprint.results import Plan
 
@@ -63,17 +64,18 @@ def portions(attitudes: Sequence[Attitude], poses: PoseStream, *, overlap: float
     return tuple(found)
 
 
-def attitude_paths(paths: Plan, portion: Portions, placement: Placement) -> Plan:
+def attitude_paths(paths: Plan, portion: Portions, placement: Placement, *, known: PosedSurface) -> Plan:
     """Return the paths of one attitude, for a part that stands as it does then.
 
     Args:
         paths: of the whole part.
         portion: what is printed in the attitude.
         placement: where the part stands in it.
+        known: of the whole part.
     """
     toolpath = _toolpath(paths, portion)
     workpiece = replace(paths.workpiece, placement=placement)
-    stream = pose_stream(toolpath, workpiece, max_tilt_deg=paths.job.max_tilt)
+    stream = pose_stream(toolpath, workpiece, max_tilt_deg=paths.job.max_tilt, known=known)
     flow = paths.poses.flow[paths.poses.deposit][portion.rows] * np.concatenate(portion.shares)
     poses = replace(stream, flow=_at_deposits(stream, flow))
     return replace(paths, workpiece=workpiece, toolpath=toolpath, poses=poses, tilting=None)

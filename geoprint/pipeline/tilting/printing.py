@@ -17,7 +17,7 @@ from geoprint.errors import ClearanceError, PlanError, ReachError
 from geoprint.model import FloatArray, IntArray, Placement, TiltingTable, frozen
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.tilting import Attitude, UpRange
-from geoprint.paths import check_sum
+from geoprint.paths import PosedSurface, check_sum, posed_surface
 from geoprint.pipeline.refusals import proven
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import Chain
@@ -42,6 +42,7 @@ class _Asked:
         attitude: as it was chosen.
         portion: what is printed in it.
         aims: (k, 3) normals of its beads, those that overhang whatever the table does led as it was chosen for.
+        known: of the whole part, for the poses of each direction.
     """
 
     number: int
@@ -49,6 +50,7 @@ class _Asked:
     attitude: Attitude
     portion: Portions
     aims: FloatArray
+    known: PosedSurface
 
 
 @final
@@ -87,9 +89,10 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     machine, within = table_machine(table), up_range(paths, table_machine(table))
     overlap = table.overlap if paths.workpiece.cell.signals.mode == "analog" else 0.0
     divided = portions(tilting.attitudes, deposited(paths), overlap=overlap)
+    known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
     printed: list[_Printed] = []
     for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1):
-        of = _Asked(number, len(divided), attitude, portion, _aims(paths, attitude, tilting, within))
+        of = _Asked(number, len(divided), attitude, portion, _aims(paths, attitude, tilting, within), known)
         cell = attitude_cell(paths.workpiece.cell, number=number, count=len(divided))
         own = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
         printed.append(_printed(own, placement, of, stage, table=machine, within=within, chain=chain))
@@ -121,7 +124,7 @@ def _printed(
     for up in _directions(asked, within):
         T_table_plate = table.plates((plate_turn(paths, table) @ up)[None])[0]
         stands = tilted_placement(table, placement, T_table_plate=T_table_plate, number=asked.number)
-        own = attitude_paths(paths, asked.portion, stands)
+        own = attitude_paths(paths, asked.portion, stands, known=asked.known)
         stage.observe(f"attitude {asked.number} of {asked.count}")
         try:
             robot = chain(own, stands, stage).robot[0]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from geoprint.model import Cell, FloatArray, Surface, TiltingTable, TiltTurn
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import VerificationError
+from geoprint.model import Cell, FloatArray, Placement, Surface, TiltingTable, TiltTurn
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import table_motion_clearance
-from geoprint.motion.machine import driven_seconds, move_seconds
+from geoprint.motion.machine import driven_seconds, move_seconds, table_machine
 from geoprint.results import StackPlace
 
 
@@ -50,6 +54,54 @@ def sweep_clearance(
         to=to,
     )
     return kept - laid
+
+
+def move_clearance(
+    cell: Cell,
+    *,
+    before: Placement | None,
+    stands: Placement,
+    surfaces: tuple[Surface, ...],
+    place: StackPlace | None,
+    to: str,
+) -> float:
+    """Prove as `sweep_clearance` the motion between two attitudes of which a program says how the part stands.
+
+    Args:
+        cell: as `sweep_clearance`.
+        before: how the part stands at the beginning; None at rest.
+        stands: how it stands at the end.
+        surfaces: as `sweep_clearance`.
+        place: as `sweep_clearance`.
+        to: as `sweep_clearance`.
+
+    Returns:
+        A distance that is kept [mm].
+
+    Raises:
+        ClearanceError: no such distance can be proven.
+        InputError: a hexapod at rest is beyond one of its limits, or singular.
+        ReachError: the table has no such poses.
+        VerificationError: the cell has no table, or the part stands in no attitude of one.
+    """
+    poses = [None if each is None else each.table for each in (before, stands)]
+    if cell.table is None or poses[1] is None or (before is not None and poses[0] is None):
+        raise VerificationError(
+            f"{to}: its cell and its placement say of no table how it stands; write the plan again."
+        )
+    table = table_machine(cell.table)
+    first, last = (np.eye(4) if pose is None else pose.T_table_plate for pose in poses)
+    # What is on the plate keeps its pose seen from there, so that it is known where it stood while the table rested.
+    T_rest_stands = table.T_base_table @ last @ transforms.inverse(table.T_base_table)
+    return sweep_clearance(
+        cell,
+        table,
+        Ts_table_plate=np.stack([first, last]),
+        T_base_work=transforms.inverse(T_rest_stands) @ stands.T_base_work,
+        surfaces=surfaces,
+        place=place,
+        to=to,
+    )
 
 
 def sweep_seconds(cell: Cell, table: TiltingTable, *, Ts_from: FloatArray, Ts_to: FloatArray) -> tuple[float, ...]:

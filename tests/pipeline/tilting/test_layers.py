@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 import shutil
@@ -17,7 +18,7 @@ from geoprint.config import job_of
 from geoprint.errors import ClearanceError
 from geoprint.model import Surface
 from geoprint.motion.arm import Arm
-from geoprint.pipeline import check_folder, plan, plan_stack
+from geoprint.pipeline import check_bundle, check_folder, plan, plan_stack
 from geoprint.pipeline.bundles.again import job_from
 from geoprint.pipeline.folders.layer_moves import layer_moves
 from geoprint.pipeline.folders.stack_program import own_programs
@@ -131,13 +132,79 @@ def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
     device: tuple[Path, StackRecord],
 ) -> None:
     folder, told = device
-    job, own = job_from(folder / "layer-01", layer=None), own_programs(folder, told.layers)
-    (move,) = layer_moves(job, own)
+    jobs, own = [job_from(folder / layer.folder) for layer in told.layers], own_programs(folder, told.layers)
+    (move,) = layer_moves(jobs, own)
     assert move.kept == pytest.approx(told.program.table_kept_mm if told.program else 0.0, abs=0.01)
     # Nothing in the cell is half a metre away from all else.
     near = [replace(one, cell=replace(one.cell, process=replace(one.cell.process, clearance=500.0))) for one in own]
     with pytest.raises(ClearanceError, match="layer 2, which comes upon layer 1 without a rest of the table"):
-        layer_moves(job, near)
+        layer_moves(jobs, near)
+
+
+@pytest.mark.dear
+def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_layers(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    # Somebody states a larger plate, and signs it: layer 2's own program says nothing of the plate's size.
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    setup = folder / "layer-02" / "part-1" / "setup.json"
+    told = json.loads(setup.read_text())
+    assert told["cell"]["table"]["plate_diameter"] == 200.0
+    told["cell"]["table"]["plate_diameter"] = 900.0
+    setup.write_text(json.dumps(told))
+    signed(folder / "layer-02", "part-1/setup.json")
+    signed(folder, "layer-02/part-1/setup.json", "layer-02/manifest.json")
+    (found,) = check_folder(folder).findings
+    assert found.file == "rapid/GeoStack.pgf"
+    assert "layer 2, which comes upon layer 1 without a rest of the table" in found.reason
+    assert "table's plate may come within 0.0 mm of the" in found.reason
+
+
+@pytest.mark.dear
+def test_check_finds_another_distance_than_that_which_is_told_of_the_table_between_layers(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    told = json.loads((folder / "stack.json").read_text())
+    kept = told["program"]["table_kept_mm"]
+    told["program"]["table_kept_mm"] = kept + 0.02
+    (folder / "stack.json").write_text(json.dumps(told))
+    signed(folder, "stack.json")
+    (found,) = check_folder(folder).findings
+    assert found.file == "stack.json"
+    assert found.reason.startswith(f"program.table_kept_mm is {kept + 0.02}, checked again it is {kept:.3f}")
+
+
+@pytest.mark.dear
+def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_attitudes(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    folder = shutil.copytree(device[0] / "layer-01", tmp_path / "layer")
+    assert check_bundle(folder, full=True).findings == ()
+    plan_file = folder / "plan.json"
+    told = json.loads(plan_file.read_text())
+    told["robot"][1]["table"]["kept_mm"] += 0.02
+    plan_file.write_text(json.dumps(told))
+    signed(folder, "plan.json")
+    (found,) = check_bundle(folder, full=True).findings
+    assert (found.file, found.reason[:25]) == ("plan.json", "robot.2.table.kept_mm is ")
+    setup = folder / "part-2" / "setup.json"
+    cell_of = json.loads(setup.read_text())
+    cell_of["cell"]["process"]["clearance"] = 500.0
+    setup.write_text(json.dumps(cell_of))
+    signed(folder, "part-2/setup.json")
+    reasons = [one.reason for one in check_bundle(folder, full=True).findings if one.file == "part-2/setup.json"]
+    assert [reason for reason in reasons if "goes to attitude 2 of" in reason and "500.50 mm are to be kept" in reason]
+
+
+def signed(folder: Path, *names: str) -> None:
+    """Renew the hashes of files in a manifest, as nobody does by mistake."""
+    manifest = folder / "manifest.json"
+    told = json.loads(manifest.read_text())
+    for name in names:
+        assert name in told["sha256"]
+        told["sha256"][name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    manifest.write_text(json.dumps(told))
 
 
 @pytest.mark.dear

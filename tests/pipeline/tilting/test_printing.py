@@ -10,19 +10,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.parts.edited_programs import slowed
 from geoprint import job_of, plan, transforms
 from geoprint.account.replaying import replay
 from geoprint.account.texts.checking import check_text
 from geoprint.config import TILTING_CELL, packaged_cell_text
+from geoprint.errors import UsageError, VerificationError
 from geoprint.export import write_bundle
 from geoprint.model import FloatArray, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.machine import table_machine
-from geoprint.paths import check_sum
+from geoprint.paths import check_sum, posed_surface
+from geoprint.pipeline.appraised.simulated import simulated_print
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.saving import save_plan
+from geoprint.pipeline.standing import pose_stream
 from geoprint.report import MOST_FRAMES
 from geoprint.results import Plan
+from geoprint.silico import Break, Faults
 from geoprint.surfaces.files import ply_bytes
 from tests.meshes import spherical_cap
 
@@ -141,6 +146,65 @@ def test_the_replay_moves_part_and_table_on_the_course_that_is_proven_and_in_its
     # The beam of the table stands still, and its plate goes with the part.
     np.testing.assert_allclose(shown.solids[:, 2], shown.solids[:1, 2].repeat(len(axes), axis=0), atol=1e-6)
     assert np.abs(np.diff(shown.solids[:, 0], axis=0)).max() > 0.0
+
+
+@pytest.mark.dear
+def test_poses_on_a_surface_that_was_prepared_before_are_the_same(planned: Plan) -> None:
+    workpiece = planned.workpiece
+    known = posed_surface(workpiece.surface, workpiece.body)
+    once, again = (
+        pose_stream(planned.toolpath, workpiece, max_tilt_deg=planned.job.max_tilt, known=each)
+        for each in (None, known)
+    )
+    for name in ("tips", "quaternions", "normals", "arcs"):
+        np.testing.assert_array_equal(getattr(once, name), getattr(again, name))
+
+
+@pytest.mark.dear
+def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(planned: Plan, tmp_path: Path) -> None:
+    folder = tmp_path / "cap"
+    save_plan(planned, folder)
+    printed = simulated_print(folder, faults=Faults(), seed=0)
+    poses = planned.poses
+    assert printed.runs.tolist() == np.unique(poses.runs[poses.deposit]).tolist()
+    # Pieces of a run lie in several attitudes, and overlap: an output that follows the speed lays what is wanted, but
+    # for what its lag takes from the start of each.
+    assert len(planned.robot) > 1
+    np.testing.assert_allclose(printed.laid, printed.wanted, rtol=0.04)
+    assert printed.beads.volumes.sum() == pytest.approx(printed.laid.sum(), rel=1e-9)
+    assert printed.bare.max() < 1.0
+    np.testing.assert_allclose(printed.beside, 0.0, atol=0.02 * printed.wanted.min())
+    # The pieces lie on the runs: no place is farther from the planned path than beads shift it.
+    path = poses.surface_points[poses.deposit]
+    apart = np.linalg.norm(printed.beads.places[::7, None] - path, axis=2).min(axis=1)
+    steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
+    assert apart.max() < steps[poses.laid].max()
+
+
+@pytest.mark.dear
+def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refused(
+    planned: Plan, tmp_path: Path
+) -> None:
+    folder = tmp_path / "cap"
+    save_plan(planned, folder)
+    with pytest.raises(UsageError, match="breaks are of runs of one program"):
+        simulated_print(folder, faults=Faults(breaks=(Break(0, 1.0, 2.0),)), seed=0)
+    before = simulated_print(folder, faults=Faults(), seed=0)
+    slow(folder / "part-2" / "rapid")
+    after = simulated_print(folder, faults=Faults(), seed=0)
+    # The flow follows the speed, so that nearly as much is laid as before, on the runs of this attitude alone.
+    np.testing.assert_allclose(after.laid, before.laid, rtol=0.05)
+    assert 0 < np.count_nonzero(np.abs(after.laid - before.laid) > 0.01) < after.runs.size
+    slow(folder / "rapid" / "part-2")
+    with pytest.raises(VerificationError, match="the programs of the attitudes by themselves are laid: restore this"):
+        simulated_print(folder, faults=Faults(), seed=0)
+
+
+def slow(folder: Path) -> None:
+    """Let the first run of the program in a folder go at half its speed."""
+    modules = {path.name: path.read_text(encoding="latin-1") for path in sorted(folder.glob("*.mod"))}
+    for name, text in slowed(modules, run=1, factor=2.0).items():
+        (folder / name).write_text(text, encoding="latin-1")
 
 
 def test_an_attitude_without_its_files_is_found_wrong(tmp_path: Path) -> None:
