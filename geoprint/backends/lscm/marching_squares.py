@@ -187,7 +187,7 @@ def edge(side: int, place: tuple[int, int, int]) -> int:
     """Return the number of the edge of an image at a side of a cell: even ones go along rows, odd ones across."""
     row, column, columns = place
     pixel = (row + (side == UPPER)) * columns + column + (side == RIGHT)
-    return 2 * pixel + (side in {RIGHT, LEFT})
+    return 2 * pixel + (side == RIGHT or side == LEFT)  # noqa: PLR1714  (a set would be made for each)
 
 
 @inner
