@@ -1,33 +1,21 @@
 """The largest speeds along a path: its ceiling where the joints hold it, TOPP-RA around the rest.
 
-TOPP-RA [Pham2018] solves three small linear programs at each grid point. Where the joints follow the path at its
-ceiling, nothing needs to be solved: a motion that has reached the ceiling stays there, and none is faster. So TOPP-RA
-solves only windows around both ends and around the places that need a lower speed, each from ceiling to ceiling; a
+TOPP-RA [Pham2018] solves small linear programs at each grid point (`reachability`). Where the joints follow the path at
+its ceiling, nothing needs to be solved: a motion that has reached the ceiling stays there, and none is faster. So TOPP-
+RA solves only windows around both ends and around the places that need a lower speed, each from ceiling to ceiling; a
 window in which it cannot get from one to the other is widened. What is joined from them is what TOPP-RA finds for the
 whole path, for its solution is nowhere slower than any other.
-Its solver of the linear programs wants lengths in metres: in millimetres it often fails.
 """
 
 from __future__ import annotations
 
-import logging
-import sys
-import warnings
-from importlib import import_module
-from typing import TYPE_CHECKING, final
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from geoprint.errors import LimitError, UsageError
-from geoprint.lazy import postponed
-from geoprint.model import BoolArray, FloatArray, IntArray, Robot, frozen
+from geoprint.errors import LimitError
+from geoprint.model import BoolArray, FloatArray, IntArray, Robot
+from geoprint.motion.timing.reachability import Problem, reachable_speeds
 from geoprint.motion.timing.strain import excess
-
-if TYPE_CHECKING:
-    from types import ModuleType
-
-    from toppra.constraint import ConstraintType
 
 # A window reaches at least this many steps and this many ramps beyond the steps that need it; where that proves too
 # narrow, so many times as far.
@@ -46,9 +34,6 @@ LOWERED_START = 1e-6
 HOLE_SHARE = 0.5
 HOLE_REACH = 2
 CALMINGS = 3
-
-# TOPP-RA's tolerances are absolute. It gets a unit of time in which the highest ceiling is this speed [m/unit].
-UNIT_SPEED = 0.1
 
 Window = tuple[int, int]
 
@@ -71,7 +56,6 @@ def largest_speeds(
 
     Raises:
         LimitError: no motion within the limits was found.
-        UsageError: toppra is not installed.
     """
     strain = excess(path, grid, highest, robot=robot)
     held = highest / np.maximum(1.0, np.maximum(np.append(strain, 0.0), np.append(0.0, strain)))
@@ -180,29 +164,41 @@ def _solve(
 
     The ends of the whole grid are at rest, those of a window inside it at their ceilings.
     """
-    toppra = _toppra()
-    points, ceilings = grid[first : last + 1], highest[first : last + 1]
-    unit = UNIT_SPEED / float(ceilings.max())
-    constraint = _Constraint(
-        toppra.constraint.ConstraintType.CanonicalLinear,
-        *_rows(points, path(points, 1), path(points, 2)),
-        np.tile(accelerations, 4) * unit**2,
-        (ceilings * unit) ** 2,
-    )
-    problem = toppra.algorithm.TOPPRA(
-        [constraint], _Interval((points[0], points[-1])), gridpoints=points, solver_wrapper="seidel",
-        parametrizer="ParametrizeConstAccel",
-    )  # fmt: skip
+    ceilings = highest[first : last + 1]
     start = 0.0 if first == 0 else float(ceilings[0])
     end = 0.0 if last == grid.size - 1 else float(ceilings[-1])
-    _, found, _ = problem.compute_parameterization(start * unit, end * unit)
-    if found is None or not np.isfinite(found).all() or found[1:-1].min(initial=1.0) <= 0.0:
+    posed = problem(path, grid[first : last + 1], highest=ceilings, accelerations=accelerations, start=start, end=end)
+    found = reachable_speeds(posed)
+    if found is None or found[1:-1].min(initial=1.0) <= 0.0 or found[0] < (1.0 - LOWERED_START) * start:
         return None
-    return found / unit if found[0] >= (1.0 - LOWERED_START) * start * unit else None
+    return found
+
+
+def problem(
+    path: CubicSpline[np.float64],
+    grid: FloatArray,
+    *,
+    highest: FloatArray,
+    accelerations: FloatArray,
+    start: float,
+    end: float,
+) -> Problem:
+    """Return what the joints allow on a grid along a path.
+
+    Args:
+        path: joint angles [rad] over the length s.
+        grid: (g,) s, ascending [m].
+        highest: (g,) ceilings of the path speed [m/s], above zero.
+        accelerations: (6,) limits of the joints [rad/s2].
+        start: speed at the first point [m/s].
+        end: speed at the last one [m/s].
+    """
+    pull, square = _rows(grid, path(grid, 1), path(grid, 2))
+    return Problem(pull, square, np.tile(accelerations, 2), grid=grid, highest=highest, start=start, end=end)
 
 
 def _rows(grid: FloatArray, slopes: FloatArray, bends: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (g, 24) coefficients of path acceleration and squared speed in the joint accelerations, both signs.
+    """Return (g, 12) coefficients of path acceleration and squared speed in the joint accelerations.
 
     A step is held to its limits at both of its ends: at the far end the square of the speed has grown by twice the
     acceleration times the step.
@@ -210,52 +206,4 @@ def _rows(grid: FloatArray, slopes: FloatArray, bends: FloatArray) -> tuple[Floa
     pull, square = np.tile(slopes, 2), np.tile(bends, 2)
     pull[:-1, 6:] = slopes[1:] + 2.0 * np.diff(grid)[:, None] * bends[1:]
     square[:-1, 6:] = bends[1:]
-    return np.hstack([pull, -pull]), np.hstack([square, -square])
-
-
-@final
-@frozen
-class _Interval:
-    """What TOPP-RA asks of a path when the coefficients are already there."""
-
-    path_interval: tuple[float, float]
-
-
-@final
-@frozen
-class _Constraint:
-    """All limits of one leg in the form that TOPP-RA asks for: pull * u + square * x <= bounds, x <= highest."""
-
-    constraint_type: ConstraintType
-    pull: FloatArray
-    square: FloatArray
-    bounds: FloatArray
-    highest: FloatArray
-    identical: bool = True
-
-    def get_constraint_type(self) -> ConstraintType:
-        """Return the kind of the constraint: linear."""
-        return self.constraint_type
-
-    def compute_constraint_params(self, *_: object) -> tuple[FloatArray | None, ...]:
-        """Return a, b, c, F, g, bounds of u, bounds of x, as `toppra.constraint.LinearConstraint` defines them."""
-        offset = np.zeros_like(self.pull)
-        squares = np.column_stack([np.zeros_like(self.highest), self.highest])
-        return self.pull, self.square, offset, np.eye(self.bounds.size), self.bounds, None, squares
-
-
-def _toppra() -> ModuleType:
-    """Import toppra: late, without the pyplot that it never needs here; quiet, for its docstrings and log are not."""
-    try:
-        if "toppra" not in sys.modules:
-            with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
-                warnings.simplefilter("ignore")
-                import_module("toppra")
-        module = import_module("toppra")
-    except ImportError as error:
-        raise UsageError(
-            f"the robot chain needs toppra, which is not installed ({error}); run 'pip install toppra', or leave the "
-            f"chain out with --no-robot."
-        ) from error
-    logging.getLogger("toppra").setLevel(logging.CRITICAL)
-    return module
+    return pull, square

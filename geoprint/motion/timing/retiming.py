@@ -33,7 +33,7 @@ from geoprint.model import (
 )
 from geoprint.motion.timing.knots import COINCIDENT_JOINTS, Knots, path_knots
 from geoprint.motion.timing.slowdown import Pace, held_after_dips, held_speeds, lowered, pace
-from geoprint.motion.timing.topp import Motion, fastest_motion, straight_motion
+from geoprint.motion.timing.topp import Motion, confirm_motion, fastest_motion, straight_motion
 from geoprint.motion.timing.verification import SAMPLE_TIME, verify
 
 # Motions of the legs of one path: by the first knot and the bytes of the ceilings.
@@ -69,15 +69,17 @@ def retime(
     Raises:
         InputError: the joint path is empty.
         LimitError: a limit cannot be kept, or is broken in the result.
-        VerificationError: the result does not pass the poses.
-        UsageError: toppra is not installed.
+        VerificationError: the result does not pass the poses, or toppra, where it is installed, finds lower speeds.
     """
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
     timer = _LegTimer(robot, known if known is not None else {})
+    first_time = not timer.known
     knots, legs, slower, found = _timed(knots, timer, process=process, on_slowdown=on_slowdown, wanted=lowered)
     rows = knots.legs
+    if first_time and rows:
+        _confirm_longest(knots, legs, robot=robot)
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
     motions = [*there, *legs, *_home_motion(knots.joints[-1], robot.home, robot=robot, process=process)]
     starts = np.concatenate([[0.0], np.cumsum([motion.duration for motion in motions])])
@@ -121,6 +123,13 @@ def _timed(
                 legs[leg] = timer(knots, first, last)
         found = pace(knots, legs, robot=robot, process=process)
     return knots, legs, (*slower.values(), *places), found
+
+
+def _confirm_longest(knots: Knots, legs: list[Motion], *, robot: Robot) -> None:
+    """Let a second solver confirm the leg of the most grid points, where one is installed."""
+    longest = max(range(len(legs)), key=lambda leg: legs[leg].grid.size)
+    first, last = knots.legs[longest]
+    confirm_motion(legs[longest], knots.lengths_of(first, last), ceilings=knots.ceilings[first:last], robot=robot)
 
 
 @final

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, Robot, frozen
-from geoprint.motion.timing.path_speeds import largest_speeds
+from geoprint.motion.timing.confirmation import confirm, is_installed
+from geoprint.motion.timing.path_speeds import largest_speeds, problem
 from geoprint.motion.timing.strain import path_accelerations
 
 # Where nothing else bounds the path speed [m/s]: faster than any arm, small enough for the solver.
@@ -34,6 +35,9 @@ REFINEMENTS = 4
 
 # Grid points that would lie closer to each other than this share of the ramp are left out.
 SMALLEST_STEP_SHARE = 0.02
+
+# Steps of a leg that a second solver is asked about: it takes a thousand times as long for each.
+MOST_CONFIRMED = 300
 
 
 @final
@@ -117,7 +121,6 @@ def fastest_motion(joints: FloatArray, lengths: FloatArray, *, ceilings: FloatAr
 
     Raises:
         LimitError: no motion within the limits was found.
-        UsageError: toppra is not installed.
     """
     path = CubicSpline(lengths, joints)
     ramps = end_ramps(path, ceilings=ceilings, robot=robot)
@@ -134,6 +137,29 @@ def fastest_motion(joints: FloatArray, lengths: FloatArray, *, ceilings: FloatAr
     if stretched:
         path_speeds = path_speeds / factor
     return Motion(path, grid, path_speeds, _times(grid, path_speeds), stretched=stretched)
+
+
+def confirm_motion(motion: Motion, lengths: FloatArray, *, ceilings: FloatArray, robot: Robot) -> None:
+    """Let a second solver find the speeds along the beginning of a leg, where one is installed.
+
+    Args:
+        motion: as `fastest_motion` gave it.
+        lengths: as it was asked; and so the others.
+        ceilings: (n - 1,) [m/s].
+        robot: its limits.
+
+    Raises:
+        VerificationError: the second one finds lower speeds.
+    """
+    if not is_installed():
+        return
+    last = min(motion.grid.size - 1, MOST_CONFIRMED)
+    grid, speeds = motion.grid[: last + 1], motion.speeds[: last + 1]
+    highest = _highest(motion.path, grid, at_grid(ceilings, lengths, motion.grid)[: last + 1], robot=robot)
+    posed = problem(
+        motion.path, grid, highest=highest, accelerations=robot.accelerations, start=0.0, end=float(speeds[-1])
+    )
+    confirm(posed, speeds)
 
 
 def end_ramps(path: CubicSpline[np.float64], *, ceilings: FloatArray, robot: Robot) -> tuple[float, float]:
@@ -176,8 +202,12 @@ def _attempt(
     path: CubicSpline[np.float64], grid: FloatArray, ceilings: FloatArray, *, ramp: float, robot: Robot
 ) -> tuple[FloatArray, FloatArray]:
     """Return the (g,) fastest path speeds on a grid, and the (g - 1,) excess over the limits within its steps."""
-    highest = np.minimum(_joint_ceilings(path(grid, 1), robot=robot), ceilings).clip(max=FASTEST)
-    return largest_speeds(path, grid, highest=highest, ramp=ramp, robot=robot)
+    return largest_speeds(path, grid, highest=_highest(path, grid, ceilings, robot=robot), ramp=ramp, robot=robot)
+
+
+def _highest(path: CubicSpline[np.float64], grid: FloatArray, ceilings: FloatArray, *, robot: Robot) -> FloatArray:
+    """Return the (g,) speeds that neither the (g,) ceilings nor the joint speeds allow to exceed [m/s]."""
+    return np.minimum(_joint_ceilings(path(grid, 1), robot=robot), ceilings).clip(max=FASTEST)
 
 
 def _joint_ceilings(slopes: FloatArray, *, robot: Robot) -> FloatArray:

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import toppra.algorithm
 from hypothesis import given, settings, strategies as st
 
-from geoprint.errors import InputError, LimitError, UsageError, VerificationError
+from geoprint.errors import InputError, LimitError, VerificationError
 from geoprint.model import FloatArray, JointPath, OnSlowdown, Trajectory
-from geoprint.motion.timing import topp
+from geoprint.motion.timing import confirmation, path_speeds, topp, unconfirmed
+from geoprint.motion.timing.reachability import Problem
 from geoprint.motion.timing.retiming import _labels, retime  # pyright: ignore[reportPrivateUsage]
 from geoprint.motion.timing.topp import fastest_motion, straight_motion
 from geoprint.motion.timing.verification import verify
@@ -236,18 +236,38 @@ def test_a_jump_of_the_joints_on_the_spot_is_refused() -> None:
 def test_a_path_that_no_speed_can_follow_is_refused_by_its_run(
     path: JointPath, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def give_up(*_: object) -> tuple[None, None, None]:
-        return None, None, None
+    def give_up(_: object) -> None:
+        return None
 
-    monkeypatch.setattr(toppra.algorithm.TOPPRA, "compute_parameterization", give_up)
+    monkeypatch.setattr(path_speeds, "reachable_speeds", give_up)
     with pytest.raises(LimitError, match="run 1: no speed along the path keeps the joint accelerations") as refusal:
         timed(path)
     assert refusal.value.details["run"] == 0
 
 
-def test_a_missing_toppra_is_a_usage_error(path: JointPath, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "toppra", None)
-    with pytest.raises(UsageError, match="needs toppra"):
+def test_without_toppra_a_motion_is_the_same_and_said_not_to_be_confirmed(
+    path: JointPath, trajectory: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(_: str) -> None:
+        return None
+
+    assert unconfirmed() == ()
+    monkeypatch.setattr(confirmation.importlib.util, "find_spec", missing)
+    monkeypatch.setattr(confirmation, "import_module", pytest.fail)
+    np.testing.assert_array_equal(timed(path).joints, trajectory.joints)
+    assert unconfirmed() == ("the speeds, by a second library (toppra is not installed)",)
+
+
+def test_a_motion_is_refused_that_toppra_finds_slower(path: JointPath, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("toppra")
+    known = confirmation._speeds_of_toppra  # pyright: ignore[reportPrivateUsage]
+
+    def slower(problem: Problem) -> FloatArray | None:
+        found = known(problem)
+        return None if found is None else 0.95 * found
+
+    monkeypatch.setattr(confirmation, "_speeds_of_toppra", slower)
+    with pytest.raises(VerificationError, match="where the joints bound the speed, toppra finds less"):
         timed(path)
 
 
