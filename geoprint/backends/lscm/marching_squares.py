@@ -187,7 +187,7 @@ def edge(side: int, place: tuple[int, int, int]) -> int:
     """Return the number of the edge of an image at a side of a cell: even ones go along rows, odd ones across."""
     row, column, columns = place
     pixel = (row + (side == UPPER)) * columns + column + (side == RIGHT)
-    return 2 * pixel + (side == RIGHT or side == LEFT)  # noqa: PLR1714  (a set would be made for each)
+    return 2 * pixel + (side in (RIGHT, LEFT))
 
 
 @inner
@@ -198,5 +198,5 @@ def point_on(
     high, low = ends
     share = (cell[low] - level) / (cell[low] - cell[high])
     row, column, _ = place
-    point[0] = (column + (high in {1, 2})) * share + (column + (low in {1, 2})) * (1.0 - share)
+    point[0] = (column + (high in (1, 2))) * share + (column + (low in (1, 2))) * (1.0 - share)
     point[1] = (row + (high >= 2)) * share + (row + (low >= 2)) * (1.0 - share)
