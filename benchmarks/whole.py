@@ -116,6 +116,15 @@ def work(count):
         toppra.SplineInterpolator(arcs, joints), gridpoints=arcs, solver_wrapper="seidel",
         parametrizer="ParametrizeConstAccel").compute_parameterization(0.0, 0.0)
 """
+_OWN_SPEEDS = f"""{_MOTION}
+from scipy.interpolate import CubicSpline
+from geoprint.motion.timing.path_speeds import problem
+from geoprint.motion.timing.reachability import reachable_speeds
+def work(count):
+    arcs, joints = joints_of(count)
+    path, highest = CubicSpline(arcs, joints), np.full(count, 4.0)
+    reachable_speeds(problem(path, arcs, highest=highest, accelerations=np.full(6, 20.0), start=0.0, end=0.0))
+"""
 _OWN_FORWARD = f"""{_MOTION}
 from geoprint.config import load_cell
 from geoprint.motion.arm import Arm
@@ -211,6 +220,7 @@ PEERS = (
     Peer("distance, heat", "potpourri3d", f"backend = 'heat'\n{_OWN_DISTANCE}", _POTPOURRI, _FACES),
     Peer("distance, heat", "igl", f"backend = 'heat'\n{_OWN_DISTANCE}", _LIBIGL, _FACES),
     Peer("distance, fast-marching", "potpourri3d", f"backend = 'fast-marching'\n{_OWN_DISTANCE}", _POTPOURRI, _FACES),
+    Peer("speeds along a path", "toppra", _OWN_SPEEDS, _RETIMED, _POSES),
     Peer("poses checked, beside timing alone", "toppra", _CHAIN, _RETIMED, _POSES),
     Peer("forward kinematics", "pinocchio", _OWN_FORWARD, _FORWARD, _POSES),
 )

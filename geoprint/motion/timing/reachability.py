@@ -25,7 +25,7 @@ ROUNDING = 1e-12
 # Pieces of a concave function that are looked at; it has no more than twice as many as there are bands.
 MOST_PIECES = 200
 # Where the largest speed that can be reached is next to none, though others could be passed, it is this share of its
-# ceiling: a grid may leave no better way through a narrow place, and the motion must not end there.
+# ceiling: a grid may leave nothing better through a narrow place, and the motion must not end there.
 LEAST_SHARE = 1e-4
 
 
