@@ -31,6 +31,14 @@ from geoprint.cli import main
 main()
 """
 
+# Plans where the first argument cannot be imported.
+WITHOUT = """
+import sys
+sys.modules[sys.argv.pop(1)] = None
+from geoprint.cli import main
+main()
+"""
+
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     hidden = json.dumps([*HOUSE.optional, *EXTRAS])
@@ -73,3 +81,18 @@ def test_it_stays_small() -> None:
     assert {"geoprint.backends.marching.backend", "geoprint.export.rapid.program"} < set(needed)
     assert 15_000 < sum(module.code for module in needed.values()) <= LARGEST_CORE
     assert "**" not in core(HOUSE)
+
+
+def test_without_toppra_the_same_program_is_written_and_said_not_to_be_confirmed(tmp_path: Path) -> None:
+    said = dict[str, str]()
+    for missing in ("toppra", "no_such_package"):
+        arguments = ["plan", "data/plate.ply", "--unit", "mm", "--spacing", "12", "--place", "demo", "--verbose"]
+        command = [sys.executable, "-c", WITHOUT, missing, *arguments, "--out", str(tmp_path / missing)]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
+        assert done.returncode == 0, done.stderr
+        said[missing] = done.stdout + done.stderr
+    for file in ("rapid/GeoPrint.mod", "rapid/GeoCell.mod", "trajectory.csv", "targets.csv"):
+        assert (tmp_path / "toppra" / file).read_bytes() == (tmp_path / "no_such_package" / file).read_bytes()
+    word = "not checked: the speeds, by a second library (toppra is not installed)"
+    assert word in said["toppra"]
+    assert word not in said["no_such_package"]

@@ -75,11 +75,8 @@ def retime(
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
     timer = _LegTimer(robot, known if known is not None else {})
-    first_time = not timer.known
     knots, legs, slower, found = _timed(knots, timer, process=process, on_slowdown=on_slowdown, wanted=lowered)
     rows = knots.legs
-    if first_time and rows:
-        _confirm_longest(knots, legs, robot=robot)
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
     motions = [*there, *legs, *_home_motion(knots.joints[-1], robot.home, robot=robot, process=process)]
     starts = np.concatenate([[0.0], np.cumsum([motion.duration for motion in motions])])
@@ -102,7 +99,7 @@ def _timed(
     knots: Knots, timer: _LegTimer, *, process: Process, on_slowdown: OnSlowdown, wanted: tuple[Slowdown, ...]
 ) -> tuple[Knots, list[Motion], tuple[Slowdown, ...], Pace]:
     """Return the knots with the ceilings kept, the motions of the legs, what was lowered, and the pace."""
-    robot = timer.robot
+    robot, first_time = timer.robot, not timer.known
     slower = (
         {slow.run: slow for slow in held_speeds(knots, robot=robot, process=process)} if on_slowdown == "lower" else {}
     )
@@ -122,6 +119,8 @@ def _timed(
             if int(knots.runs[last]) in again:
                 legs[leg] = timer(knots, first, last)
         found = pace(knots, legs, robot=robot, process=process)
+    if first_time and legs:
+        _confirm_longest(knots, legs, robot=robot)
     return knots, legs, (*slower.values(), *places), found
 
 
