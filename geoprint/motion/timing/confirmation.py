@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.errors import VerificationError
+from geoprint.errors import UsageError, VerificationError
 from geoprint.lazy import postponed
 from geoprint.model import FloatArray, frozen
 from geoprint.motion.timing.reachability import Problem
@@ -48,6 +48,7 @@ def confirm(problem: Problem, speeds: FloatArray) -> None:
 
     Raises:
         VerificationError: toppra finds lower speeds.
+        UsageError: toppra is installed and cannot be imported.
     """
     found = _speeds_of_toppra(problem)
     bounded = speeds < (1.0 - AGREEMENT) * problem.highest
@@ -112,9 +113,15 @@ class _Constraint:
 
 def _toppra() -> ModuleType:
     """Import toppra: late, without the pyplot that it never needs here; quiet, for its docstrings and log are not."""
-    if "toppra" not in sys.modules:
-        with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
-            warnings.simplefilter("ignore")
-            import_module("toppra")
+    try:
+        if "toppra" not in sys.modules:
+            with warnings.catch_warnings(), postponed("matplotlib", "matplotlib.pyplot"):
+                warnings.simplefilter("ignore")
+                import_module("toppra")
+    except ImportError as error:
+        raise UsageError(
+            f"toppra is installed and cannot be imported ({error}); run 'pip install --force-reinstall toppra', or "
+            "uninstall it: a plan then says that no second library confirms its speeds."
+        ) from error
     logging.getLogger("toppra").setLevel(logging.CRITICAL)
     return import_module("toppra")

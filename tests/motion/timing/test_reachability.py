@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
+from geoprint.errors import UsageError
 from geoprint.model import FloatArray
 from geoprint.motion.timing import confirmation
 from geoprint.motion.timing.reachability import Problem, reachable_speeds
@@ -97,3 +98,14 @@ def test_a_bend_that_no_speed_passes_is_none() -> None:
     found = reachable_speeds(replace(problem, square=square))
     assert found is not None
     assert found[50] < 1e-5
+
+
+def test_a_toppra_that_cannot_be_imported_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: str) -> None:
+        raise ImportError("libseidel is missing")
+
+    monkeypatch.delitem(confirmation.sys.modules, "toppra", raising=False)
+    monkeypatch.setattr(confirmation, "import_module", broken)
+    problem = straight(acceleration=1.0, ceiling=1.0)
+    with pytest.raises(UsageError, match="cannot be imported \\(libseidel is missing\\); run 'pip install"):
+        confirmation.confirm(problem, problem.highest)
