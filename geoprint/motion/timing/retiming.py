@@ -70,6 +70,7 @@ def retime(
         InputError: the joint path is empty.
         LimitError: a limit cannot be kept, or is broken in the result.
         VerificationError: the result does not pass the poses, or toppra, where it is installed, finds lower speeds.
+        UsageError: toppra is installed and cannot be imported.
     """
     if joint_path.poses.count == 0:
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")

@@ -150,6 +150,7 @@ def confirm_motion(motion: Motion, lengths: FloatArray, *, ceilings: FloatArray,
 
     Raises:
         VerificationError: the second one finds lower speeds.
+        UsageError: it is installed and cannot be imported.
     """
     if not is_installed():
         return
