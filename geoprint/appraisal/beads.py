@@ -143,9 +143,13 @@ def _profiles(
 
 
 def _spreads(found: PairedEdges, path: FloatArray) -> FloatArray:
-    """Return the (k,) spread of the grey values around each place of a path."""
+    """Return the (k,) spread of the grey values around each place of a path: the largest within two widths along it.
+
+    It falls towards the end of a line, behind which nothing is, and would draw the end out.
+    """
     at = (path + 0.5) * found.scale - 0.5
-    return np.asarray(ndimage.map_coordinates(found.spreads, [at[:, 1], at[:, 0]], order=1, mode="nearest"))
+    spreads = ndimage.map_coordinates(found.spreads, [at[:, 1], at[:, 0]], order=1, mode="nearest")
+    return np.asarray(ndimage.maximum_filter1d(spreads, 2 * round(2.0 * found.width / STEP) + 1, mode="nearest"))
 
 
 def _edges(
