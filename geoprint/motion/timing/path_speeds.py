@@ -1,8 +1,8 @@
 """The largest speeds along a path: its ceiling where the joints hold it, TOPP-RA around the rest.
 
 TOPP-RA [Pham2018] solves small linear programs at each grid point (`reachability`). Where the joints follow the path at
-its ceiling, nothing needs to be solved: a motion that has reached the ceiling stays there, and none is faster. So TOPP-
-RA solves only windows around both ends and around the places that need a lower speed, each from ceiling to ceiling; a
+its ceiling, nothing needs to be solved: a motion that has reached the ceiling stays there, and none is faster. So it
+solves only windows around both ends and around the places that need a lower speed, each from ceiling to ceiling; a
 window in which it cannot get from one to the other is widened. What is joined from them is what TOPP-RA finds for the
 whole path, for its solution is nowhere slower than any other.
 """

@@ -100,7 +100,7 @@ def _of_attitudes(
             f"this file, and change what is below {folder / PART}1, and so on."
         )
     laid: list[LaidPieces] = []
-    for number, _ in enumerate(told.robot, start=1):
+    for number in range(1, len(told.robot) + 1):
         part = folder / f"{PART}{number}"
         program, dispenser = _program(part)
         beads = dispensed_beads(program, plan.surface, dispenser, height=plan.height, faults=faults, random=random)
@@ -108,17 +108,21 @@ def _of_attitudes(
     return _together(laid)
 
 
+def deposited_steps(poses: PoseStream) -> FloatArray:
+    """Return the (p - 1,) length on the surface of each step that lays material, 0 for the others [mm]."""
+    return np.asarray(np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.laid)
+
+
 def _lengths(poses: PoseStream) -> FloatArray:
     """Return the (n,) deposited length of each run on the surface [mm]."""
-    steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.laid
+    steps = deposited_steps(poses)
     return np.array([float(steps[poses.runs[1:] == run].sum()) for run in range(int(poses.runs.max()) + 1)])
 
 
 def _pieces(own: PoseStream, whole: PoseStream) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return (n,) run of the whole of which each run of an attitude is a piece, where in it that begins, its length."""
     places = whole.surface_points
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1) * whole.laid
-    passed = np.concatenate([[0.0], np.cumsum(steps)])
+    passed = np.concatenate([[0.0], np.cumsum(deposited_steps(whole))])
     begun = np.array([passed[np.argmax(whole.deposit & (whole.runs == run))] for run in range(whole.runs.max() + 1)])
     rows = np.flatnonzero(whole.laid)
     # The middles of steps: where a closed run begins it also ends.

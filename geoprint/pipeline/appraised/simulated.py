@@ -19,7 +19,7 @@ from geoprint.export import (
     write_bundle,
 )
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
-from geoprint.pipeline.appraised.executing import LaidPieces, laid_pieces
+from geoprint.pipeline.appraised.executing import LaidPieces, deposited_steps, laid_pieces
 from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_plan
 from geoprint.silico import (
     Faults,
@@ -102,7 +102,7 @@ def _summed(plan: PlannedPrint, laid: LaidPieces) -> tuple[IntArray, FloatArray,
     """Return run, wanted, laid, beside and bare of a simulated print."""
     poses, beads, margin = plan.poses, laid.beads, 0.5 * plan.spacing
     runs = np.unique(poses.runs[poses.deposit])
-    steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.laid
+    steps = deposited_steps(poses)
     flows = (poses.flow[1:] + poses.flow[:-1]) / 2.0
     piece = np.where(laid.within, beads.runs, 0)
     whose, lengths = np.where(laid.within, laid.runs[piece], -1), laid.lengths[piece]
