@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast, final
 
+import pytest
+
 from benchmarks.mutants.syntax import kernel_lines, top_lines
 
 SET_UP = "|set up"
@@ -106,7 +108,8 @@ def _recorded(root: Path, tests: list[str]) -> list[Record]:
     result: list[Record] = []
     for process, out, lane in zip(running, outs, lanes, strict=True):
         _, errors = process.communicate()
-        if not out.exists():
+        if process.returncode == pytest.ExitCode.USAGE_ERROR or not out.exists():
+            out.unlink(missing_ok=True)
             raise RuntimeError(f"the tests {' '.join(lane)} could not be recorded: {errors[-2000:]}")
         whole = json.loads(out.read_text(encoding="utf-8"))
         out.unlink()
@@ -122,7 +125,8 @@ def _recording(root: Path, tests: list[str], out: Path) -> subprocess.Popen[str]
     return subprocess.Popen(  # noqa: S603
         command,
         cwd=root,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        # What options pytest was given from outside is not meant for these tests.
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "PYTEST_ADDOPTS": ""},
         text=True,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,

@@ -197,6 +197,7 @@ def _forked(tree: Path, tests: tuple[str, ...]) -> int:
         sys.path[:] = [str(tree), *(path for path in sys.path[1:] if path)]
         os.environ["PYTHONPATH"] = str(tree)
         os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+        os.environ["PYTEST_ADDOPTS"] = ""
         sys.dont_write_bytecode = True
         for name in [name for name in sys.modules if name.split(".")[0] in {"geoprint", "benchmarks", "tests"}]:
             del sys.modules[name]

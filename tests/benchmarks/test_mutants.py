@@ -44,8 +44,9 @@ TINY = {
 
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a tiny package with its tests; what is kept is kept beside it."""
+    """Return a tiny package with its tests, which are kept apart from what the user keeps and asks of pytest."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
+    monkeypatch.setenv("PYTEST_ADDOPTS", "tests/test_of_another_tree.py")
     for name, text in TINY.items():
         path = tmp_path / "tree" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -133,6 +134,14 @@ def test_what_tests_reach_is_recorded_once_for_the_same_bytes(tree: Path) -> Non
     (kept,) = (tree.parent / "kept").rglob("reached-*.json")
     kept.write_text(kept.read_text().replace("test_loose", "test_known"))
     assert "tests/test_one.py::test_known" in records(tree, ["tests/test_one.py"], module="geoprint/one.py")[0].seconds
+
+
+def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path) -> None:
+    settings = tree / "pyproject.toml"
+    settings.write_text(settings.read_text() + 'addopts = "--no-such-option"\n', encoding="utf-8")
+    with pytest.raises(RuntimeError, match=r"tests/test_one\.py could not be recorded"):
+        records(tree, ["tests/test_one.py"], module="geoprint/one.py")
+    assert not list((tree.parent / "kept").rglob("*.json"))
 
 
 @pytest.mark.dear
