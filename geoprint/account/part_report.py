@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Mapping
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -87,9 +87,16 @@ def part_report(
         ),
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
-        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
+        versions=(("Python", platform.python_version()), *((name, _version(name)) for name in PACKAGES)),
         critical_deg=float(np.degrees(workpiece.cell.process.overhang)),
     )
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def _lines(pictures: ComparisonPictures) -> list[Picture]:

@@ -35,10 +35,10 @@ from geoprint.account.records.robot import (
 from geoprint.account.records.rounding import place_of
 from geoprint.export.rapid import CELL_MODULE, STACK_MODULE, Executed, Timeline, as_new
 from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
-from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts
+from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts, unconfirmed_kinematics
 from geoprint.motion.controller import LIFT, SHORTEST_TIME, close_targets
 from geoprint.motion.reach import laying
-from geoprint.motion.timing import largest_even_speed, largest_jerk, slowed_shares, unconfirmed
+from geoprint.motion.timing import largest_even_speed, largest_jerk, slowed_shares, unconfirmed_speeds
 from geoprint.results import Orientation, Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
@@ -335,6 +335,6 @@ def _clearance(robot: RobotPlan) -> ClearanceRecord:
         tip_margin_mm=found.tip_margin,
         checks=found.checks,
         checked=tuple(found.checked),
-        not_checked=(*found.not_checked, *unconfirmed()),
+        not_checked=(*found.not_checked, *unconfirmed_kinematics(), *unconfirmed_speeds()),
         dry_run=DryRunRecord(lift_mm=LIFT, smallest_mm=dry.smallest, at=dry.at),
     )

@@ -62,7 +62,7 @@ def kinematics_control() -> str:
     if position > POSITION_TOLERANCE or angle > ANGLE_TOLERANCE or missed:
         raise VerificationError(
             f"kinematics control failed: inverse solutions miss their pose by {position:.3g} mm and {angle:.3g} rad, "
-            f"{missed} of {CONTROL_POSES} known joint vectors are not found; reinstall pin and numba."
+            f"{missed} of {CONTROL_POSES} known joint vectors are not found; reinstall numba."
         )
     return (
         f"kinematics control passed: {int(exists.sum())} inverse solutions of {CONTROL_POSES} poses lead back within "

@@ -31,10 +31,10 @@ from geoprint.cli import main
 main()
 """
 
-# Plans where the first argument cannot be imported.
+# Plans where what the first argument names, a comma between two, cannot be imported.
 WITHOUT = """
 import sys
-sys.modules[sys.argv.pop(1)] = None
+sys.modules |= dict.fromkeys(sys.argv.pop(1).split(","))
 from geoprint.cli import main
 main()
 """
@@ -83,16 +83,17 @@ def test_it_stays_small() -> None:
     assert "**" not in core(HOUSE)
 
 
-def test_without_toppra_the_same_program_is_written_and_said_not_to_be_confirmed(tmp_path: Path) -> None:
+def test_without_second_libraries_the_same_program_is_written_and_said_not_to_be_confirmed(tmp_path: Path) -> None:
     said = dict[str, str]()
-    for missing in ("toppra", "no_such_package"):
+    for missing in ("toppra,pinocchio", "no_such_package"):
         arguments = ["plan", "data/plate.ply", "--unit", "mm", "--spacing", "12", "--place", "demo", "--verbose"]
         command = [sys.executable, "-c", WITHOUT, missing, *arguments, "--out", str(tmp_path / missing)]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
         assert done.returncode == 0, done.stderr
         said[missing] = done.stdout + done.stderr
+    without, usual = (tmp_path / missing for missing in said)
     for file in ("rapid/GeoPrint.mod", "rapid/GeoCell.mod", "trajectory.csv", "targets.csv"):
-        assert (tmp_path / "toppra" / file).read_bytes() == (tmp_path / "no_such_package" / file).read_bytes()
-    word = "not checked: the speeds, by a second library (toppra is not installed)"
-    assert word in said["toppra"]
-    assert word not in said["no_such_package"]
+        assert (without / file).read_bytes() == (usual / file).read_bytes()
+    for word in ("the speeds, by a second library (toppra", "the kinematics, by a second library (pin"):
+        assert f"not checked: {word} is not installed)" in said["toppra,pinocchio"]
+        assert word not in said["no_such_package"]

@@ -10,10 +10,10 @@ from geoprint.motion.arm.configuration import (
     singularity_distances as singularity_distances,
     wrist_angles as wrist_angles,
 )
+from geoprint.motion.arm.confirmation import unconfirmed_kinematics as unconfirmed_kinematics
 from geoprint.motion.arm.kinematics import (
     BRANCHES as BRANCHES,
     JOINTS as JOINTS,
-    MILLIMETRES_PER_METRE as MILLIMETRES_PER_METRE,
     Arm as Arm,
 )
 from geoprint.motion.arm.nozzle import (
@@ -25,7 +25,9 @@ from geoprint.motion.arm.nozzle import (
 from geoprint.motion.arm.payload import check_load as check_load
 from geoprint.motion.arm.urdf import (
     FLANGE_FRAME as FLANGE_FRAME,
+    MILLIMETRES_PER_METRE as MILLIMETRES_PER_METRE,
     chain_of as chain_of,
+    origin_of as origin_of,
     read_urdf as read_urdf,
     read_urdf_file as read_urdf_file,
 )

@@ -1,16 +1,10 @@
-"""The arm: forward kinematics by Pinocchio, and the inverse that its kind allows.
-
-Pinocchio works in metres; nothing outside this module sees them.
-"""
+"""The arm: its forward kinematics, and the inverse that its kind allows."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import ModuleType
-from typing import TYPE_CHECKING, Protocol, final
+from typing import Protocol, final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import UsageError
@@ -18,19 +12,13 @@ from geoprint.kernels import writable
 from geoprint.model import FloatArray, Robot
 from geoprint.motion.arm.chain import chain_frames
 from geoprint.motion.arm.closed_form import BRANCHES, JOINTS
+from geoprint.motion.arm.confirmation import AGREEMENT, confirm, in_metres
 from geoprint.motion.arm.nozzle import is_axial
 from geoprint.motion.arm.numeric_inverse import NumericInverse
 from geoprint.motion.arm.ortho_parallel import OrthoParallel, ortho_parallel
 from geoprint.motion.arm.screws import Screws
 from geoprint.motion.arm.urdf import chain_of, urdf_of
 
-if TYPE_CHECKING:
-    import pinocchio
-
-MILLIMETRES_PER_METRE = 1000.0
-
-# Forward and inverse kinematics differ by rounding only [m, and the same number for entries of a rotation].
-AGREEMENT = 1e-9
 # The joints of a pose that agrees [rad]: at the probes they move a few times as much as the pose.
 JOINT_AGREEMENT = 1e-8
 
@@ -42,6 +30,7 @@ BENT = 0.2
 OFF_PROBE = 0.02
 # Poses of the tool that are found at a time.
 BLOCK = 8192
+NO_TOOL = np.eye(4)
 
 
 class Inverse(Protocol):
@@ -76,8 +65,8 @@ class Arm:
 
     The geometry is that of the robot's URDF. Where its axes form an ortho-parallel base and a spherical wrist, however
     the URDF counts its joints, the inverse is the closed form of [Brandstötter2014]; else it is iteration, a thousand
-    times slower and without a promise to find every solution. The constructor compares it with Pinocchio before anybody
-    relies on it.
+    times slower and without a promise to find every solution. Before anybody relies on it, the constructor leads it
+    back to where it came from, and Pinocchio, where it is installed, confirms the forward kinematics.
 
     Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, each 0 or 1 (`configuration.branch_of`).
 
@@ -93,18 +82,14 @@ class Arm:
 
     Raises:
         UsageError: the URDF describes no such arm, the cell allows more than it, the arm cannot move its flange in all
-            directions, or a package is missing.
+            directions, or Pinocchio is installed and cannot be imported.
+        VerificationError: Pinocchio finds other poses.
     """
 
     __slots__ = (
         "T_flange_tool",
-        "_T_link_flange",
         "_T_tool_flange",
-        "_axes",
-        "_flange",
-        "_model",
-        "_origins",
-        "_pinocchio",
+        "_chain",
         "inverse",
         "no_closed_form",
         "robot",
@@ -115,13 +100,8 @@ class Arm:
         self.T_flange_tool: FloatArray = T_flange_tool.copy()
         self.T_flange_tool.setflags(write=False)
         self._T_tool_flange = transforms.inverse(T_flange_tool)
-        self._pinocchio = _required("pinocchio", package="pin")
-        self._model: pinocchio.Model = self._built()
+        self._chain = chain_of(urdf_of(robot), name=robot.model, flange=robot.flange)
         self._require_limits_of_the_arm()
-        self._flange = self._model.getFrameId(robot.flange, self._pinocchio.FrameType.BODY)
-        self._origins, self._axes = self._chain()
-        at_rest = np.zeros((1, JOINTS))
-        self._T_link_flange = transforms.inverse(self._joint_frames(at_rest[0])[-1]) @ self.flange_poses(at_rest)[0]
         self.inverse: Inverse
         self.no_closed_form: str | None = None
         try:
@@ -131,33 +111,19 @@ class Arm:
             self.no_closed_form = str(error)
         self._verify()
 
-    def _built(self) -> pinocchio.Model:
-        """Read the URDF, after looking at what Pinocchio would only fail at."""
-        name, text = self.robot.model, urdf_of(self.robot)
-        chain_of(text, name=name, flange=self.robot.flange)
-        try:
-            model: pinocchio.Model = self._pinocchio.buildModelFromXML(text)
-        except (RuntimeError, ValueError) as error:
-            raise UsageError(f"the URDF {name} cannot be read by Pinocchio ({error}); correct it.") from error
-        if model.nq != JOINTS:
-            raise UsageError(f"the URDF {name} has {model.nq} coordinates for Pinocchio, needed are six; correct it.")
-        return model
-
     def _require_limits_of_the_arm(self) -> None:
         """Refuse a cell that allows the arm more than its maker does."""
-        model, robot = self._model, self.robot
-        wider = (robot.limits[:, 0] < model.lowerPositionLimit - AGREEMENT) | (
-            robot.limits[:, 1] > model.upperPositionLimit + AGREEMENT
-        )
-        faster = robot.speeds > model.velocityLimit * (1.0 + AGREEMENT)
+        robot, known = self.robot, self._chain
+        lowest, highest = np.degrees(known.limits.T)
+        wider = (robot.limits < known.limits - AGREEMENT)[:, 0] | (robot.limits > known.limits + AGREEMENT)[:, 1]
+        faster = robot.speeds > known.speeds * (1.0 + AGREEMENT)
         if wider.any() or faster.any():
             joint = int(np.argmax(wider | faster))
-            lowest, highest = np.degrees([model.lowerPositionLimit[joint], model.upperPositionLimit[joint]])
             raise UsageError(
                 f"robot: the cell allows joint {joint + 1} {np.degrees(robot.limits[joint]).round(1).tolist()} degrees "
                 f"at {np.degrees(robot.speeds[joint]):.1f} deg/s, the maker of the {robot.model} "
-                f"[{lowest:.1f}, {highest:.1f}] at {np.degrees(model.velocityLimit[joint]):.1f}: correct limits_deg "
-                "or speeds_deg_s in the cell file."
+                f"[{lowest[joint]:.1f}, {highest[joint]:.1f}] at {np.degrees(known.speeds[joint]):.1f}: correct "
+                "limits_deg or speeds_deg_s in the cell file."
             )
 
     @property
@@ -175,12 +141,12 @@ class Arm:
 
     def screws(self) -> Screws:
         """Return the axes of the joints as lines in space, all joints at zero."""
-        frames = self._joint_frames(np.zeros(JOINTS))[1:]
-        directions = np.einsum("jab,jb->ja", frames[:, :3, :3], self._axes)
-        return Screws(frames[:, :3, 3], directions, self.flange_poses(np.zeros((1, JOINTS)))[0])
+        frames = self._frames(np.zeros((1, JOINTS)))[0]
+        directions = np.einsum("jab,jb->ja", frames[1:-1, :3, :3], self._chain.axes)
+        return Screws(frames[1:-1, :3, 3], directions, frames[-1])
 
     def flange_poses(self, joints: FloatArray) -> FloatArray:
-        """Return where the flange is, by Pinocchio.
+        """Return where the flange is.
 
         Args:
             joints: (k, 6) joint angles [rad]; limits are not applied.
@@ -188,19 +154,10 @@ class Arm:
         Returns:
             (k, 4, 4) T_base_flange [mm]; the flange's z axis points out of it.
         """
-        data = self._model.createData()
-        poses = np.empty((len(joints), 4, 4))
-        for row, angles in enumerate(np.ascontiguousarray(joints, dtype=np.float64)):
-            self._pinocchio.framesForwardKinematics(self._model, data, angles)
-            poses[row] = data.oMf[self._flange].homogeneous
-        poses[:, :3, 3] *= MILLIMETRES_PER_METRE
-        return poses
+        return self._frames(joints)[:, -1]
 
     def link_poses(self, joints: FloatArray) -> FloatArray:
         """Return where the links are: the frames in which the URDF gives their shapes.
-
-        The chain of origins and turns that Pinocchio reads from the URDF, for all rows at once; the constructor
-        compares it with Pinocchio's own.
 
         Args:
             joints: (k, 6) joint angles [rad]; limits are not applied.
@@ -208,9 +165,14 @@ class Arm:
         Returns:
             (k, 8, 4, 4) frames in the base frame [mm]: the base, which does not move, the links 1 to 6, and the tool.
         """
+        return self._frames(joints, self.T_flange_tool)
+
+    def _frames(self, joints: FloatArray, T_flange_end: FloatArray = NO_TOOL) -> FloatArray:
+        """Return (k, 8, 4, 4) the base, the links 1 to 6 and what is on the flange."""
         frames = np.empty((len(joints), JOINTS + 2, 4, 4))
         angles = writable(np.asarray(joints, dtype=np.float64))
-        chain_frames(angles, self._origins, self._axes, self._T_link_flange @ self.T_flange_tool, frames)
+        chain = self._chain
+        chain_frames(angles, chain.origins, chain.axes, chain.T_link_flange @ T_flange_end, frames)
         return frames
 
     def tool_poses(self, joints: FloatArray) -> FloatArray:
@@ -236,7 +198,7 @@ class Arm:
             (k, 6, 6) a column a joint: velocity of the tip [mm/rad] and of the turn [rad/rad], in the base frame.
         """
         frames = self.link_poses(joints)
-        axes = np.einsum("kjab,jb->kja", frames[:, 1:-1, :3, :3], self._axes)
+        axes = np.einsum("kjab,jb->kja", frames[:, 1:-1, :3, :3], self._chain.axes)
         arms = frames[:, -1:, :3, 3] - frames[:, 1:-1, :3, 3]
         return np.swapaxes(np.concatenate([np.cross(axes, arms), axes], axis=2), 1, 2)
 
@@ -254,36 +216,19 @@ class Arm:
             return np.empty((0, BRANCHES, JOINTS))
         return self.inverse.solutions(Ts_base_tool @ self._T_tool_flange)
 
-    def _chain(self) -> tuple[FloatArray, FloatArray]:
-        """Return (6, 4, 4) frames of the joints at zero in the one before [mm], and (6, 3) axes in their own frames."""
-        at_rest = self._joint_frames(np.zeros(JOINTS))
-        turned = self._joint_frames(np.ones(JOINTS))
-        origins = transforms.inverse(at_rest[:-1]) @ at_rest[1:]
-        steps = transforms.inverse(turned[:-1]) @ turned[1:]
-        turns = np.swapaxes(origins[:, :3, :3], 1, 2) @ steps[:, :3, :3]
-        return origins, Rotation.from_matrix(turns).as_rotvec()
-
-    def _joint_frames(self, angles: FloatArray) -> FloatArray:
-        """Return (7, 4, 4) the base and the frames of the six joints at (6,) angles, by Pinocchio [mm]."""
-        data = self._model.createData()
-        self._pinocchio.framesForwardKinematics(self._model, data, angles)
-        frames = np.array([np.eye(4), *(data.oMi[joint].homogeneous for joint in range(1, JOINTS + 1))])
-        frames[:, :3, 3] *= MILLIMETRES_PER_METRE
-        return frames
-
     def _verify(self) -> None:
-        """Compare with Pinocchio: the links' frames, and that every solution found leads back to its pose."""
+        """Compare the poses with Pinocchio's, and see that every solution found leads back to its pose."""
         probes = self._probes()
-        asked = self.flange_poses(probes)
-        known = np.array([self._joint_frames(angles) for angles in probes])
-        links = _in_metres(self.link_poses(probes)[:, :-1] - known)
+        frames = self._frames(probes)
+        confirm(self.robot, joints=probes, Ts_base_link=frames[:, 1:-1], Ts_base_flange=frames[:, -1])
+        asked = frames[:, -1]
         if isinstance(self.inverse, NumericInverse):
             found = self.inverse.refined(asked, probes + OFF_PROBE)[:, None]
         else:
             found = self.inverse.solutions(asked)
         exists = np.isfinite(found).all(axis=2)
-        deviation = _in_metres(self.flange_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0))
-        largest = max(float(np.abs(deviation).max(initial=0.0)), float(np.abs(links).max()))
+        deviation = in_metres(self.flange_poses(found[exists]) - np.repeat(asked, exists.sum(axis=1), axis=0))
+        largest = float(np.abs(deviation).max(initial=0.0))
         miss = np.abs(transforms.wrapped(found - probes[:, None])).max(axis=2)
         astray = float(np.where(exists, miss, np.inf).min(axis=1).max())
         if largest > AGREEMENT or astray > JOINT_AGREEMENT:
@@ -302,21 +247,3 @@ class Arm:
         ahead, bend, wrist = np.abs(self.inverse.singularity_distances(angles)).T
         away = (ahead > ASIDE * self.inverse.reach) & (np.minimum(np.sin(bend), np.sin(wrist)) > BENT)
         return (angles[away] if away.any() else angles)[:PROBES]
-
-
-def _in_metres(poses: FloatArray) -> FloatArray:
-    """Return differences of (..., 4, 4) poses with their lengths in metres, of the size of rotations."""
-    scaled = poses.copy()
-    scaled[..., :3, 3] /= MILLIMETRES_PER_METRE
-    return scaled
-
-
-def _required(module: str, *, package: str) -> ModuleType:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise UsageError(
-            f"the robot chain needs {module}, which is not installed ({error}); run 'pip install {package}', "
-            f"or leave the chain out with --no-robot.",
-            package=package,
-        ) from error

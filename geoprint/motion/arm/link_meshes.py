@@ -6,14 +6,10 @@ import tomllib
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-import numpy as np
-from scipy.spatial.transform import Rotation
-
 from geoprint import transforms
 from geoprint.errors import GeoprintError, InputError
-from geoprint.model import FloatArray, Robot, Surface
-from geoprint.motion.arm.kinematics import MILLIMETRES_PER_METRE
-from geoprint.motion.arm.urdf import chain_of
+from geoprint.model import Robot, Surface
+from geoprint.motion.arm.urdf import chain_of, origin_of
 from geoprint.surfaces.files import load
 
 # Units of a mesh by its scale: a URDF's lengths are metres.
@@ -53,7 +49,7 @@ def _mesh(visual: ET.Element, mesh: ET.Element, folder: Path) -> Surface:
     if unit is None:
         raise InputError(f"the mesh {name} has the scale {mesh.get('scale')}, known are 1 and 0.001.")
     surface = load(_file(name, folder), unit=unit)
-    return Surface(transforms.apply(_origin(visual.find("origin")), surface.vertices), surface.faces)
+    return Surface(transforms.apply(origin_of(visual, name=name), surface.vertices), surface.faces)
 
 
 def _file(name: str, folder: Path) -> Path:
@@ -65,12 +61,3 @@ def _file(name: str, folder: Path) -> Path:
     if found is None:
         raise InputError(f"the mesh {name} is not there, beside the URDF in {folder}; copy it there.")
     return found
-
-
-def _origin(origin: ET.Element | None) -> FloatArray:
-    numbers = {
-        key: [float(word) for word in (origin.get(key, "0 0 0") if origin is not None else "0 0 0").split()]
-        for key in ("xyz", "rpy")
-    }
-    turn = Rotation.from_euler("xyz", numbers["rpy"]).as_matrix()
-    return transforms.rigid(turn, MILLIMETRES_PER_METRE * np.array(numbers["xyz"]))

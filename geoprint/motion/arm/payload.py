@@ -21,7 +21,8 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, LoadLimits, Robot, Tool
-from geoprint.motion.arm.kinematics import MILLIMETRES_PER_METRE, Arm
+from geoprint.motion.arm.kinematics import Arm
+from geoprint.motion.arm.urdf import MILLIMETRES_PER_METRE
 
 # What the flanges of the packaged arms may carry, by their makers.
 MAKERS_LIMITS: Mapping[str, LoadLimits] = MappingProxyType(

@@ -1,7 +1,7 @@
 """The URDF of an arm: where it comes from, and the chain of six revolute joints that it must describe.
 
 A file that somebody gives is read within limits, and without what lets XML grow or reach out: no document type, no
-entities. Lengths in it are metres.
+entities. Lengths in it are metres; nothing outside this package sees them.
 """
 
 from __future__ import annotations
@@ -12,11 +12,14 @@ from typing import final
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from geoprint import transforms
 from geoprint.errors import UsageError
-from geoprint.model import Robot, comparable
+from geoprint.model import FloatArray, Robot, frozen
 
 JOINTS = 6
+MILLIMETRES_PER_METRE = 1000.0
 FLANGE_FRAME = "tool0"
 # A URDF without meshes is some ten kilobytes long.
 LARGEST_FILE = 1_000_000
@@ -24,17 +27,27 @@ FORBIDDEN = ("<!DOCTYPE", "<!ENTITY")
 
 
 @final
-@comparable
+@frozen
 class Chain:
     """What a URDF says about the joints from the base to the flange.
 
     Attributes:
         base: name of the link that does not move.
         links: names of the links that joints 1 to 6 move.
+        origins: (6, 4, 4) frame of each joint at zero in that of the one before [mm].
+        axes: (6, 3) unit axis of each joint in its own frame.
+        T_link_flange: (4, 4) the flange in the frame of the last link [mm].
+        limits: (6, 2) lowest and highest angle of each joint [rad].
+        speeds: (6,) highest speed of each joint [rad/s].
     """
 
     base: str
     links: tuple[str, ...]
+    origins: FloatArray
+    axes: FloatArray
+    T_link_flange: FloatArray
+    limits: FloatArray
+    speeds: FloatArray
 
 
 def read_urdf(model: str) -> str:
@@ -95,7 +108,8 @@ def chain_of(text: str, *, name: str, flange: str) -> Chain:
         flange: name of the flange's link.
 
     Raises:
-        UsageError: the text is no URDF, another joint moves, or a joint of the chain has no limits; says which.
+        UsageError: the text is no URDF, another joint moves, or a joint of the chain has no limits, no place or no
+            axis; says which.
     """
     robot = _parsed(text, name=name)
     parents: dict[str, ET.Element] = {}
@@ -110,23 +124,76 @@ def chain_of(text: str, *, name: str, flange: str) -> Chain:
             f"the URDF {name} has no link '{flange}' for the flange, only {', '.join(sorted(links))}; name its "
             "flange with robot.flange, or add the link."
         )
-    base, moving = flange, list[ET.Element]()
+    base, joints = flange, list[ET.Element]()
     while base in parents:
-        joint = parents.pop(base)
-        if joint.get("type") != "fixed":
-            moving.append(joint)
-        base = _link(joint, "parent", name=name)
+        joints.append(parents.pop(base))
+        base = _link(joints[-1], "parent", name=name)
+    joints.reverse()
+    moving = [joint for joint in joints if joint.get("type") != "fixed"]
     if base not in links or any(_link(joint, "child", name=name) == base for joint in moving):
         raise UsageError(
             f"the URDF {name} leads from '{flange}' to '{base}', which is no base: it must be a link that no joint "
             "moves; correct the parents of its joints."
         )
-    moving.reverse()
     others = [joint for joint in parents.values() if joint.get("type") != "fixed"]
     _require_six(moving, others, name=name, flange=flange)
-    for joint in moving:
-        _require_limits(joint, name=name)
-    return Chain(base, tuple(_link(joint, "child", name=name) for joint in moving))
+    origins, T_link_flange = _places(joints, name=name)
+    limits = np.array([_limits(joint, name=name) for joint in moving])
+    return Chain(
+        base=base,
+        links=tuple(_link(joint, "child", name=name) for joint in moving),
+        origins=origins,
+        axes=np.array([_axis(joint, name=name) for joint in moving]),
+        T_link_flange=T_link_flange,
+        limits=limits[:, :2],
+        speeds=limits[:, 2],
+    )
+
+
+def origin_of(element: ET.Element, *, name: str) -> FloatArray:
+    """Return the (4, 4) place that a joint's or a shape's <origin> gives [mm]: turned about x, then y, then z.
+
+    Args:
+        element: that has the <origin>, or none where it is at its parent's.
+        name: of the element, for messages.
+
+    Raises:
+        UsageError: it is not three finite numbers for a place and three for a turn.
+    """
+    origin = element.find("origin")
+    place, turn = (_three_numbers(origin, key, "0 0 0", name=name) for key in ("xyz", "rpy"))
+    return transforms.rigid(Rotation.from_euler("xyz", turn).as_matrix(), MILLIMETRES_PER_METRE * place)
+
+
+def _places(joints: list[ET.Element], *, name: str) -> tuple[FloatArray, FloatArray]:
+    """Return (6, 4, 4) places of the moving joints, each in the frame before, and (4, 4) of the flange in the last."""
+    origins, T_moving_joint = list[FloatArray](), np.eye(4)
+    for joint in joints:
+        T_moving_joint = T_moving_joint @ origin_of(joint, name=f"{name}: joint '{joint.get('name')}'")
+        if joint.get("type") != "fixed":
+            origins.append(T_moving_joint)
+            T_moving_joint = np.eye(4)
+    return np.array(origins), T_moving_joint
+
+
+def _axis(joint: ET.Element, *, name: str) -> FloatArray:
+    who = f"{name}: joint '{joint.get('name')}'"
+    axis = _three_numbers(joint.find("axis"), "xyz", "1 0 0", name=who)
+    length = float(np.linalg.norm(axis))
+    if length == 0.0:
+        raise UsageError(f"the URDF {who} has an axis of length 0; give it a direction.")
+    return axis / length
+
+
+def _three_numbers(element: ET.Element | None, key: str, default: str, *, name: str) -> FloatArray:
+    words = default if element is None else element.get(key, default)
+    try:
+        numbers = np.array([float(word) for word in words.split()])
+    except ValueError:
+        numbers = np.empty(0)
+    if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise UsageError(f"the URDF {name} has {key} '{words}', which is not three finite numbers; correct it.")
+    return numbers
 
 
 def _parsed(text: str, *, name: str) -> ET.Element:
@@ -158,7 +225,8 @@ def _require_six(moving: list[ET.Element], others: list[ET.Element], *, name: st
         )
 
 
-def _require_limits(joint: ET.Element, *, name: str) -> None:
+def _limits(joint: ET.Element, *, name: str) -> tuple[float, float, float]:
+    """Return the lowest and the highest angle [rad] and the highest speed [rad/s] of a joint."""
     limit = joint.find("limit")
     try:
         low, high, speed = (
@@ -171,6 +239,7 @@ def _require_limits(joint: ET.Element, *, name: str) -> None:
             f"the URDF {name}: joint '{joint.get('name')}' needs a <limit> with finite lower below upper [rad] and a "
             f"velocity above 0 [rad/s], found lower {low:g}, upper {high:g}, velocity {speed:g}."
         )
+    return low, high, speed
 
 
 def _link(joint: ET.Element, role: str, *, name: str) -> str:

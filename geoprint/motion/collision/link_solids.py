@@ -7,10 +7,9 @@ from typing import final
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint.errors import UsageError
-from geoprint.motion.arm import FLANGE_FRAME, JOINTS, MILLIMETRES_PER_METRE, chain_of, read_urdf
+from geoprint.motion.arm import FLANGE_FRAME, JOINTS, MILLIMETRES_PER_METRE, chain_of, origin_of, read_urdf
 from geoprint.motion.collision.tool_solids import Solid
 
 
@@ -67,13 +66,12 @@ def link_solids(model: str, *, urdf: str | None = None, flange: str = FLANGE_FRA
 
 
 def _cylinder(collision: ET.Element, *, name: str, link: str) -> Solid:
-    cylinder, origin = collision.find("geometry/cylinder"), collision.find("origin")
-    if cylinder is None or origin is None:
-        raise UsageError(f"the URDF's {link} has a collision shape that is no cylinder with an origin; correct it.")
-    numbers = {key: np.array([float(word) for word in origin.get(key, "0 0 0").split()]) for key in ("xyz", "rpy")}
+    cylinder = collision.find("geometry/cylinder")
+    if cylinder is None:
+        raise UsageError(f"the URDF's {link} has a collision shape that is no cylinder; correct it.")
     radius, length = (float(cylinder.get(key, "nan")) * MILLIMETRES_PER_METRE for key in ("radius", "length"))
     if not (0.0 < radius < np.inf and 0.0 < length < np.inf):
         raise UsageError(f"the URDF's {link} has a cylinder of radius {radius} mm and length {length} mm; correct it.")
-    centre = numbers["xyz"] * MILLIMETRES_PER_METRE
-    half = Rotation.from_euler("xyz", numbers["rpy"]).as_matrix()[:, 2] * length / 2
+    T_link_cylinder = origin_of(collision, name=f"link {link}")
+    centre, half = T_link_cylinder[:3, 3], T_link_cylinder[:3, 2] * length / 2
     return Solid(name, centre - half, centre + half, radius, radius)

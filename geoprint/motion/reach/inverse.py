@@ -85,7 +85,7 @@ def reach(
     Raises:
         InputError: the stream is empty.
         ReachError: no motion holds for the whole stream; it tells what the best one loses, and where it fails first.
-        VerificationError: Pinocchio does not lead from a solution back to its pose, or the nozzle leaves the cone.
+        VerificationError: a solution does not lead back to its pose, or the nozzle leaves the cone.
     """
     motion = _best_motion(
         poses, arm, T_base_work=T_base_work, weights=weights, leaning=leaning, minimum_wrist_angle=minimum_wrist_angle

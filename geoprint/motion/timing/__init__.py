@@ -1,6 +1,6 @@
 """When the arm is where: TOPP-RA, the pace of the tip, slowdowns, and what is verified of them."""
 
-from geoprint.motion.timing.confirmation import unconfirmed as unconfirmed
+from geoprint.motion.timing.confirmation import unconfirmed_speeds as unconfirmed_speeds
 from geoprint.motion.timing.even_speed import (
     Slowed as Slowed,
     largest_even_speed as largest_even_speed,

@@ -34,7 +34,7 @@ def is_installed() -> bool:
     return importlib.util.find_spec("toppra") is not None
 
 
-def unconfirmed() -> tuple[str, ...]:
+def unconfirmed_speeds() -> tuple[str, ...]:
     """Return what a plan is to say of its speeds where no second solver confirms them."""
     return () if is_installed() else ("the speeds, by a second library (toppra is not installed)",)
 

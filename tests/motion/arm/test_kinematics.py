@@ -12,8 +12,9 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Robot
+from geoprint.motion.arm import confirmation, unconfirmed_kinematics
 from geoprint.motion.arm.kinematics import Arm
 from geoprint.motion.arm.urdf import read_urdf
 from tests.motion.arms import closed_form
@@ -59,7 +60,7 @@ def test_home_holds_the_nozzle_straight_down_above_the_part(cell: Cell, above: t
 
 @settings(max_examples=50, deadline=None)
 @given(ANGLES)
-def test_pinocchio_agrees_with_the_product_of_single_joints(arm: Arm, angles: list[float]) -> None:
+def test_poses_are_the_product_of_single_joints(arm: Arm, angles: list[float]) -> None:
     found = arm.flange_poses(np.array([angles]))[0]
     np.testing.assert_allclose(found, reference_flange_pose(np.array(angles)), atol=1e-9)
 
@@ -138,9 +139,48 @@ def test_a_cell_that_allows_the_arm_more_than_its_maker_is_refused(wider: str) -
         Arm(altered[wider], T_flange_tool=np.eye(4))
 
 
-def test_missing_package_is_named_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pinocchio", None)
-    with pytest.raises(UsageError, match=r"needs pinocchio.*pip install"):
+def test_pinocchio_finds_the_same_frames(arm: Arm) -> None:
+    pytest.importorskip("pinocchio")
+    joints = np.random.default_rng(0).uniform(-3.0, 3.0, (200, 6))
+    links, flanges = arm.link_poses(joints)[:, 1:-1], arm.flange_poses(joints)
+    confirmation.confirm(arm.robot, joints=joints, Ts_base_link=links, Ts_base_flange=flanges)
+
+    links[7, 3, 0, 3] += 1e-5
+    with pytest.raises(VerificationError, match=r"Pinocchio finds link 4 of the irb120 1e-08 m away at"):
+        confirmation.confirm(arm.robot, joints=joints, Ts_base_link=links, Ts_base_flange=flanges)
+
+
+def test_pinocchio_finds_the_same_frames_whatever_the_urdf_counts_and_fixes() -> None:
+    pytest.importorskip("pinocchio")
+    post = '<joint name="foot" type="fixed"><origin xyz="0.1 0.2 -0.3" rpy="0.3 -1.1 2"/>'
+    post += '<parent link="base_link"/><child link="post"/></joint><link name="post"/></robot>'
+    text = read_urdf("irb120").replace('<parent link="base_link"/>', '<parent link="post"/>').replace("</robot>", post)
+    text = text.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -2"/>')
+    found = Arm(replace(straight_cell().robot, urdf=text), T_flange_tool=np.eye(4))
+    attitude = Rotation.from_euler("xyz", [0.3, -1.1, 2.0]).as_matrix()
+    joints = np.array([0.4, -0.3, 0.2, 1.0, 0.6, -2.0])
+    wanted = transforms.rigid(attitude, np.array([100.0, 200.0, -300.0]))
+    wanted = wanted @ reference_flange_pose(joints * [-1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    np.testing.assert_allclose(found.flange_poses(joints[None])[0], wanted, atol=1e-9)
+
+
+def test_without_pinocchio_the_arm_is_the_same_and_said_not_to_be_confirmed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(_: str) -> None:
+        return None
+
+    assert unconfirmed_kinematics() == ()
+    monkeypatch.setattr(confirmation.importlib.util, "find_spec", missing)
+    monkeypatch.setattr(confirmation, "import_module", pytest.fail)
+    Arm(straight_cell().robot, T_flange_tool=np.eye(4))
+    assert unconfirmed_kinematics() == ("the kinematics, by a second library (pin is not installed)",)
+
+
+def test_a_broken_pinocchio_is_named_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_: str) -> None:
+        raise ImportError("libpinocchio.so: undefined symbol")
+
+    monkeypatch.setattr(confirmation, "import_module", broken)
+    with pytest.raises(UsageError, match=r"pin is installed and cannot be imported \(libpinocchio.*uninstall"):
         Arm(straight_cell().robot, T_flange_tool=np.eye(4))
 
 

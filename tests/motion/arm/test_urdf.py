@@ -51,7 +51,10 @@ def test_a_chain_is_found_whatever_the_order_of_its_joints() -> None:
     first = text.index('  <joint name="joint_1"')
     last = text.index('  <joint name="joint_6" ')
     turned = text[:first] + text[last:].replace("</robot>", text[first:last] + "</robot>")
-    assert chain_of(turned, name="turned", flange="tool0") == chain_of(text, name="irb120", flange="tool0")
+    found, wanted = (chain_of(each, name="turned", flange="tool0") for each in (turned, text))
+    assert (found.base, found.links) == (wanted.base, wanted.links)
+    for field in ("origins", "axes", "T_link_flange", "limits", "speeds"):
+        np.testing.assert_array_equal(getattr(found, field), getattr(wanted, field))
     given, known = link_solids("turned", urdf=turned), link_solids("irb120")
     assert [link.name for link in given] == [link.name for link in known]
     assert [len(link.solids) for link in given] == [len(link.solids) for link in known]
@@ -74,6 +77,10 @@ def test_a_chain_is_found_whatever_the_order_of_its_joints() -> None:
         ('velocity="7.330382858376184"', "", "joint 'joint_6' needs a <limit>"),
         ('<parent link="base_link"/>', '<parent link="link_6"/>', "leads from 'tool0' to 'link_6', which is no base"),
         ('<link name="base_link">', '<link name="ground">', "to 'base_link', which is no base"),
+        ('xyz="0.302 0 0"', 'xyz="0.302 0"', "joint 'joint_5' has xyz '0.302 0', which is not three finite"),
+        ('xyz="0.302 0 0"', 'xyz="far 0 0"', "joint 'joint_5' has xyz 'far 0 0', which is not three finite"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint 'joint_1' has an axis of length 0"),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 nan 0"/>', "joint 'joint_1' has xyz '0 nan 0', which is not three"),
     ],
 )
 def test_a_damaged_urdf_is_refused_by_file_and_defect(tmp_path: Path, old: str, new: str, reason: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 from geoprint import transforms
 from geoprint.errors import ClearanceError, InputError
 from geoprint.model import Box, Cell, Clearance, ControllerPath, FloatArray, Lamp, Surface
-from geoprint.motion.arm.kinematics import MILLIMETRES_PER_METRE, Arm
+from geoprint.motion.arm import MILLIMETRES_PER_METRE
 from geoprint.motion.arm.urdf import read_urdf
 from geoprint.motion.collision.arm_clearance import ArmCheck, ArmFinding, ArmMotion, arm_control, arm_motion
 from geoprint.motion.collision.clearance import ClearanceCheck, check_placements, clearance
@@ -268,16 +268,6 @@ def test_links_that_run_into_one_another_are_refused(
         return
     with pytest.raises(ClearanceError, match=f"the {hit} reaches .* into the {struck}"):
         check()
-
-
-def test_link_poses_are_those_of_pinocchio():
-    joints = np.random.default_rng(0).uniform(-1.5, 1.0, (20, 6))
-    found = Arm(CELL.robot, T_flange_tool=CELL.tool.T_flange_tool).link_poses(joints)
-
-    frames = np.array([ARM._joint_frames(each) for each in joints])  # pyright: ignore[reportPrivateUsage]
-    np.testing.assert_allclose(found[:, :-1], frames, atol=1e-9)
-    np.testing.assert_allclose(found[:, -1], ARM.tool_poses(joints), atol=1e-9)
-    np.testing.assert_allclose(found[:, 0], np.tile(np.eye(4), (20, 1, 1)))
 
 
 def test_control_says_what_it_found():

@@ -7,7 +7,7 @@ import pinocchio
 import pytest
 
 from geoprint.errors import UsageError
-from geoprint.motion.arm.kinematics import MILLIMETRES_PER_METRE
+from geoprint.motion.arm import MILLIMETRES_PER_METRE
 from geoprint.motion.arm.urdf import read_urdf
 from geoprint.motion.collision.link_solids import link_solids
 
@@ -67,12 +67,14 @@ def test_shape_that_is_no_cylinder_is_refused(old: str, new: str, message: str):
         link_solids("irb120", urdf=read_urdf("irb120").replace(old, new))
 
 
-def test_a_shape_without_an_origin_is_refused_and_one_without_an_attitude_stands_upright():
+def test_a_shape_without_an_origin_is_in_the_middle_and_one_without_an_attitude_stands_upright():
     text = read_urdf("irb120")
     place = re.compile(r'(<collision>\s*)<origin [^>]*/>(\s*<geometry>\s*<cylinder radius="0.025" length="0.016"/>)')
     assert len(place.findall(text)) == 1
-    with pytest.raises(UsageError, match="link_6 has a collision shape that is no cylinder with an origin"):
-        link_solids("irb120", urdf=place.sub(r"\1\2", text))
+    (middle,) = link_solids("irb120", urdf=place.sub(r"\1\2", text))[6].solids
+    np.testing.assert_allclose([middle.start, middle.end], [[0.0, 0.0, -8.0], [0.0, 0.0, 8.0]])
+    with pytest.raises(UsageError, match=r"link link_6 has xyz '1 2', which is not three finite numbers"):
+        link_solids("irb120", urdf=place.sub(r'\1<origin xyz="1 2"/>\2', text))
     (upright,) = link_solids("irb120", urdf=place.sub(r'\1<origin xyz="0.001 0.002 0.003"/>\2', text))[6].solids
     np.testing.assert_allclose(upright.start, [1.0, 2.0, -5.0])
     np.testing.assert_allclose(upright.end, [1.0, 2.0, 11.0])

@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError, LimitError, VerificationError
 from geoprint.model import FloatArray, JointPath, OnSlowdown, Trajectory
-from geoprint.motion.timing import confirmation, path_speeds, topp, unconfirmed
+from geoprint.motion.timing import confirmation, path_speeds, topp, unconfirmed_speeds
 from geoprint.motion.timing.reachability import Problem
 from geoprint.motion.timing.retiming import _labels, retime  # pyright: ignore[reportPrivateUsage]
 from geoprint.motion.timing.topp import fastest_motion, straight_motion
@@ -251,11 +251,11 @@ def test_without_toppra_a_motion_is_the_same_and_said_not_to_be_confirmed(
     def missing(_: str) -> None:
         return None
 
-    assert unconfirmed() == ()
+    assert unconfirmed_speeds() == ()
     monkeypatch.setattr(confirmation.importlib.util, "find_spec", missing)
     monkeypatch.setattr(confirmation, "import_module", pytest.fail)
     np.testing.assert_array_equal(timed(path).joints, trajectory.joints)
-    assert unconfirmed() == ("the speeds, by a second library (toppra is not installed)",)
+    assert unconfirmed_speeds() == ("the speeds, by a second library (toppra is not installed)",)
 
 
 def test_a_motion_is_refused_that_toppra_finds_slower(path: JointPath, monkeypatch: pytest.MonkeyPatch) -> None:
