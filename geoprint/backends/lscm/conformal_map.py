@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from scipy.sparse import coo_array, csc_array
 
-from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
+from geoprint.backends.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection, picked
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.surfaces import cotangent_laplacian
 
@@ -69,12 +69,11 @@ class PinnedMap:
 
     def __init__(self, energy: csc_array, *, coordinates: FloatArray, pins: IntArray) -> None:
         self._free = np.setdiff1d(np.arange(len(coordinates)), pins)
-        rows = energy[self._free]
-        inner = csc_array(rows[:, self._free])
+        inner = picked(energy, self._free)
         self._solver = SymmetricSolver(inner, order=nested_dissection(inner, coordinates=coordinates[self._free]))
         image: ComplexArray = np.zeros(len(coordinates), dtype=np.complex128)
         image[pins[1]] = 1.0
-        image[self._free] = self._solver.solve(-np.asarray(rows @ image))
+        image[self._free] = self._solver.solve(-np.asarray(energy @ image)[self._free])
         # E z is zero at the free unknowns, so that one row of it is the energy; what is below zero is rounding.
         force: ComplexArray = np.asarray(energy[[pins[1]]] @ image, dtype=np.complex128)
         self._energy = max(float(force[0].real), 0.0)
