@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import final
 
 import numpy as np
 
@@ -34,7 +35,7 @@ from geoprint.export import (
     write_bundle,
 )
 from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
-from geoprint.model import Cell
+from geoprint.model import Cell, PoseStream, Surface, Trajectory, frozen
 from geoprint.pipeline.bundles.again import input_files
 from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, part_folders
 from geoprint.pipeline.bundles.joined import check_joined
@@ -117,7 +118,7 @@ def save_comparisons(
                 files |= {f"{folder}{name}/{file}": content for file, content in of_plan.items()}
 
     def verify(written: Path) -> None:
-        shared(helper, _verified, [(plan, of, written / folder) for plan, of, folder in bundles])
+        shared(helper, _verified, [(_promised(plan, of), written / folder) for plan, of, folder in bundles])
         verify_record(written / COMPARISON, told.record)
 
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
@@ -133,9 +134,9 @@ def _bytes_of(drawing: Callable[[], bytes]) -> bytes:
     return drawing()
 
 
-def _verified(written: tuple[Plan, PlanRecord, Path]) -> None:
-    plan, told, folder = written
-    verify_files(plan, told, folder)
+def _verified(written: tuple[_Promise, Path]) -> None:
+    promise, folder = written
+    _verify(promise, folder)
 
 
 def _names(parts: Sequence[Comparison | FailedPart]) -> list[str]:
@@ -228,16 +229,47 @@ def verify_files(plan: Plan, told: PlanRecord, folder: Path) -> None:
     Raises:
         VerificationError: a file differs; the message names it.
     """
-    verify_poses_table(folder / "poses.csv", plan.poses)
-    _verify_surface(plan, folder / "surface.ply")
-    verify_record(folder / "plan.json", told)
-    for robot, part in zip(plan.robot, robot_folders(plan), strict=True):
-        verify_trajectory_table(folder / part / "trajectory.csv", robot.trajectory)
-        names = [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules]
+    _verify(_promised(plan, told), folder)
+
+
+@final
+@frozen
+class _Promise:
+    """What of a plan its files are compared with: a helper gets no more of it, for bodies are large.
+
+    Attributes:
+        told: what plan.json shall say.
+        poses: of poses.csv.
+        surface: of surface.ply.
+        robots: of each placement its folder, its trajectory, and the files of its program.
+        joined: the files of the program of all attitudes of a table, or none.
+    """
+
+    told: PlanRecord
+    poses: PoseStream
+    surface: Surface
+    robots: tuple[tuple[str, Trajectory, list[str]], ...]
+    joined: list[str]
+
+
+def _promised(plan: Plan, told: PlanRecord) -> _Promise:
+    robots = [
+        (part, robot.trajectory, [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules])
+        for robot, part in zip(plan.robot, robot_folders(plan), strict=True)
+    ]
+    joined = [f"{RAPID_FOLDER}/{name}" for name, _ in plan.joined.modules] if plan.joined else []
+    return _Promise(told, plan.poses, plan.workpiece.surface, tuple(robots), joined)
+
+
+def _verify(promise: _Promise, folder: Path) -> None:
+    verify_poses_table(folder / "poses.csv", promise.poses)
+    _verify_surface(promise.surface, folder / "surface.ply")
+    verify_record(folder / "plan.json", promise.told)
+    for part, trajectory, names in promise.robots:
+        verify_trajectory_table(folder / part / "trajectory.csv", trajectory)
         _refuse(check_program(folder / part, names, plan=folder).findings)
-    if plan.joined is not None:
-        names = [f"{RAPID_FOLDER}/{name}" for name, _ in plan.joined.modules]
-        _refuse(check_joined(folder, names, read_record(folder / PLAN, PlanRecord)).findings)
+    if promise.joined:
+        _refuse(check_joined(folder, promise.joined, read_record(folder / PLAN, PlanRecord)).findings)
 
 
 def _refuse(findings: Sequence[Finding]) -> None:
@@ -247,7 +279,7 @@ def _refuse(findings: Sequence[Finding]) -> None:
         )
 
 
-def _verify_surface(plan: Plan, path: Path) -> None:
-    written, planned = load(path, unit="mm"), plan.workpiece.surface
+def _verify_surface(planned: Surface, path: Path) -> None:
+    written = load(path, unit="mm")
     if not (np.array_equal(written.vertices, planned.vertices) and np.array_equal(written.faces, planned.faces)):
         raise VerificationError(f"{path.name} differs from the planned surface; the disk may be faulty: write again.")

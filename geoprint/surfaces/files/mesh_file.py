@@ -12,6 +12,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import field, replace
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, cast, final
 
@@ -158,8 +159,12 @@ def ply_content(vertices: FloatArray, faces: IntArray, *, comment: bytes = b"", 
     return b"ply\nformat binary_little_endian 1.0\n" + said + header.encode("ascii") + body
 
 
+@lru_cache(maxsize=2)
 def stored_mesh(file: MeshFile) -> bytes:
-    """Return a mesh as it was read, as the PLY file from which it is read again with all that is known of it."""
+    """Return a mesh as it was read, as the PLY file from which it is read again with all that is known of it.
+
+    A part and its body are the same in the bundles of all backends.
+    """
     names, sets, kinds = _kinds(file.regions, faces=len(file.faces))
     origin = {
         "name": file.name, "sha256": file.digest, "unit": file.unit, "label": file.label,
