@@ -87,12 +87,13 @@ def part_report(
         ),
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
-        versions=(("Python", platform.python_version()), *((name, _version(name)) for name in PACKAGES)),
+        versions=(("Python", platform.python_version()), *((name, installed_version(name)) for name in PACKAGES)),
         critical_deg=float(np.degrees(workpiece.cell.process.overhang)),
     )
 
 
-def _version(package: str) -> str:
+def installed_version(package: str) -> str:
+    """Return the version of a package, or that it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
+from geoprint.account.part_report import installed_version
 from geoprint.config import load_cell
 from geoprint.errors import VerificationError
 from geoprint.motion.arm import Arm
@@ -36,7 +36,7 @@ def examine() -> tuple[str, ...]:
     Raises:
         VerificationError: a control failed: do not trust programs made on this machine.
     """
-    versions = tuple(f"{name:<20}{_version(name)}" for name in PACKAGES)
+    versions = tuple(f"{name:<20}{installed_version(name)}" for name in PACKAGES)
     controls = (kinematics_control(), collision_control(), arm_control(load_cell(None).robot.model))
     return (f"{'python':<20}{platform.python_version()}", *versions, *controls)
 
@@ -68,10 +68,3 @@ def kinematics_control() -> str:
         f"kinematics control passed: {int(exists.sum())} inverse solutions of {CONTROL_POSES} poses lead back within "
         f"{position:.1e} mm and {angle:.1e} rad"
     )
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"
